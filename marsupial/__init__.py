@@ -1,0 +1,1 @@
+"""Temporal planning for marsupial robot teams that explore unknown maps."""

@@ -1,0 +1,86 @@
+"""Everything marsupial raises on purpose, in one tree.
+
+::
+
+    MarsupialError
+    ├── InputError          what came in from outside is wrong; names every wrong field
+    │   ├── MapError            a map file or generator
+    │   ├── ScenarioError       a scenario file or the options that change it
+    │   ├── SituationError      a situation, as JSON or as PDDL
+    │   ├── PlanTextError       a plan file that can't be read
+    │   └── LogError            a mission log that can't be read
+    ├── UsageError          a request that makes no sense (unknown engine, budget of the wrong kind)
+    ├── EngineUnavailable   an engine that is not installed here, with the reason
+    ├── InvalidPlanError    a plan our checker refuses, where only a valid one may go on
+    └── InternalError       a broken promise inside marsupial: a bug
+
+That an engine found no plan is a result (`marsupial.model.planning.Outcome`), not an exception.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+class MarsupialError(Exception):
+    """Root of the tree."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One wrong field: `path` is where (``robot_types[1].speed_mps``), `message` what is wrong with it."""
+
+    path: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.message}" if self.path else self.message
+
+
+class InputError(MarsupialError):
+    """Input from outside that can't be used; `problems` lists every wrong field."""
+
+    def __init__(self, problems: Iterable[Problem] | str, *, source: str = "") -> None:
+        if isinstance(problems, str):
+            problems = (Problem("", problems),)
+        self.problems = tuple(problems)
+        self.source = source
+        lines = [str(problem) for problem in self.problems]
+        super().__init__("\n".join(f"{source}: {line}" if source else line for line in lines))
+
+
+class MapError(InputError):
+    """A map that can't be read or generated."""
+
+
+class ScenarioError(InputError):
+    """A scenario that can't be run as written."""
+
+
+class SituationError(InputError):
+    """A situation (JSON or PDDL) that can't be planned for as written."""
+
+
+class PlanTextError(InputError):
+    """A plan file that can't be read."""
+
+
+class LogError(InputError):
+    """A mission log that can't be read."""
+
+
+class UsageError(MarsupialError):
+    """A request that makes no sense as a whole."""
+
+
+class EngineUnavailable(MarsupialError):
+    """An engine that can't be used on this machine; the message says why and what to install."""
+
+
+class InvalidPlanError(MarsupialError):
+    """A plan refused by the checker where only a checked plan may go on."""
+
+
+class InternalError(MarsupialError):
+    """A broken promise inside marsupial."""

@@ -1,0 +1,136 @@
+"""The grid map: one byte per cell, unknown or a terrain class.
+
+Row 0 is the lowest row of the world (as in `nav_msgs/OccupancyGrid`), column 0 the leftmost; a cell is
+written ``(x, y)`` = (column, row) and ``cells[y, x]`` is its value. Readers of formats whose first row is the
+top one flip their rows. Everything outside the grid counts as an obstacle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.errors import MapError
+
+OBSTACLE = 0
+FLOOR = 1
+ROUGH = 2
+UNKNOWN = 255
+
+CellArray = npt.NDArray[np.uint8]
+Mask = npt.NDArray[np.bool_]
+
+
+class Cell(NamedTuple):
+    """A cell by column and row."""
+
+    x: int
+    y: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Terrain:
+    """A class of known cell.
+
+    Parameters
+    ----------
+    code
+        Value of its cells in a grid, 0 to 254; 0 is the obstacle and always blocks sight.
+    name
+        Name used in scenario files.
+    blocks_sight
+        Whether a robot can't see across such a cell.
+    """
+
+    code: int
+    name: str
+    blocks_sight: bool = False
+
+
+TERRAINS = (
+    Terrain(code=OBSTACLE, name="obstacle", blocks_sight=True),
+    Terrain(code=FLOOR, name="floor"),
+    Terrain(code=ROUGH, name="rough"),
+)
+"""The classes every map has; a scenario may add its own from code 3 on."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Grid:
+    """A grid map.
+
+    Parameters
+    ----------
+    cells
+        uint8, shape (height, width); terrain codes, or `UNKNOWN`. Held read-only.
+    resolution_m
+        Edge of a cell in metres.
+    origin_m
+        (x, y, yaw) of the lower left corner of cell (0, 0) in the map frame; metres and radians.
+    terrains
+        The terrain classes that may occur; `TERRAINS` unless a scenario adds some.
+    """
+
+    cells: CellArray
+    resolution_m: float
+    origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    terrains: tuple[Terrain, ...] = TERRAINS
+
+    def __post_init__(self) -> None:
+        if self.cells.ndim != 2 or self.cells.dtype != np.uint8 or 0 in self.cells.shape:
+            raise MapError(f"a grid needs a non-empty 2-d uint8 array, got {self.cells.dtype} {self.cells.shape}")
+        if not (np.isfinite(self.resolution_m) and self.resolution_m > 0):
+            raise MapError(f"resolution must be a positive number of metres, got {self.resolution_m}")
+        view = self.cells.view()
+        view.flags.writeable = False
+        object.__setattr__(self, "cells", view)
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return int(self.cells.shape[1])
+
+    @property
+    def height(self) -> int:
+        """Number of rows."""
+        return int(self.cells.shape[0])
+
+    @property
+    def cell_area_m2(self) -> float:
+        """Area of one cell in square metres."""
+        return self.resolution_m * self.resolution_m
+
+    def centre_m(self, cell: Cell) -> tuple[float, float]:
+        """Return the centre of `cell` in the map frame, in metres."""
+        x0, y0, yaw = self.origin_m
+        dx, dy = (cell.x + 0.5) * self.resolution_m, (cell.y + 0.5) * self.resolution_m
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        return float(x0 + cos * dx - sin * dy), float(y0 + sin * dx + cos * dy)
+
+    def cell_at_m(self, x_m: float, y_m: float) -> Cell:
+        """Return the cell that holds a point of the map frame; it may lie outside the grid."""
+        x0, y0, yaw = self.origin_m
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        dx, dy = x_m - x0, y_m - y0
+        u, v = (cos * dx + sin * dy) / self.resolution_m, (-sin * dx + cos * dy) / self.resolution_m
+        return Cell(int(np.floor(u)), int(np.floor(v)))
+
+    def contains(self, cell: Cell) -> bool:
+        """Say whether `cell` lies in the grid."""
+        return 0 <= cell.x < self.width and 0 <= cell.y < self.height
+
+    def mask_of(self, codes: frozenset[int]) -> Mask:
+        """Return the boolean mask (height, width) of the cells whose terrain code is among `codes`."""
+        table = np.zeros(256, dtype=np.bool_)
+        table[sorted(codes)] = True
+        return table[self.cells]
+
+    def opaque_codes(self) -> CellArray:
+        """Return a uint8 table of 256: 1 for codes that block sight (unknown included), else 0."""
+        table = np.ones(256, dtype=np.uint8)
+        for terrain in self.terrains:
+            table[terrain.code] = terrain.blocks_sight
+        return table

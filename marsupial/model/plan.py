@@ -1,0 +1,89 @@
+"""A plan: time-stamped durative actions in integer milliseconds.
+
+A robot takes part in one action at a time, and its next action starts at least `EPSILON_MS` after the last one ended
+(PDDL 2.1 wants what depends on an end to start after it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+EPSILON_MS = 1
+
+
+class ActionName(StrEnum):
+    """The four actions of the paper."""
+
+    MOVE = "move"
+    EXPLORE = "explore"
+    DOCK = "dock"
+    UNDOCK = "undock"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Action:
+    """One durative action.
+
+    Parameters
+    ----------
+    name
+        Which of the four.
+    robot
+        Who moves or explores; the rover of a dock or undock.
+    carrier
+        The carrier of a dock or undock, else None.
+    origin
+        Place a move or explore leaves, else None.
+    place
+        Where it ends: a meeting or home (move), a target (explore), the meeting (dock, undock).
+    """
+
+    name: ActionName
+    start_ms: int
+    duration_ms: int
+    robot: str
+    place: str
+    carrier: str | None = None
+    origin: str | None = None
+
+    @property
+    def end_ms(self) -> int:
+        """When it ends."""
+        return self.start_ms + self.duration_ms
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Every robot that takes part."""
+        return (self.robot,) if self.carrier is None else (self.robot, self.carrier)
+
+    def __str__(self) -> str:
+        middle = self.carrier if self.carrier is not None else self.origin
+        return f"({self.name} {self.robot} {middle} {self.place})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """Actions in order of start (ties: of the robots' names)."""
+
+    actions: tuple[Action, ...]
+
+    @classmethod
+    def of(cls, actions: Iterable[Action]) -> Plan:
+        """Return the plan of these actions, put in order."""
+        return cls(actions=tuple(sorted(actions, key=lambda a: (a.start_ms, a.robot, a.name, a.place))))
+
+    @property
+    def makespan_ms(self) -> int:
+        """When the last action ends; 0 for an empty plan."""
+        return max((action.end_ms for action in self.actions), default=0)
+
+    @property
+    def explored(self) -> frozenset[str]:
+        """Names of the targets it explores."""
+        return frozenset(a.place for a in self.actions if a.name is ActionName.EXPLORE)
+
+    def of_robot(self, robot: str) -> tuple[Action, ...]:
+        """Return the actions `robot` takes part in, in order."""
+        return tuple(action for action in self.actions if robot in action.robots)

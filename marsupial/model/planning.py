@@ -1,0 +1,101 @@
+"""What passes between planners and those who ask them: budgets, improving plans, outcomes.
+
+An engine is a callable object behind the `Engine` protocol: it streams every improving plan and ends with one
+`Finished`. That there is no plan is an `Outcome`, never an exception.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+from marsupial.errors import UsageError
+from marsupial.model.plan import Plan
+from marsupial.model.situation import Situation
+
+
+class Outcome(StrEnum):
+    """How a planner's run ended."""
+
+    OPTIMAL = "optimal"  # the last plan is proven best
+    SATISFICING = "satisficing"  # there is a plan; nothing proven
+    UNSOLVABLE = "unsolvable"  # proven: no plan exists
+    NO_PLAN = "no_plan"  # gave up without a plan and without a proof
+    TIMEOUT = "timeout"  # budget used up without a plan
+    MEMORY = "memory"  # memory limit hit without a plan
+    CRASHED = "crashed"  # the engine died by itself: signal or exit code in the detail
+    KILLED = "killed"  # somebody else killed it, or it was cancelled
+    UNSUPPORTED = "unsupported"  # the engine can't represent this situation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Budget:
+    """How long a planner may think: wall-clock seconds, or deterministic steps. Exactly one is set."""
+
+    seconds: float | None = None
+    steps: int | None = None
+
+    def __post_init__(self) -> None:
+        if (self.seconds is None) == (self.steps is None):
+            raise UsageError("a budget is either a number of seconds or a number of steps")
+        if (self.seconds is not None and not self.seconds > 0) or (self.steps is not None and self.steps <= 0):
+            raise UsageError(f"a budget must be positive, got {self.seconds if self.steps is None else self.steps}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Improved:
+    """A plan better than all before it, `elapsed_s` wall-clock seconds after the engine was asked."""
+
+    plan: Plan
+    elapsed_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finished:
+    """The last event of a run: why it ended, in a sentence for people, and a lower bound on the makespan if known."""
+
+    outcome: Outcome
+    detail: str = ""
+    elapsed_s: float = 0.0
+    lower_bound_ms: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EngineInfo:
+    """What `marsupial planners` shows of an engine; `missing` is why it can't be used here, or None."""
+
+    name: str
+    summary: str
+    licence: str
+    anytime: bool
+    proves_optimality: bool
+    deterministic_steps: bool
+    missing: str | None = None
+
+
+class Engine(Protocol):
+    """Turns a situation and a budget into a stream of improving plans."""
+
+    @property
+    def info(self) -> EngineInfo:
+        """What it is and whether it can be used on this machine."""
+        ...
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Yield improving plans, then exactly one `Finished`.
+
+        `start` is a plan known to be valid for `situation`, as a first candidate. Closing the iterator early stops
+        the engine and everything it started. Plans are not yet checked: see `marsupial.planning.checker`.
+
+        Raises
+        ------
+        EngineUnavailable
+            If the engine is not installed here.
+        UsageError
+            If it can't keep a budget of that kind.
+        """
+        ...

@@ -1,0 +1,112 @@
+"""Robot types and the team: what each robot is able to do.
+
+A robot type holds metres and seconds, as scenario files do; planning works on integer milliseconds
+(`marsupial.model.situation`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from marsupial.model.grid import FLOOR, ROUGH, Cell
+
+
+class Role(StrEnum):
+    """What a robot type is for."""
+
+    CARRIER = "carrier"
+    ROVER = "rover"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnergyModel:
+    """Power a robot type draws, in watts: always (`idle_w`) and on top of it while driving (`drive_w`)."""
+
+    idle_w: float = 0.0
+    drive_w: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotType:
+    """Abilities shared by robots of one type.
+
+    Parameters
+    ----------
+    speed_mps
+        Driving speed in m/s.
+    sensor_range_m
+        How far it sees, in metres.
+    radius_m
+        Radius of its footprint in metres; 0 is a point that only needs its own cell.
+    terrains
+        Codes of the terrain classes it can drive on.
+    capacity
+        Carriers: how many rovers it carries. Rovers: 0.
+    dock_ms, undock_ms
+        Rovers: how long docking on a carrier and undocking from it take. Carriers: 0.
+    """
+
+    name: str
+    role: Role
+    speed_mps: float
+    sensor_range_m: float
+    radius_m: float
+    terrains: frozenset[int]
+    capacity: int = 0
+    dock_ms: int = 0
+    undock_ms: int = 0
+    energy: EnergyModel = EnergyModel()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TeamMember:
+    """One robot of the team.
+
+    Parameters
+    ----------
+    start
+        Its first cell; None for a carried rover and for robots whose start is drawn by the seed.
+    carrier
+        Name of the carrier it starts docked on (rovers only).
+    """
+
+    name: str
+    type: str
+    start: Cell | None = None
+    carrier: str | None = None
+
+
+def default_types(capacity: int) -> tuple[RobotType, RobotType]:
+    """Return the carrier and rover types used for a bare map; the carrier has `capacity` places."""
+    carrier = RobotType(
+        name="carrier",
+        role=Role.CARRIER,
+        speed_mps=1.0,
+        sensor_range_m=10.0,
+        radius_m=0.5,
+        terrains=frozenset({FLOOR}),
+        capacity=capacity,
+        energy=EnergyModel(idle_w=20.0, drive_w=60.0),
+    )
+    rover = RobotType(
+        name="rover",
+        role=Role.ROVER,
+        speed_mps=0.5,
+        sensor_range_m=5.0,
+        radius_m=0.15,
+        terrains=frozenset({FLOOR, ROUGH}),
+        dock_ms=10_000,
+        undock_ms=5_000,
+        energy=EnergyModel(idle_w=4.0, drive_w=8.0),
+    )
+    return carrier, rover
+
+
+def uniform_team(carriers: int, rovers: int) -> tuple[TeamMember, ...]:
+    """Return `carriers` carriers with `rovers` docked rovers each: ``carrier1``, ``rover1_1``, ``rover1_2``..."""
+    team: list[TeamMember] = []
+    for i in range(1, carriers + 1):
+        team.append(TeamMember(name=f"carrier{i}", type="carrier"))
+        team += [TeamMember(name=f"rover{i}_{j}", type="rover", carrier=f"carrier{i}") for j in range(1, rovers + 1)]
+    return tuple(team)

@@ -1,0 +1,252 @@
+"""A situation: everything a planner needs at one moment, with no grid in it.
+
+Places are named. A *start* is where one robot is (or will be when its running action ends), a *target* is a
+cluster of frontier cells, a *meeting* point is where a carrier and a rover can dock, a *home* is where a carrier
+has to end. Travel times are per robot type, since each type has its own pose at a place. An action that is
+running is represented by the moment its robots are free again and where they are then: a rover in the middle of
+docking is aboard already, and its carrier is busy until the docking ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.errors import Problem, SituationError
+from marsupial.model.robots import Role
+
+UNREACHABLE = -1
+"""Entry of a travel table where there is no path."""
+
+TravelTable = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningType:
+    """What planning knows of a robot type; times in integer milliseconds."""
+
+    name: str
+    role: Role
+    capacity: int = 0
+    dock_ms: int = 0
+    undock_ms: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotState:
+    """Where a robot is free next.
+
+    Parameters
+    ----------
+    place
+        Name of its start, or None for a rover that is aboard.
+    carrier
+        Name of the carrier it is aboard, or None.
+    free_at_ms
+        When its running action ends; 0 is now. A rover aboard is bound to its carrier's.
+    home
+        Place a carrier has to end at when the goal asks for `return_home`.
+    """
+
+    name: str
+    type: str
+    place: str | None = None
+    carrier: str | None = None
+    free_at_ms: int = 0
+    home: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TargetInfo:
+    """A target: its name, the robot types that can explore it, and the area (m2) it may reveal."""
+
+    name: str
+    explorers: frozenset[str]
+    reveal_m2: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SituationGoal:
+    """What a plan has to reach besides exploring every target."""
+
+    recover_rovers: bool = False
+    return_home: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Situation:
+    """Robots, places, travel times and goal at one moment.
+
+    Parameters
+    ----------
+    types, robots, targets, meetings, homes
+        Meetings and homes are plain names. Names are unique over all robots and places.
+    travel_ms
+        Per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` where there is
+        no path. Held read-only. Entries into a target are `UNREACHABLE` for a type that can't explore it.
+
+    Raises
+    ------
+    SituationError
+        With every problem found.
+    """
+
+    types: tuple[PlanningType, ...]
+    robots: tuple[RobotState, ...]
+    targets: tuple[TargetInfo, ...]
+    meetings: tuple[str, ...]
+    homes: tuple[str, ...] = ()
+    travel_ms: Mapping[str, TravelTable] = field(repr=False)
+    goal: SituationGoal = SituationGoal()
+
+    def __post_init__(self) -> None:
+        problems = list(_problems(self))
+        if problems:
+            raise SituationError(problems)
+        tables = {}
+        for kind in self.types:
+            table = np.ascontiguousarray(self.travel_ms[kind.name], dtype=np.int64)
+            if table is self.travel_ms[kind.name] and table.flags.writeable:
+                table = table.copy()
+            table.flags.writeable = False
+            tables[kind.name] = table
+        object.__setattr__(self, "travel_ms", tables)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Situation):
+            return NotImplemented
+        mine = (self.types, self.robots, self.targets, self.meetings, self.homes, self.goal)
+        theirs = (other.types, other.robots, other.targets, other.meetings, other.homes, other.goal)
+        return mine == theirs and all(
+            np.array_equal(self.travel_ms[kind.name], other.travel_ms[kind.name]) for kind in self.types
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @cached_property
+    def places(self) -> tuple[str, ...]:
+        """All places in the order of the travel tables: starts (in robot order), targets, meetings, homes."""
+        starts = tuple(robot.place for robot in self.robots if robot.place is not None)
+        return starts + tuple(target.name for target in self.targets) + self.meetings + self.homes
+
+    @cached_property
+    def place_index(self) -> Mapping[str, int]:
+        """Row and column of each place in the travel tables."""
+        return {name: i for i, name in enumerate(self.places)}
+
+    @cached_property
+    def robot_by_name(self) -> Mapping[str, RobotState]:
+        """Robots by name."""
+        return {robot.name: robot for robot in self.robots}
+
+    @cached_property
+    def type_by_name(self) -> Mapping[str, PlanningType]:
+        """Robot types by name."""
+        return {kind.name: kind for kind in self.types}
+
+    @cached_property
+    def target_by_name(self) -> Mapping[str, TargetInfo]:
+        """Targets by name."""
+        return {target.name: target for target in self.targets}
+
+    def type_of(self, robot: str) -> PlanningType:
+        """Return the type of the robot with that name."""
+        return self.type_by_name[self.robot_by_name[robot].type]
+
+    def of_role(self, role: Role) -> tuple[RobotState, ...]:
+        """Return the robots of a role, in order."""
+        return tuple(robot for robot in self.robots if self.type_by_name[robot.type].role is role)
+
+    def travel(self, kind: str, origin: str, goal: str) -> int | None:
+        """Return the travel time in ms of robot type `kind`, or None where there is no path."""
+        value = int(self.travel_ms[kind][self.place_index[origin], self.place_index[goal]])
+        return None if value == UNREACHABLE else value
+
+    def restricted(
+        self,
+        *,
+        robots: frozenset[str] | None = None,
+        targets: frozenset[str] | None = None,
+        meetings: frozenset[str] | None = None,
+        goal: SituationGoal | None = None,
+    ) -> Situation:
+        """Return the smaller situation with only the named robots, targets and meetings (None keeps all).
+
+        A kept rover that is aboard needs its carrier kept. Homes of dropped carriers go with them.
+        """
+        kept = tuple(r for r in self.robots if robots is None or r.name in robots)
+        kept_targets = tuple(t for t in self.targets if targets is None or t.name in targets)
+        kept_meetings = tuple(m for m in self.meetings if meetings is None or m in meetings)
+        used = {r.home for r in kept}
+        homes = tuple(h for h in self.homes if h in used)
+        starts = tuple(r.place for r in kept if r.place is not None)
+        names = starts + tuple(t.name for t in kept_targets) + kept_meetings + homes
+        rows = np.array([self.place_index[name] for name in names], dtype=np.intp)
+        return replace(
+            self,
+            robots=kept,
+            targets=kept_targets,
+            meetings=kept_meetings,
+            homes=homes,
+            travel_ms={name: table[np.ix_(rows, rows)] for name, table in self.travel_ms.items()},
+            goal=self.goal if goal is None else goal,
+        )
+
+
+def _problems(situation: Situation) -> list[Problem]:
+    problems: list[Problem] = []
+    names = [kind.name for kind in situation.types]
+    roles = {kind.name: kind.role for kind in situation.types}
+    for name in sorted({n for n in names if names.count(n) > 1}):
+        problems.append(Problem("types", f"name {name!r} is used twice"))
+    problems += _robot_problems(situation, roles)
+    for i, target in enumerate(situation.targets):
+        unknown = sorted(target.explorers - roles.keys())
+        if unknown:
+            problems.append(Problem(f"targets[{i}].explorers", f"unknown robot type {unknown[0]!r}"))
+    everything = [r.name for r in situation.robots] + list(situation.places)
+    for name in sorted({n for n in everything if everything.count(n) > 1}):
+        problems.append(Problem("places", f"name {name!r} is used twice"))
+    shape = (len(situation.places), len(situation.places))
+    for kind in situation.types:
+        table = situation.travel_ms.get(kind.name)
+        if table is None:
+            problems.append(Problem(f"travel_ms.{kind.name}", "missing"))
+        elif np.shape(table) != shape:
+            problems.append(Problem(f"travel_ms.{kind.name}", f"must have shape {shape}, got {np.shape(table)}"))
+        elif table.size and int(np.min(table)) < UNREACHABLE:
+            problems.append(Problem(f"travel_ms.{kind.name}", "must hold times of 0 ms or more, or -1"))
+        if kind.capacity < 0 or kind.dock_ms < 0 or kind.undock_ms < 0:
+            problems.append(Problem(f"types.{kind.name}", "capacity and times must not be negative"))
+    return problems
+
+
+def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Problem]:
+    problems: list[Problem] = []
+    carriers = {r.name: r for r in situation.robots if roles.get(r.type) is Role.CARRIER}
+    load = dict.fromkeys(carriers, 0)
+    for i, robot in enumerate(situation.robots):
+        path = f"robots[{i}]"
+        if robot.type not in roles:
+            problems.append(Problem(f"{path}.type", f"unknown robot type {robot.type!r}"))
+        if (robot.place is None) == (robot.carrier is None):
+            problems.append(Problem(path, f"{robot.name} must be either at a place or on a carrier"))
+        if robot.carrier is not None and (robot.name in carriers or robot.carrier not in carriers):
+            problems.append(Problem(f"{path}.carrier", f"{robot.name} can't be carried by {robot.carrier!r}"))
+        elif robot.carrier is not None:
+            load[robot.carrier] += 1
+        if robot.free_at_ms < 0:
+            problems.append(Problem(f"{path}.free_at_ms", f"must be 0 or more, got {robot.free_at_ms}"))
+        if robot.home is not None and robot.home not in situation.homes:
+            problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
+    capacities = {kind.name: kind.capacity for kind in situation.types}
+    for name, count in load.items():
+        if count > capacities[carriers[name].type]:
+            problems.append(
+                Problem(f"robots.{name}", f"carries {count} rovers, capacity {capacities[carriers[name].type]}")
+            )
+    return problems
