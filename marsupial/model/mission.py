@@ -1,8 +1,8 @@
 """What happens in a mission, as events on simulated time, and how it ends.
 
 The events are the mission log (`marsupial.formats.missionlog` writes one JSON object a line) and hold all that a
-replay needs: which cells were revealed when, who drove which way, which plan was followed and why it was made. They hold no
-wall-clock time, so the same scenario, seed and step budget give the same bytes.
+replay needs: which cells were revealed when, who drove which way, which plan was followed and why it was made.
+They hold no wall-clock time, so the same scenario, seed and step budget give the same bytes.
 """
 
 from __future__ import annotations
@@ -71,8 +71,8 @@ class Revealed:
 class DriveStarted:
     """`robot` sets out from the centre of `cell` along `steps`.
 
-    A step is a digit: 0 east (+x), 1 north-east, 2 north (+y), ... 7 south-east. The centre of the k-th cell is passed at
-    ``t_ms + round(1000 * length_m / speed_mps)``, length along the steps (diagonals sqrt 2).
+    A step is a digit: 0 east (+x), 1 north-east, 2 north (+y), ... 7 south-east. The centre of the k-th cell is
+    passed at ``t_ms + round(1000 * length_m / speed_mps)``, length along the steps (diagonals sqrt 2).
     """
 
     t_ms: int
