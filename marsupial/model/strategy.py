@@ -1,0 +1,75 @@
+"""What passes between the mission loop and a strategy.
+
+At each replanning the loop hands over a `Briefing` and follows the plan of the `Decision` it gets back, once the
+checker has accepted it. A plan need not serve every target: whatever it leaves is decided at a later replanning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Outcome
+from marsupial.model.situation import Situation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Briefing:
+    """All a strategy may know at one replanning.
+
+    Parameters
+    ----------
+    situation
+        The moment to decide for; its times count from now. While targets are left its goal asks for exploring only;
+        recovery and return are asked for once none is left.
+    previous
+        What is left of the plan followed so far, times from now, without what is no longer possible; None at first.
+    direct_ms
+        Per carrier and target: travel time at the carrier's speed over the known cells that any robot type can drive
+        on. Pairs without such a path are absent. (The baseline assigns carriers regardless of access.)
+    connects
+        Per meeting point: the targets in the rover-only areas that it gives access to.
+    deployed_at
+        Per rover on the ground: the meeting point it was last set down at, where that is still one.
+    """
+
+    situation: Situation
+    previous: Plan | None
+    direct_ms: Mapping[str, Mapping[str, int]]
+    connects: Mapping[str, frozenset[str]]
+    deployed_at: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningReport:
+    """How one planning went: wall-clock seconds in all and to the first plan, how it ended, plans refused."""
+
+    planner: str
+    outcome: Outcome
+    wall_s: float
+    first_plan_s: float | None = None
+    refused: int = 0
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """The plan to follow from now on (times from now) and how it was found."""
+
+    plan: Plan
+    report: PlanningReport
+
+
+class Strategy(Protocol):
+    """Decides, at each replanning, what every robot does next."""
+
+    @property
+    def name(self) -> str:
+        """Its name in the registry."""
+        ...
+
+    def decide(self, briefing: Briefing) -> Decision:
+        """Return the plan to follow; an empty plan means that nothing can be done."""
+        ...
