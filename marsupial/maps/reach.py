@@ -1,0 +1,75 @@
+"""Where a robot type can get to.
+
+A diagonal step needs both shared orthogonal neighbours, so the areas that are connected for a robot are the
+four-connected parts of the cells it may stand on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from marsupial.maps.footprint import standable
+from marsupial.model.grid import Cell, Grid, Mask
+from marsupial.model.robots import RobotType
+
+__all__ = ["flood", "largest_reach", "parts", "standable"]
+
+
+def parts(mask: Mask) -> tuple[npt.NDArray[np.int32], int]:
+    """Return the labels (height, width) of the connected parts of `mask`, from 1, and how many there are."""
+    labels, count = ndimage.label(mask)
+    return labels.astype(np.int32, copy=False), int(count)
+
+
+def largest_reach(grid: Grid, kind: RobotType) -> Mask:
+    """Return the mask of the largest connected area where a robot of type `kind` may stand (maybe empty)."""
+    labels, count = parts(standable(grid, kind))
+    if count == 0:
+        return np.zeros(grid.cells.shape, dtype=np.bool_)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    return np.asarray(labels == int(np.argmax(sizes)))
+
+
+def flood(mask: Mask, seeds: Iterable[Cell]) -> Mask:
+    """Return the mask of all cells connected to a seed within `mask`; seeds outside `mask` count for nothing."""
+    width = mask.shape[1]
+    starts = np.array([c.y * width + c.x for c in seeds if mask[c.y, c.x]], dtype=np.int64)
+    return flood_indices(mask, starts)
+
+
+def flood_indices(mask: Mask, starts: npt.NDArray[np.int64]) -> Mask:
+    """Do as `flood`, from row-major indices that all lie in `mask`."""
+    out = np.zeros(mask.shape, dtype=np.bool_)
+    _flood(mask, starts, out, np.empty(mask.size, dtype=np.int64))
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _flood(mask: Any, starts: Any, out: Any, queue: Any) -> None:
+    height, width = mask.shape
+    tail = 0
+    for start in starts:
+        y, x = start // width, start % width
+        if not out[y, x]:
+            out[y, x] = True
+            queue[tail] = start
+            tail += 1
+    head = 0
+    while head < tail:
+        index = queue[head]
+        head += 1
+        y, x = index // width, index % width
+        for direction in range(4):
+            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
+            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
+            if 0 <= u < width and 0 <= v < height and mask[v, u] and not out[v, u]:
+                out[v, u] = True
+                queue[tail] = v * width + u
+                tail += 1
