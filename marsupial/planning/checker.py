@@ -1,0 +1,264 @@
+"""Say whether a plan can be carried out in a situation and reaches its goal, without knowing any planner.
+
+The actions are gone through in order of start. Whatever an action needs, its own robots decide (where they are, on
+whom, since when they are free), and a robot takes part in one action at a time: so an action's effects can be
+entered as soon as it is accepted, whoever looks at them next can only do so after its end. The capacity of a carrier
+therefore counts docks from their start and undocks until their end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import accumulate
+
+from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
+from marsupial.model.robots import Role
+from marsupial.model.situation import RobotState, Situation
+
+
+class ViolationKind(StrEnum):
+    """What is wrong with a plan."""
+
+    MALFORMED = "malformed"  # a move or explore without origin or with a carrier, a dock or undock the other way round
+    UNKNOWN_NAME = "unknown_name"  # no such robot or place
+    WRONG_ROLE = "wrong_role"  # only a rover docks and undocks, only on and from a carrier
+    OUT_OF_ORDER = "out_of_order"  # listed after an action that starts later
+    TOO_EARLY = "too_early"  # before the plan begins, or before the robot's running action ends
+    OVERLAP = "overlap"  # less than EPSILON_MS after the end of the robot's previous action
+    WRONG_PLACE = "wrong_place"  # a move to no meeting or home, an explore of no target, a dock at no meeting
+    CARRIED = "carried"  # a carried rover can't move, explore or dock
+    ELSEWHERE = "elsewhere"  # the robot is not where the action begins
+    NOT_ABOARD = "not_aboard"  # an undock of a rover that is not on that carrier
+    CANNOT_EXPLORE = "cannot_explore"  # a target that the robot's type can't explore
+    NO_PATH = "no_path"  # no path for the robot's type
+    WRONG_DURATION = "wrong_duration"  # not exactly what the situation says
+    NO_CAPACITY = "no_capacity"  # a dock on a full carrier
+    TARGET_UNEXPLORED = "target_unexplored"  # goal
+    ROVER_NOT_ABOARD = "rover_not_aboard"  # goal
+    CARRIER_NOT_HOME = "carrier_not_home"  # goal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Violation:
+    """What is wrong, when, and in which action; `action` is None where the goal is not reached at the end."""
+
+    kind: ViolationKind
+    time_ms: int
+    action: Action | None
+    message: str
+
+    def __str__(self) -> str:
+        where = "at the end" if self.action is None else str(self.action)
+        return f"{self.time_ms / 1000:.3f} s, {where}: {self.message}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """Whether a plan is valid, and if not the first violation in time."""
+
+    valid: bool
+    violation: Violation | None
+    makespan_ms: int
+
+
+def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = None) -> Verdict:
+    """Check that `plan` can be carried out in `situation` and reaches the goal.
+
+    Parameters
+    ----------
+    targets
+        Names of the targets it has to explore; None: all of the situation. The other goals are the situation's.
+
+    Returns
+    -------
+    Verdict
+        With the first violation in time; among actions that start together, the first in the order of the plan.
+    """
+    violation = next(_violations(situation, plan, targets), None)
+    return Verdict(valid=violation is None, violation=violation, makespan_ms=plan.makespan_ms)
+
+
+def _violations(situation: Situation, plan: Plan, targets: frozenset[str] | None) -> Iterator[Violation]:
+    """Yield the violations in order of time; only the first one counts, what follows it is not meaningful."""
+    latest = accumulate((action.start_ms for action in plan.actions), max)
+    late = [action.start_ms < start for action, start in zip(plan.actions, latest, strict=True)]
+    world = _World.of(situation)
+    for i in sorted(range(len(late)), key=lambda i: plan.actions[i].start_ms):
+        action = plan.actions[i]
+        fault = (ViolationKind.OUT_OF_ORDER, "listed after an action that starts later") if late[i] else None
+        fault = fault or world.fault(action)
+        if fault is not None:
+            yield Violation(kind=fault[0], time_ms=action.start_ms, action=action, message=fault[1])
+        world.apply(action)
+    wanted = (target.name for target in situation.targets) if targets is None else sorted(targets)
+    for kind, message in world.missing(tuple(wanted)):
+        yield Violation(kind=kind, time_ms=plan.makespan_ms, action=None, message=message)
+
+
+Fault = tuple[ViolationKind, str]
+
+
+@dataclass(slots=True)
+class _World:
+    """Where everybody is after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
+
+    situation: Situation
+    at: dict[str, str | None]
+    on: dict[str, str | None]
+    free_ms: dict[str, int]
+    busy: set[str]
+    explored: set[str]
+
+    @classmethod
+    def of(cls, situation: Situation) -> _World:
+        robots = situation.robots
+        return cls(
+            situation=situation,
+            at={robot.name: robot.place for robot in robots},
+            on={robot.name: robot.carrier for robot in robots},
+            free_ms={robot.name: _free_at(situation, robot) for robot in robots},
+            busy=set(),
+            explored=set(),
+        )
+
+    def fault(self, action: Action) -> Fault | None:
+        """Return why `action` can't start now, or None."""
+        names = self._names(action) or self._role(action) or self._time(action)
+        return names or _CHECKS[action.name](self, action)
+
+    def apply(self, action: Action) -> None:
+        """Enter the effects of an accepted action."""
+        for robot in action.robots:
+            self.free_ms[robot] = action.end_ms + EPSILON_MS
+            self.busy.add(robot)
+        docked = action.name is ActionName.DOCK
+        self.at[action.robot] = None if docked else action.place
+        self.on[action.robot] = action.carrier if docked else None
+        if action.name is ActionName.EXPLORE:
+            self.explored.add(action.place)
+
+    def missing(self, targets: tuple[str, ...]) -> Iterator[Fault]:
+        """Yield what of the goal is not reached."""
+        for target in targets:
+            if target not in self.explored:
+                yield ViolationKind.TARGET_UNEXPLORED, f"{target} has not been explored"
+        goal = self.situation.goal
+        if goal.recover_rovers or goal.return_home:
+            for rover in self.situation.of_role(Role.ROVER):
+                if self.on[rover.name] is None:
+                    yield ViolationKind.ROVER_NOT_ABOARD, f"{rover.name} is not aboard a carrier"
+        if goal.return_home:
+            for robot in self.situation.of_role(Role.CARRIER):
+                if robot.home is not None and self.at[robot.name] != robot.home:
+                    yield ViolationKind.CARRIER_NOT_HOME, f"{robot.name} is not at its home {robot.home}"
+
+    def _names(self, action: Action) -> Fault | None:
+        drives = action.name in (ActionName.MOVE, ActionName.EXPLORE)
+        if drives == (action.origin is None) or drives == (action.carrier is not None):
+            needs = "an origin and no carrier" if drives else "a carrier and no origin"
+            return ViolationKind.MALFORMED, f"{action.name} needs {needs}"
+        for robot in action.robots:
+            if robot not in self.situation.robot_by_name:
+                return ViolationKind.UNKNOWN_NAME, f"there is no robot {robot!r}"
+        for place in (action.origin, action.place):
+            if place is not None and place not in self.situation.place_index:
+                return ViolationKind.UNKNOWN_NAME, f"there is no place {place!r}"
+        return None
+
+    def _role(self, action: Action) -> Fault | None:
+        if action.carrier is None:
+            return None
+        if self.situation.type_of(action.robot).role is not Role.ROVER:
+            return ViolationKind.WRONG_ROLE, f"{action.robot} is not a rover"
+        if self.situation.type_of(action.carrier).role is not Role.CARRIER:
+            return ViolationKind.WRONG_ROLE, f"{action.carrier} is not a carrier"
+        return None
+
+    def _time(self, action: Action) -> Fault | None:
+        if action.start_ms < 0:
+            return ViolationKind.TOO_EARLY, "starts before the plan begins"
+        for robot in action.robots:
+            free = self.free_ms[robot]
+            if action.start_ms < free and robot in self.busy:
+                return (
+                    ViolationKind.OVERLAP,
+                    f"{robot} is free from {free} ms only (its last action, then {EPSILON_MS} ms)",
+                )
+            if action.start_ms < free:
+                return ViolationKind.TOO_EARLY, f"{robot} is busy until {free} ms"
+        return None
+
+    def _drive(self, action: Action) -> Fault | None:
+        robot, origin = action.robot, action.origin
+        if self.on[robot] is not None:
+            return ViolationKind.CARRIED, f"{robot} is aboard {self.on[robot]}"
+        if self.at[robot] != origin or origin is None:
+            return ViolationKind.ELSEWHERE, f"{robot} is at {self.at[robot]}, not at {origin}"
+        travel = self.situation.travel(self.situation.robot_by_name[robot].type, origin, action.place)
+        if travel is None:
+            return ViolationKind.NO_PATH, f"{robot} has no path from {origin} to {action.place}"
+        return _duration(action, travel)
+
+    def _move(self, action: Action) -> Fault | None:
+        if action.place not in self.situation.meetings and action.place not in self.situation.homes:
+            return ViolationKind.WRONG_PLACE, f"{action.place} is neither a meeting point nor a home"
+        return self._drive(action)
+
+    def _explore(self, action: Action) -> Fault | None:
+        target = self.situation.target_by_name.get(action.place)
+        if target is None:
+            return ViolationKind.WRONG_PLACE, f"{action.place} is not a target"
+        kind = self.situation.robot_by_name[action.robot].type
+        if kind not in target.explorers:
+            return ViolationKind.CANNOT_EXPLORE, f"type {kind} can't explore {target.name}"
+        return self._drive(action)
+
+    def _dock(self, action: Action) -> Fault | None:
+        if self.on[action.robot] is not None:
+            return ViolationKind.CARRIED, f"{action.robot} is aboard {self.on[action.robot]}"
+        fault = self._meet(action, action.robots)
+        if fault is not None:
+            return fault
+        carrier = action.robots[1]
+        load, capacity = sum(on == carrier for on in self.on.values()), self.situation.type_of(carrier).capacity
+        if load + 1 > capacity:
+            return ViolationKind.NO_CAPACITY, f"{carrier} carries {load} of {capacity}"
+        return _duration(action, self.situation.type_of(action.robot).dock_ms)
+
+    def _undock(self, action: Action) -> Fault | None:
+        if self.on[action.robot] != action.carrier:
+            return ViolationKind.NOT_ABOARD, f"{action.robot} is not aboard {action.carrier}"
+        fault = self._meet(action, action.robots[1:])
+        return fault or _duration(action, self.situation.type_of(action.robot).undock_ms)
+
+    def _meet(self, action: Action, robots: tuple[str, ...]) -> Fault | None:
+        if action.place not in self.situation.meetings:
+            return ViolationKind.WRONG_PLACE, f"{action.place} is not a meeting point"
+        for robot in robots:
+            if self.at[robot] != action.place:
+                return ViolationKind.ELSEWHERE, f"{robot} is at {self.at[robot]}, not at {action.place}"
+        return None
+
+
+_CHECKS: Mapping[ActionName, Callable[[_World, Action], Fault | None]] = {
+    ActionName.MOVE: _World._move,
+    ActionName.EXPLORE: _World._explore,
+    ActionName.DOCK: _World._dock,
+    ActionName.UNDOCK: _World._undock,
+}
+
+
+def _duration(action: Action, expected_ms: int) -> Fault | None:
+    expected_ms = max(1, expected_ms)
+    if action.duration_ms == expected_ms:
+        return None
+    return ViolationKind.WRONG_DURATION, f"takes {expected_ms} ms, not {action.duration_ms} ms"
+
+
+def _free_at(situation: Situation, robot: RobotState) -> int:
+    """Return when a robot is free; one that is aboard waits for its carrier."""
+    if robot.carrier is None:
+        return robot.free_at_ms
+    return max(robot.free_at_ms, situation.robot_by_name[robot.carrier].free_at_ms)

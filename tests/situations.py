@@ -1,0 +1,303 @@
+"""Small situations that can be solved by eye, and random ones, for the tests of everything that plans.
+
+The folder of tests is on the import path, so any test may say ``from situations import one_room``. Places lie on a
+line (or in a plane); each has a zone per robot type, and a type gets from place to place where both have the same zone.
+Positions are in seconds at the carrier's speed; rovers take twice as long.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from hypothesis import strategies as st
+
+from marsupial.model.robots import Role
+from marsupial.model.situation import (
+    UNREACHABLE,
+    PlanningType,
+    RobotState,
+    Situation,
+    SituationGoal,
+    TargetInfo,
+    TravelTable,
+)
+
+DOCK_MS, UNDOCK_MS = 10_000, 5_000
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Where a place is (ms at the carrier's speed) and in which zone for each type; no zone: can't be there."""
+
+    x: int
+    zones: Mapping[str, int]
+    y: int = 0
+
+
+def hall(seconds: int, zone: int = 0) -> Spot:
+    """Return a spot that the carrier can be at, and no rover."""
+    return Spot(seconds * 1000, {"carrier": zone})
+
+
+def room(seconds: int, zone: int = 0) -> Spot:
+    """Return a spot that the rover can be at, and no carrier."""
+    return Spot(seconds * 1000, {"rover": zone})
+
+
+def door(seconds: int, zone: int = 0, *, carrier_zone: int = 0) -> Spot:
+    """Return a spot that both can be at."""
+    return Spot(seconds * 1000, {"carrier": carrier_zone, "rover": zone})
+
+
+def default_types(capacity: int = 1) -> tuple[PlanningType, ...]:
+    """Return one carrier type and one rover type."""
+    return (
+        PlanningType(name="carrier", role=Role.CARRIER, capacity=capacity),
+        PlanningType(name="rover", role=Role.ROVER, dock_ms=DOCK_MS, undock_ms=UNDOCK_MS),
+    )
+
+
+def situation_of(
+    robots: Sequence[RobotState],
+    targets: Mapping[str, Spot],
+    meetings: Mapping[str, Spot],
+    starts: Mapping[str, Spot],
+    *,
+    homes: Mapping[str, Spot] | None = None,
+    types: tuple[PlanningType, ...] | None = None,
+    slowness: Mapping[str, int] | None = None,
+    goal: SituationGoal | None = None,
+) -> Situation:
+    """Return the situation of these robots and spots; `slowness` is 1 for carriers and 2 for rovers."""
+    types = default_types() if types is None else types
+    homes = {} if homes is None else homes
+    spots = [starts[robot.place] for robot in robots if robot.place is not None]
+    spots += [*targets.values(), *meetings.values(), *homes.values()]
+    slow = {kind.name: 1 if kind.role is Role.CARRIER else 2 for kind in types} | dict(slowness or {})
+    return Situation(
+        types=types,
+        robots=tuple(robots),
+        targets=tuple(
+            TargetInfo(name=name, explorers=frozenset(spot.zones), reveal_m2=1.0) for name, spot in targets.items()
+        ),
+        meetings=tuple(meetings),
+        homes=tuple(homes),
+        travel_ms={kind.name: _table(spots, kind.name, slow[kind.name]) for kind in types},
+        goal=goal or SituationGoal(),
+    )
+
+
+def _table(spots: Sequence[Spot], kind: str, slowness: int) -> TravelTable:
+    table = np.full((len(spots), len(spots)), UNREACHABLE, dtype=np.int64)
+    for i, a in enumerate(spots):
+        for j, b in enumerate(spots):
+            if kind in a.zones and a.zones[kind] == b.zones.get(kind):
+                table[i, j] = slowness * (abs(a.x - b.x) + abs(a.y - b.y))
+    return table
+
+
+def carrier(number: int = 1, *, free_at_ms: int = 0, home: str | None = None) -> RobotState:
+    """Return the carrier ``c<number>`` at its start ``c<number>_start``."""
+    return RobotState(name=f"c{number}", type="carrier", place=f"c{number}_start", free_at_ms=free_at_ms, home=home)
+
+
+def rover(number: int = 1, on: str | None = None, *, free_at_ms: int = 0) -> RobotState:
+    """Return the rover ``r<number>``, on a carrier or at its start ``r<number>_start``."""
+    place = None if on else f"r{number}_start"
+    return RobotState(name=f"r{number}", type="rover", place=place, carrier=on, free_at_ms=free_at_ms)
+
+
+def one_hall() -> Situation:
+    """Return: a carrier alone, two targets it explores itself, 10 s and 30 s away on the same side."""
+    return situation_of([carrier()], {"t1": hall(10), "t2": hall(30)}, {}, {"c1_start": hall(0)})
+
+
+def one_room(*, goal: SituationGoal | None = None) -> Situation:
+    """Return: a carrier with a rover aboard, a door 10 s away and a target in the room, 4 s further for the rover.
+
+    Best: move 0 to 10 000, undock to 15 001, explore to 19 002 ms. The carrier has a home where it starts.
+    """
+    return situation_of(
+        [carrier(home="home"), rover(on="c1")],
+        {"t1": room(12)},
+        {"m1": door(10)},
+        {"c1_start": hall(0)},
+        homes={"home": hall(0)},
+        goal=goal,
+    )
+
+
+def two_rooms() -> Situation:
+    """Return: one carrier with one rover, two rooms 10 s to the left and 20 s to the right, one target in each.
+
+    The rover has to be picked up at the first door, carried to the other one and set down there.
+    """
+    return situation_of(
+        [carrier(), rover(on="c1")],
+        {"t1": room(-12, 1), "t2": room(22, 2)},
+        {"m1": door(-10, 1), "m2": door(20, 2)},
+        {"c1_start": hall(0)},
+    )
+
+
+def rover_left_behind(*, free_at_ms: int = 0) -> Situation:
+    """Return: a rover on the ground in room 1, a target in room 2, an empty carrier between: it has to be fetched."""
+    return situation_of(
+        [carrier(), rover(free_at_ms=free_at_ms)],
+        {"t1": room(22, 2)},
+        {"m1": door(-10, 1), "m2": door(20, 2)},
+        {"c1_start": hall(0), "r1_start": room(-11, 1)},
+    )
+
+
+def relay() -> Situation:
+    """Return: carrier 1 brings the rover to a room with a second door, carrier 2 takes it on from there.
+
+    The carriers can't reach each other's halls; the target lies in a room off the hall of carrier 2.
+    """
+    return situation_of(
+        [carrier(1), carrier(2), rover(on="c1")],
+        {"t1": room(42, 2)},
+        {"m1": door(10, 1), "m2": door(20, 1, carrier_zone=1), "m3": door(40, 2, carrier_zone=1)},
+        {"c1_start": hall(0), "c2_start": hall(30, 1)},
+    )
+
+
+def in_flight() -> Situation:
+    """Return: `one_room` in the middle of things: the carrier docks a rover till 7 s, another drives till 3 s."""
+    return situation_of(
+        [carrier(free_at_ms=7_000), rover(1, "c1", free_at_ms=7_000), rover(2, free_at_ms=3_000)],
+        {"t1": room(12, 1), "t2": room(5, 2), "t3": hall(-5)},
+        {"m1": door(10, 1)},
+        {"c1_start": hall(0), "r2_start": room(3, 2)},
+    )
+
+
+def no_capacity() -> Situation:
+    """Return: a carrier that can't carry, a rover on the ground; each has a target it can explore by itself."""
+    return situation_of(
+        [carrier(), rover()],
+        {"t1": hall(10), "t2": room(3)},
+        {"m1": door(1)},
+        {"c1_start": hall(0), "r1_start": room(2)},
+        types=default_types(0),
+    )
+
+
+def out_of_reach() -> Situation:
+    """Return: `one_hall` with a target in a room that nobody can enter: there is no rover and no door."""
+    return situation_of([carrier()], {"t1": hall(10), "t2": room(20)}, {}, {"c1_start": hall(0)})
+
+
+def full_carrier() -> Situation:
+    """Return: the carrier's one place holds a rover of the wrong type; it has to make room for the right one."""
+    types = (*default_types(), PlanningType(name="climber", role=Role.ROVER, dock_ms=8_000, undock_ms=4_000))
+    both = {"carrier": 0, "rover": 0, "climber": 0}
+    climber = RobotState(name="k1", type="climber", place="k1_start")
+    return situation_of(
+        [carrier(), rover(on="c1"), climber],
+        {"t1": Spot(22_000, {"climber": 2})},
+        {"m1": Spot(10_000, both), "m2": Spot(20_000, {"carrier": 0, "climber": 2})},
+        {"c1_start": hall(0), "k1_start": Spot(9_000, {"climber": 0})},
+        types=types,
+    )
+
+
+def bring_them_home() -> Situation:
+    """Return: nothing left to explore; two carriers with one place each, two rovers on the ground, all to go home."""
+    return situation_of(
+        [carrier(1, home="h1"), carrier(2, home="h2"), rover(1), rover(2)],
+        {},
+        {"m1": door(10, 1), "m2": door(-10, 2)},
+        {"c1_start": hall(0), "c2_start": hall(1), "r1_start": room(-12, 2), "r2_start": room(11, 1)},
+        homes={"h1": hall(0), "h2": hall(2)},
+        goal=SituationGoal(recover_rovers=True, return_home=True),
+    )
+
+
+SOLVABLE = {
+    "one_hall": one_hall,
+    "one_room": one_room,
+    "two_rooms": two_rooms,
+    "rover_left_behind": rover_left_behind,
+    "relay": relay,
+    "in_flight": in_flight,
+    "no_capacity": no_capacity,
+    "full_carrier": full_carrier,
+    "bring_them_home": bring_them_home,
+}
+"""Every situation above that has a plan reaching its whole goal."""
+
+
+def many_rooms(carriers: int, rovers: int, targets: int, meetings: int, *, seed: int = 0) -> Situation:
+    """Return a big one: a 100 s wide hall with `meetings` doors to as many rooms; `rovers` aboard each carrier.
+
+    Nine targets in ten lie in a room, within 15 s of its door; the others are the carriers' own.
+    """
+    draw = random.Random(seed)
+    doors = {
+        f"m{i}": Spot(draw.randrange(100_000), {"carrier": 0, "rover": i}, draw.randrange(100_000))
+        for i in range(meetings)
+    }
+    spots: dict[str, Spot] = {}
+    for i in range(targets):
+        near = draw.randrange(meetings)
+        at = doors[f"m{near}"]
+        x, y = at.x + draw.randrange(-15_000, 15_000), at.y + draw.randrange(-15_000, 15_000)
+        spots[f"t{i}"] = Spot(x, {"carrier": 0} if i % 10 == 9 else {"rover": near}, y)
+    robots: list[RobotState] = []
+    starts: dict[str, Spot] = {}
+    for i in range(carriers):
+        robots.append(carrier(i))
+        starts[f"c{i}_start"] = Spot(draw.randrange(10_000), {"carrier": 0}, draw.randrange(10_000))
+        robots += [rover(i * rovers + j, f"c{i}") for j in range(rovers)]
+    return situation_of(robots, spots, doors, starts, types=default_types(max(1, rovers)))
+
+
+@st.composite
+def situations(draw: st.DrawFn, *, goals: bool = True, relays: bool = True) -> Situation:
+    """Draw a small situation with times of a few ms: two way travel, triangle inequality, not always solvable.
+
+    Without `relays` there is a single hall, so that every carrier reaches every meeting.
+    """
+    capacity = draw(st.integers(0, 2))
+    dock, undock = draw(st.integers(0, 4)), draw(st.integers(0, 4))
+    types = (
+        PlanningType(name="carrier", role=Role.CARRIER, capacity=capacity),
+        PlanningType(name="rover", role=Role.ROVER, dock_ms=dock, undock_ms=undock),
+    )
+    halls, rooms = st.integers(0, 1 if relays else 0), st.integers(0, 2)
+    where = st.integers(-7, 7)
+
+    def spot(*kinds: str) -> Spot:
+        zones = {kind: draw(halls if kind == "carrier" else rooms) for kind in kinds}
+        return Spot(draw(where), zones, draw(where))
+
+    kinds = st.sampled_from([("carrier",), ("rover",), ("rover",), ("carrier", "rover")])
+    homes = {f"h{i}": spot("carrier") for i in range(draw(st.integers(0, 2)))}
+    robots, starts, places = [], {}, {}
+    for i in range(1, draw(st.integers(1, 3)) + 1):
+        home = draw(st.sampled_from([None, *homes]))
+        robots.append(carrier(i, free_at_ms=draw(st.integers(0, 3)), home=home))
+        starts[f"c{i}_start"] = spot("carrier")
+        places[f"c{i}"] = capacity
+    for i in range(1, draw(st.integers(0, 4)) + 1):
+        on = draw(st.sampled_from([None, *(c for c, free in places.items() if free)]))
+        robots.append(rover(i, on, free_at_ms=draw(st.integers(0, 3))))
+        if on is None:
+            starts[f"r{i}_start"] = spot("rover")
+        else:
+            places[on] -= 1
+    flags = st.booleans() if goals else st.just(False)
+    return situation_of(
+        robots,
+        {f"t{i}": spot(*draw(kinds)) for i in range(draw(st.integers(0, 4)))},
+        {f"m{i}": spot("carrier", "rover") for i in range(draw(st.integers(0, 4)))},
+        starts,
+        homes=homes,
+        types=types,
+        goal=SituationGoal(recover_rovers=draw(flags), return_home=draw(flags)),
+    )
