@@ -1,0 +1,190 @@
+"""Distances over passable cells: fields, cost matrices, routes, and growth from many cells at once.
+
+Motion is eight-connected: a step costs 1, a diagonal sqrt 2 and needs both cells beside it passable; outside the
+grid nothing is. The costs are those that A* finds. One bucket-queue search from a cell gives the exact costs to all
+cells around it and stops once those asked for are final, which serves a whole row of a cost matrix.
+Lengths are in cells; inf means that there is no path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import Cell, Mask
+from marsupial.paths.routes import (
+    Route,
+    passing_times_ms,
+    route_length,
+    route_of,
+    steps_of,
+    travel_ms,
+    travel_table_ms,
+)
+from marsupial.paths.workspace import NOWHERE, Indices, Labels, Lengths, Workspace
+
+__all__ = [
+    "PathSearch",
+    "grow",
+    "passing_times_ms",
+    "route_length",
+    "route_of",
+    "steps_of",
+    "travel_ms",
+    "travel_table_ms",
+]
+
+_Numbers = npt.NDArray[np.intp]
+
+
+class PathSearch:
+    """Searches on one mask, which may change between calls.
+
+    Buffers are kept between searches, so an instance should be kept too; it must not be used by two threads at once.
+
+    Parameters
+    ----------
+    passable
+        Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
+    """
+
+    def __init__(self, passable: Mask) -> None:
+        self.passable = passable
+        height, width = passable.shape
+        self._work = Workspace(height, width)
+
+    def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Lengths:
+        """Return the distance of every cell from `source`.
+
+        Parameters
+        ----------
+        wanted
+            The search may stop once these cells are final; all of them, where None.
+        limit
+            Cells farther away than this many cells are left out.
+
+        Returns
+        -------
+        ndarray
+            float64, shape (height, width); inf for cells that were not reached.
+        """
+        start = self._load([source])
+        if not self._work.passable(start)[0]:
+            return np.full(self.passable.shape, np.inf)
+        goals = NOWHERE
+        if wanted is not None:
+            goals = np.append(start, self._work.indices(wanted))
+        goals = goals[self._work.passable(goals)]
+        return self._work.field(self._work.search(start, goals, limit))
+
+    def costs(self, source: Cell, wanted: Sequence[Cell]) -> Lengths:
+        """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
+        start = self._load([source])
+        return self._costs(start, self._work.indices(wanted))
+
+    def matrix(self, cells: Sequence[Cell]) -> Lengths:
+        """Return the distances between all pairs of `cells`, float64 (k, k), symmetric.
+
+        Each pair is searched once. A cell on impassable ground is at inf from everything, itself included.
+        """
+        unique, place = np.unique(self._load(cells), return_inverse=True)
+        table = np.full((unique.size, unique.size), np.inf)
+        left = np.flatnonzero(self._work.passable(unique))
+        while left.size:
+            left = self._fill_component(unique, left, table)
+        return table[np.ix_(place, place)]
+
+    def route(self, start: Cell, goal: Cell) -> Route | None:
+        """Return a shortest route, both ends included, always the same one; None where there is none."""
+        ends = self._load([start, goal])
+        if not np.isfinite(self._costs(ends[1:], ends[:1])[0]):
+            return None
+        return route_of(start, self._work.descent(ends[0]))
+
+    def _load(self, cells: Sequence[Cell]) -> Indices:
+        self._work.load(self.passable)
+        return self._work.indices(cells)
+
+    def _costs(self, source: Indices, wanted: Indices) -> Lengths:
+        goals = wanted[self._work.passable(wanted)]
+        if not goals.size or not self._work.passable(source)[0]:
+            return np.full(wanted.size, np.inf)
+        self._work.search(source, goals)
+        return self._work.costs(wanted)
+
+    def _fill_component(self, cells: Indices, left: _Numbers, table: Lengths) -> _Numbers:
+        """Fill `table` for the cells connected to the most central one `left`; return those that are not.
+
+        Outer cells go first: what remains draws together, and the searches get ever shorter. That all are connected
+        is known by then, so no search runs on to the end of the map for a cell it cannot reach.
+        """
+        y, x = np.divmod(cells[left].astype(np.int64), self.passable.shape[1] + 2)
+        centre = left[np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2)]
+        distances = self._costs(cells[[centre]], cells[left])
+        reached = np.isfinite(distances)
+        order = left[reached][np.argsort(-distances[reached], kind="stable")]
+        table[centre, left] = table[left, centre] = distances
+        for k, outer in enumerate(order[:-1]):
+            inner = order[k:-1]  # the last is the centre
+            table[outer, inner] = table[inner, outer] = self._costs(cells[[outer]], cells[inner])
+        return left[~reached]
+
+
+def grow(passable: Mask, sources: Mask | Sequence[Cell], limit: float) -> tuple[Lengths, Labels]:
+    """Find the nearest source of every cell within `limit` of one.
+
+    Only sources with a neighbour that is none cost work, and only the surroundings of the sources are looked at.
+
+    Parameters
+    ----------
+    passable
+        Boolean mask (height, width).
+    sources
+        Mask of the same shape, or cells. Those on impassable ground are left out.
+    limit
+        Longest distance in cells.
+
+    Returns
+    -------
+    distances
+        float64 (height, width); inf where no source is within `limit`.
+    origins
+        int64 (height, width); row-major index (y * width + x) of the nearest source, the lowest among equals; or -1.
+    """
+    height, width = passable.shape
+    rows, columns = _source_cells(passable, sources)
+    distances = np.full((height, width), np.inf)
+    origins = np.full((height, width), -1, dtype=np.int64)
+    if rows.size:
+        reach = int(min(limit, height + width)) + 1
+        low_y, low_x = max(int(rows.min()) - reach, 0), max(int(columns.min()) - reach, 0)
+        window = np.s_[low_y : int(rows.max()) + reach + 1, low_x : int(columns.max()) + reach + 1]
+        cells = np.stack((columns - low_x, rows - low_y), axis=1)
+        labels = rows * width + columns
+        distances[window], origins[window] = _grown(passable[window], cells, labels, limit)
+    return distances, origins
+
+
+def _source_cells(passable: Mask, sources: Mask | Sequence[Cell]) -> tuple[Labels, Labels]:
+    """Return rows and columns of the passable sources, each once."""
+    if isinstance(sources, np.ndarray):
+        rows, columns = np.nonzero(sources & passable)
+        return rows.astype(np.int64), columns.astype(np.int64)
+    height, width = passable.shape
+    inside = {cell for cell in sources if 0 <= cell[0] < width and 0 <= cell[1] < height}
+    xy = np.array(sorted(inside), dtype=np.int64).reshape(-1, 2)
+    xy = xy[passable[xy[:, 1], xy[:, 0]]]
+    return xy[:, 1], xy[:, 0]
+
+
+def _grown(passable: Mask, cells: Labels, labels: Labels, limit: float) -> tuple[Lengths, Labels]:
+    """Grow from `cells` (n, 2; columns and rows) and carry their labels along."""
+    work = Workspace(*passable.shape)
+    work.load(passable)
+    sources = work.indices(cells)
+    origin = work.labelled(sources, labels)
+    work.search(sources, limit=limit, origin=origin)
+    return work.field(), work.unframed(origin)

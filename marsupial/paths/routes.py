@@ -1,0 +1,79 @@
+"""Routes: sequences of cells, their steps as digits, their lengths and the times at which cells are passed.
+
+A step is a digit, counter-clockwise from east: 0 is +x, 2 is +y, 4 is -x, 6 is -y, odd digits are diagonals. Lengths
+are in cells. Times are snapped before they are rounded to milliseconds, so the same steps summed in another order
+give the same time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import Cell
+from marsupial.model.situation import UNREACHABLE
+from marsupial.paths.kernels import SQRT2
+
+STEPS = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
+"""(dx, dy) of each step digit."""
+
+Route = tuple[Cell, ...]
+Times = npt.NDArray[np.int64]
+_DIGITS = {step: str(digit) for digit, step in enumerate(STEPS)}
+_SNAP_PER_MS = 1e6
+
+
+def steps_of(route: Sequence[Cell]) -> str:
+    """Write the steps of `route` as digits; each cell must be a neighbour of the one before."""
+    return "".join(_DIGITS[b.x - a.x, b.y - a.y] for a, b in pairwise(route))
+
+
+def route_of(start: Cell, steps: str) -> Route:
+    """Return the cells passed from `start` along `steps`, `start` included."""
+    cells = [start]
+    x, y = start
+    for digit in steps:
+        dx, dy = STEPS[int(digit)]
+        x, y = x + dx, y + dy
+        cells.append(Cell(x, y))
+    return tuple(cells)
+
+
+def route_length(route: Sequence[Cell]) -> float:
+    """Return the length of `route` in cells; 0 for a single cell."""
+    return float(_lengths(route)[-1])
+
+
+def travel_ms(length_cells: float, resolution_m: float, speed_mps: float) -> int:
+    """Return the time in ms to drive a finite length at constant speed."""
+    return int(_times(np.float64(length_cells), resolution_m, speed_mps))
+
+
+def travel_table_ms(lengths: npt.NDArray[np.float64], resolution_m: float, speed_mps: float) -> Times:
+    """Return `travel_ms` of every length, int64 of the same shape, and `UNREACHABLE` where the length is inf."""
+    reached = np.isfinite(lengths)
+    return np.where(reached, _times(np.where(reached, lengths, 0.0), resolution_m, speed_mps), UNREACHABLE)
+
+
+def passing_times_ms(route: Sequence[Cell], resolution_m: float, speed_mps: float) -> Times:
+    """Return when the centre of each cell of `route` is passed, in ms after setting out.
+
+    Element k is `travel_ms` of the length of the first k steps.
+    """
+    return _times(_lengths(route), resolution_m, speed_mps)
+
+
+def _lengths(route: Sequence[Cell]) -> npt.NDArray[np.float64]:
+    """Return the length up to each cell, from counts of straight and diagonal steps: free of summation order."""
+    moved = np.abs(np.diff(np.array(route, dtype=np.int64), axis=0)).sum(axis=1)
+    slanted = np.concatenate(([0], np.cumsum(moved == 2)))
+    return np.arange(len(route)) - slanted + slanted * SQRT2
+
+
+def _times(lengths: npt.NDArray[np.float64] | np.float64, resolution_m: float, speed_mps: float) -> Times:
+    exact = lengths * resolution_m / speed_mps * 1000.0
+    snapped = np.rint(exact * _SNAP_PER_MS) / _SNAP_PER_MS
+    return np.floor(snapped + 0.5).astype(np.int64)

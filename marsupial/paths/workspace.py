@@ -1,0 +1,118 @@
+"""The framed arrays a search works in.
+
+Filling tens of megabytes costs more than most searches on a large map, so a workspace is kept and only the cells that
+the last search touched are reset. Passability is copied in before each use: nothing here can go stale.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import Cell, Mask
+from marsupial.paths import kernels
+
+Indices = npt.NDArray[np.uint32]
+Labels = npt.NDArray[np.int64]
+Lengths = npt.NDArray[np.float64]
+
+NOWHERE: Indices = np.empty(0, dtype=np.uint32)
+_UNLABELLED: Labels = np.empty(0, dtype=np.int64)
+
+
+class Workspace:
+    """Buffers for searches on grids of one shape. Not for use by two threads at once.
+
+    Parameters
+    ----------
+    height, width
+        Shape of the grid, in cells.
+    """
+
+    def __init__(self, height: int, width: int) -> None:
+        self._height, self._width = height, width
+        self._row = row = width + 2
+        size = (height + 2) * row
+        east = [1, row + 1, row, row - 1, -1, -row - 1, -row, -row + 1, 1]
+        self._offsets = np.array(east, dtype=np.int64).astype(np.uint64)
+        self._passable = np.zeros(size, dtype=np.uint8)
+        self._cost = np.full(size, np.inf)
+        # Never filled: only the pages a search writes to take up memory.
+        self._queue = np.empty(3 * size, dtype=np.uint32)
+        self._touched = np.empty(size, dtype=np.uint32)
+        self._stale = 0
+
+    def load(self, passable: Mask) -> None:
+        """Take over which cells are passable now."""
+        self._inside(self._passable)[:] = passable
+
+    def indices(self, cells: Sequence[Cell] | Labels) -> Indices:
+        """Return the framed index of each cell; that of a closed cell for cells outside the grid."""
+        xy = np.array(cells, dtype=np.int64).reshape(-1, 2)
+        x, y = xy[:, 0], xy[:, 1]
+        inside = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)
+        return np.where(inside, (y + 1) * self._row + x + 1, 0).astype(np.uint32)
+
+    def passable(self, at: Indices) -> Mask:
+        """Say which of the cells are passable."""
+        return self._passable[at].astype(np.bool_)
+
+    def search(
+        self,
+        sources: Indices,
+        wanted: Indices = NOWHERE,
+        limit: float = math.inf,
+        origin: Labels = _UNLABELLED,
+    ) -> float:
+        """Search outward from passable `sources`; return the length below which costs are final."""
+        if 4 * self._stale > self._cost.size:
+            self._cost.fill(np.inf)
+            self._stale = 0
+        final, touched = kernels.flood(
+            self._passable,
+            self._offsets,
+            self._cost,
+            origin,
+            self._queue,
+            self._touched,
+            np.uint64(self._stale),
+            sources,
+            wanted,
+            limit + kernels.TOLERANCE,
+        )
+        self._stale = int(touched)
+        return float(final)
+
+    def costs(self, at: Indices) -> Lengths:
+        """Return what the last search found for these cells."""
+        return self._cost[at]
+
+    def field(self, final: float = math.inf) -> Lengths:
+        """Return a copy (height, width) of what the last search found, inf where it is not below `final`."""
+        field = self._inside(self._cost).copy()
+        if final < math.inf:
+            field[field >= final] = np.inf
+        return field
+
+    def labelled(self, at: Indices, labels: Labels) -> Labels:
+        """Return an `origin` for `search` with these labels at these cells, -1 elsewhere."""
+        origin = np.full(self._cost.size, -1, dtype=np.int64)
+        origin[at] = labels
+        return origin
+
+    def unframed(self, origin: Labels) -> Labels:
+        """Return the view (height, width) of an `origin`."""
+        return self._inside(origin)
+
+    def descent(self, start: np.uint32) -> str:
+        """Return the step digits from `start` down to the source of the last search, which must have reached it."""
+        steps = np.empty(int(self._cost[start]) + 1, dtype=np.uint8)
+        count = kernels.descend(self._passable, self._offsets, self._cost, np.uint64(start), steps)
+        return (steps[: int(count)] + ord("0")).tobytes().decode("ascii")
+
+    def _inside(self, framed: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return framed.reshape(self._height + 2, self._row)[1:-1, 1:-1]
