@@ -1,0 +1,111 @@
+"""What all generators draw on: an array of cells whose size was checked, boxes carved into it.
+
+Sizes of walls, doors and corridors are metres in the generators and whole cells here, rounded up so that a robot
+that fits by the metre fits on the grid. A generator starts from solid obstacle and carves; the outermost cells are
+never carved, so every generated map is closed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy import ndimage
+
+from marsupial.errors import MapError, Problem
+from marsupial.model.grid import OBSTACLE, CellArray, Grid
+
+LEAST_RESOLUTION_M, MOST_RESOLUTION_M = 0.02, 0.5
+MOST_SIZE_M = 500.0
+MOST_CELLS = 4000
+WALL_M = 0.25
+DOOR_M = 1.25
+NARROW_DOOR_M = 0.5
+CORRIDOR_M = 2.5
+
+
+class Box(NamedTuple):
+    """Cells with x0 <= x < x1 and y0 <= y < y1."""
+
+    x0: int
+    x1: int
+    y0: int
+    y1: int
+
+    @property
+    def area(self) -> int:
+        """Number of cells."""
+        return (self.x1 - self.x0) * (self.y1 - self.y0)
+
+
+def solid(
+    *, width_m: float, height_m: float, resolution_m: float, seed: int, least_m: tuple[float, float]
+) -> CellArray:
+    """Return an all-obstacle array (height, width) of the wanted size, to carve into.
+
+    Parameters
+    ----------
+    least_m
+        Smallest width and height in metres that the generator can fill.
+
+    Raises
+    ------
+    MapError
+        With every parameter that is out of range.
+    """
+    problems = _resolution_problems(resolution_m) + _seed_problems(seed)
+    for name, size_m, least in (("width_m", width_m, least_m[0]), ("height_m", height_m, least_m[1])):
+        if not least <= size_m <= MOST_SIZE_M:
+            problems.append(Problem(name, f"must be {least:g} to {MOST_SIZE_M:g}, got {size_m}"))
+        elif resolution_m > 0 and size_m / resolution_m > MOST_CELLS:
+            problems.append(Problem(name, f"must be at most {MOST_CELLS} cells of {resolution_m} m, got {size_m}"))
+    if problems:
+        raise MapError(problems)
+    return np.full((round(height_m / resolution_m), round(width_m / resolution_m)), OBSTACLE, dtype=np.uint8)
+
+
+def _resolution_problems(resolution_m: float) -> list[Problem]:
+    if LEAST_RESOLUTION_M <= resolution_m <= MOST_RESOLUTION_M:
+        return []
+    message = f"must be {LEAST_RESOLUTION_M} to {MOST_RESOLUTION_M}, got {resolution_m}"
+    return [Problem("resolution_m", message)]
+
+
+def _seed_problems(seed: int) -> list[Problem]:
+    return [] if seed >= 0 else [Problem("seed", f"must be 0 or more, got {seed}")]
+
+
+def cells_of(length_m: float, resolution_m: float, *, least: int = 1) -> int:
+    """Return how many cells are needed for `length_m`, rounded up, and at least `least`."""
+    return max(least, math.ceil(length_m / resolution_m - 1e-9))
+
+
+def door_cells(resolution_m: float) -> int:
+    """Return the width of an ordinary door; three cells let a disc wider than one cell through."""
+    return cells_of(DOOR_M, resolution_m, least=3)
+
+
+def carve(cells: CellArray, box: Box, code: int) -> None:
+    """Set all cells of `box` to `code`."""
+    cells[box.y0 : box.y1, box.x0 : box.x1] = code
+
+
+def fill_pockets(cells: CellArray) -> None:
+    """Fill all free cells but the largest area connected over edges with obstacle."""
+    labels, count = ndimage.label(cells != OBSTACLE)
+    if count > 1:
+        sizes = np.bincount(labels.ravel())
+        sizes[0] = 0
+        cells[labels != int(sizes.argmax())] = OBSTACLE
+
+
+def close_border(cells: CellArray) -> None:
+    """Set the outermost cells to obstacle."""
+    cells[0, :] = cells[-1, :] = OBSTACLE
+    cells[:, 0] = cells[:, -1] = OBSTACLE
+
+
+def finished(cells: CellArray, resolution_m: float) -> Grid:
+    """Return the drawn cells as a grid with its lower left corner at the origin."""
+    return Grid(cells=cells, resolution_m=resolution_m)
