@@ -1,0 +1,185 @@
+"""What has to hold from one event of a mission log to the next.
+
+A log whose lines are well formed can still be nonsense: a robot nobody introduced, cells off the map, time running
+backwards. The checker holds what a replay relies on, so that everything behind `read_log` may rely on it too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+
+from marsupial.errors import Problem
+from marsupial.model.grid import UNKNOWN, Cell
+from marsupial.model.mission import (
+    ActionEnded,
+    ActionStarted,
+    DriveEnded,
+    DriveStarted,
+    MissionEnded,
+    MissionEvent,
+    MissionStarted,
+    PlacedRobot,
+    Planned,
+    Revealed,
+    RobotLost,
+)
+from marsupial.model.plan import Action, ActionName
+from marsupial.model.robots import Role
+
+STEPS = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
+"""(dx, dy) of each digit of a drive's steps."""
+
+
+class LogChecker:
+    """Checks events in their order; one checker per log."""
+
+    def __init__(self) -> None:
+        self._mission: MissionStarted | None = None
+        self._robots: frozenset[str] = frozenset()
+        self._carriers: frozenset[str] = frozenset()
+        self._last_ms = 0
+        self._over = False
+
+    def check(self, event: MissionEvent) -> list[Problem]:
+        """Return what is wrong with the next event."""
+        problems = list(self._order(event))
+        if self._mission is None:
+            if not isinstance(event, MissionStarted):
+                return [Problem("event", "the first event must be the mission")]
+            self._mission = event
+            self._robots = frozenset(robot.name for robot in event.robots)
+            carrying = {kind.name for kind in event.types if kind.role is Role.CARRIER}
+            self._carriers = frozenset(robot.name for robot in event.robots if robot.type in carrying)
+        self._last_ms = max(self._last_ms, event.t_ms)
+        self._over = self._over or isinstance(event, MissionEnded)
+        return problems + list(_CHECKS[type(event)](self, event))
+
+    def _order(self, event: MissionEvent) -> Iterator[Problem]:
+        if event.t_ms < self._last_ms:
+            yield Problem("t_ms", f"must not go back, got {event.t_ms} after {self._last_ms}")
+        if self._over:
+            yield Problem("event", "nothing may follow the end of the mission")
+        if self._mission is not None and isinstance(event, MissionStarted):
+            yield Problem("event", "a log holds one mission")
+
+    def _mission_started(self, event: MissionStarted) -> Iterator[Problem]:
+        if event.width < 1 or event.height < 1:
+            yield Problem("width", f"a map needs at least one cell, got {event.width} x {event.height}")
+        if not event.resolution_m > 0:
+            yield Problem("resolution_m", f"must be positive, got {event.resolution_m}")
+        for i, kind in enumerate(event.types):
+            if not kind.speed_mps > 0:
+                yield Problem(f"types[{i}].speed_mps", f"must be positive, got {kind.speed_mps}")
+        if len(self._robots) < len(event.robots):
+            yield Problem("robots", "two robots have the same name")
+        types = {kind.name for kind in event.types}
+        for i, robot in enumerate(event.robots):
+            if robot.type not in types:
+                yield Problem(f"robots[{i}].type", f"no such robot type: {robot.type!r}")
+            yield from self._placed(f"robots[{i}]", robot)
+
+    def _placed(self, path: str, robot: PlacedRobot) -> Iterator[Problem]:
+        if (robot.cell is None) == (robot.carrier is None):
+            yield Problem(path, "must have either a cell or a carrier")
+        elif robot.cell is not None:
+            yield from self._cell(f"{path}.cell", robot.cell)
+        elif robot.carrier not in self._carriers:
+            yield Problem(f"{path}.carrier", f"no such carrier: {robot.carrier!r}")
+        elif robot.name in self._carriers:
+            yield Problem(f"{path}.carrier", "a carrier can't be carried")
+
+    def _revealed(self, event: Revealed) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+        if len(event.runs) % 3 or not self._runs_fit(event.runs):
+            yield Problem("runs", "must be (start, length, code) three by three, inside the map, codes 0 to 254")
+
+    def _runs_fit(self, runs: tuple[int, ...]) -> bool:
+        assert self._mission is not None
+        size = self._mission.width * self._mission.height
+        if any(not 0 <= number <= size for number in runs[0::3] + runs[1::3]):
+            return False
+        starts, lengths = np.array(runs[0::3], dtype=np.int64), np.array(runs[1::3], dtype=np.int64)
+        inside = bool(np.all((lengths > 0) & (starts + lengths <= size)))
+        return inside and all(0 <= code < UNKNOWN for code in runs[2::3])
+
+    def _drive_started(self, event: DriveStarted) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+        yield from self._cell("cell", event.cell)
+        if not set(event.steps) <= set("01234567"):
+            yield Problem("steps", f"must be digits from 0 to 7, got {event.steps[:40]!r}")
+        elif not self._stays_inside(event):
+            yield Problem("steps", "leave the map")
+
+    def _stays_inside(self, event: DriveStarted) -> bool:
+        moves = [STEPS[int(digit)] for digit in event.steps]
+        xs = list(accumulate((dx for dx, _ in moves), initial=event.cell.x))
+        ys = list(accumulate((dy for _, dy in moves), initial=event.cell.y))
+        return self._contains(Cell(min(xs), min(ys))) and self._contains(Cell(max(xs), max(ys)))
+
+    def _drive_ended(self, event: DriveEnded) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+        yield from self._cell("cell", event.cell)
+
+    def _planned(self, event: Planned) -> Iterator[Problem]:
+        for i, target in enumerate(event.targets):
+            yield from self._cell(f"targets[{i}].cell", target.cell)
+        for i, meeting in enumerate(event.meetings):
+            yield from self._cell(f"meetings[{i}].carrier_cell", meeting.carrier_cell)
+            yield from self._cell(f"meetings[{i}].rover_cell", meeting.rover_cell)
+        for i, action in enumerate(event.actions):
+            yield from self._action(f"actions[{i}]", action)
+
+    def _action_started(self, event: ActionStarted) -> Iterator[Problem]:
+        yield from self._action("action", event.action)
+        yield from self._cell("cell", event.cell)
+
+    def _action_ended(self, event: ActionEnded) -> Iterator[Problem]:
+        yield from self._action("action", event.action)
+
+    def _robot_lost(self, event: RobotLost) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+
+    def _mission_ended(self, event: MissionEnded) -> Iterator[Problem]:
+        for i, frontier in enumerate(event.remaining):
+            yield from self._cell(f"remaining[{i}].cell", frontier.cell)
+
+    def _action(self, path: str, action: Action) -> Iterator[Problem]:
+        yield from self._robot(f"{path}.robot", action.robot)
+        if action.name in (ActionName.DOCK, ActionName.UNDOCK):
+            if action.carrier not in self._carriers:
+                yield Problem(f"{path}.carrier", f"no such carrier: {action.carrier!r}")
+            if action.robot in self._carriers:
+                yield Problem(f"{path}.robot", "a carrier can't be carried")
+        elif action.carrier is not None:
+            yield Problem(f"{path}.carrier", f"a {action.name} has none, got {action.carrier!r}")
+        if action.duration_ms < 0:
+            yield Problem(f"{path}.duration_ms", f"must be 0 or more, got {action.duration_ms}")
+
+    def _robot(self, path: str, name: str) -> Iterator[Problem]:
+        if name not in self._robots:
+            yield Problem(path, f"no such robot: {name!r}")
+
+    def _cell(self, path: str, cell: Cell) -> Iterator[Problem]:
+        if not self._contains(cell):
+            yield Problem(path, f"lies outside the map: [{cell.x}, {cell.y}]")
+
+    def _contains(self, cell: Cell) -> bool:
+        assert self._mission is not None
+        return 0 <= cell.x < self._mission.width and 0 <= cell.y < self._mission.height
+
+
+_CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
+    MissionStarted: LogChecker._mission_started,
+    Revealed: LogChecker._revealed,
+    DriveStarted: LogChecker._drive_started,
+    DriveEnded: LogChecker._drive_ended,
+    Planned: LogChecker._planned,
+    ActionStarted: LogChecker._action_started,
+    ActionEnded: LogChecker._action_ended,
+    RobotLost: LogChecker._robot_lost,
+    MissionEnded: LogChecker._mission_ended,
+}
