@@ -7,7 +7,7 @@ top one flip their rows. Everything outside the grid counts as an obstacle.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -127,6 +127,10 @@ class Grid:
         table = np.zeros(256, dtype=np.bool_)
         table[sorted(codes)] = True
         return table[self.cells]
+
+    def solid(self) -> Grid:
+        """Return the map as a world: what it does not know is an obstacle."""
+        return replace(self, cells=np.where(self.cells == UNKNOWN, np.uint8(OBSTACLE), self.cells))
 
     def opaque_codes(self) -> CellArray:
         """Return a uint8 table of 256: 1 for codes that block sight (unknown included), else 0."""

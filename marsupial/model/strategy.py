@@ -6,7 +6,7 @@ checker has accepted it. A plan need not serve every target: whatever it leaves 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,8 +27,8 @@ class Briefing:
     previous
         What is left of the plan followed so far, times from now, without what is no longer possible; None at first.
     direct_ms
-        Per carrier and target: travel time at the carrier's speed over the known cells that any robot type can drive
-        on. Pairs without such a path are absent. (The baseline assigns carriers regardless of access.)
+        Computes, per carrier and target, the travel time at the carrier's speed over the known cells that any robot
+        type can stand on. Pairs without such a path are absent. (The baseline assigns carriers regardless of access.)
     connects
         Per meeting point: the targets in the rover-only areas that it gives access to.
     deployed_at
@@ -37,7 +37,7 @@ class Briefing:
 
     situation: Situation
     previous: Plan | None
-    direct_ms: Mapping[str, Mapping[str, int]]
+    direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
     connects: Mapping[str, frozenset[str]]
     deployed_at: Mapping[str, str]
 

@@ -1,0 +1,215 @@
+"""Meeting points: where a carrier can set down or pick up a rover.
+
+The rover-only area is what rovers reach and cannot dock in. Its border towards the cells where docking is possible
+is cut into stretches: every door gives one, a long border several. Only areas that matter now (with a target that no
+carrier can explore, or a rover on the ground) get meeting points; so do the places where a rover on the ground could
+be picked up at once and where a carrier could set one down at once. Points in use are kept from one replanning to
+the next, so that plans and names do not flap.
+
+References
+----------
+Wurm et al. 2010, section III-B ("meeting points ... situated between those parts").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from marsupial.maps.reach import parts
+from marsupial.maps.targets import Target
+from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
+from marsupial.model.grid import Cell, Mask
+from marsupial.model.mission import MapMeeting, PlacedRobot
+from marsupial.model.robots import Role
+from marsupial.paths.fields import grow
+
+STRETCH_M = 6.0
+"""Length of border, in metres, that one meeting point serves."""
+
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Meetings:
+    """The meeting points, and per point the targets of the rover-only areas it gives access to."""
+
+    points: tuple[MapMeeting, ...]
+    connects: Mapping[str, frozenset[str]]
+
+
+def find_meetings(
+    territory: Territory,
+    reach: Reach,
+    targets: Sequence[Target],
+    robots: Iterable[PlacedRobot],
+    keep: Iterable[MapMeeting] = (),
+) -> Meetings:
+    """Return the meeting points that matter for these targets and robots.
+
+    Parameters
+    ----------
+    keep
+        Points in use: kept as they are while both poses are still good.
+    """
+    robots = tuple(robots)
+    points = [point for point in keep if _still_good(point, reach)]
+    connects: dict[str, frozenset[str]] = {}
+    for (carrier, rover), docking in sorted(reach.docking.items()):
+        pair = _Pair(territory, reach, docking, carrier, rover)
+        if not any(robot.type == rover for robot in robots):
+            continue
+        points += pair.on_borders(targets, robots, points)
+        points += pair.on_the_spot(targets, robots, points)
+        for name, served in pair.connections(targets, points).items():
+            connects[name] = connects.get(name, frozenset()) | served
+    return Meetings(points=tuple(points), connects=connects)
+
+
+def _still_good(point: MapMeeting, reach: Reach) -> bool:
+    carrier, rover = point.carrier_cell, point.rover_cell
+    docking = reach.docking.get((point.carrier_type, point.rover_type))
+    return (
+        docking is not None
+        and bool(reach.by_type[point.carrier_type][carrier.y, carrier.x])
+        and bool(reach.by_type[point.rover_type][rover.y, rover.x])
+    )
+
+
+class _Pair:
+    """Meeting points of one carrier type with one rover type."""
+
+    def __init__(self, territory: Territory, reach: Reach, docking: Docking, carrier: str, rover: str) -> None:
+        self._territory = territory
+        self._docking = docking
+        self._carrier, self._rover = carrier, rover
+        self._width = territory.grid.width
+        self._rover_reach = reach.by_type[rover]
+        self._dock = docking.cells & self._rover_reach
+        self._areas, _ = parts(self._rover_reach & ~docking.cells)
+
+    def on_borders(
+        self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
+    ) -> list[MapMeeting]:
+        """Return a point for each stretch of border of the rover-only areas that matter."""
+        wanted = self._areas_of_interest(targets, robots)
+        border = self._dock & ndimage.binary_dilation(np.isin(self._areas, sorted(wanted)))
+        for target in self._rover_only(targets):
+            cell = target.viewpoints[self._rover]
+            border[cell.y, cell.x] |= self._dock[cell.y, cell.x]
+        stretch = STRETCH_M / self._territory.grid.resolution_m
+        found: list[MapMeeting] = []
+        labels, count = ndimage.label(border, structure=np.ones((3, 3), dtype=np.int64))
+        for label in range(1, count + 1):
+            cells = np.flatnonzero(labels == label)
+            taken = [self._index(p.rover_cell) for p in (*points, *found) if self._fits(p)]
+            for index in _spread(cells, taken, stretch, self._width):
+                found.append(self._point(index))
+        return found
+
+    def on_the_spot(
+        self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
+    ) -> list[MapMeeting]:
+        """Return points where rovers on the ground stand now, and where loaded carriers do."""
+        spots: list[MapMeeting] = []
+        for robot in robots:
+            if robot.cell is None:
+                continue
+            if robot.type == self._rover and self._dock[robot.cell.y, robot.cell.x]:
+                spots.append(self._point(self._index(robot.cell)))
+            loaded = any(other.carrier == robot.name and other.type == self._rover for other in robots)
+            if robot.type == self._carrier and loaded and self._useful_rover(targets):
+                spots += self._beside(robot.cell)
+        taken = {(p.carrier_cell, p.rover_cell) for p in points}
+        unique = {(p.carrier_cell, p.rover_cell): p for p in spots if (p.carrier_cell, p.rover_cell) not in taken}
+        names = {p.name for p in points}
+        return [p for p in unique.values() if p.name not in names]
+
+    def connections(self, targets: Sequence[Target], points: Sequence[MapMeeting]) -> dict[str, frozenset[str]]:
+        """Return per point of this pair the rover-only targets in the areas that it borders on."""
+        areas_of = {t.name: self._areas_near(t.viewpoints[self._rover]) for t in self._rover_only(targets)}
+        served: dict[str, frozenset[str]] = {}
+        for point in points:
+            if self._fits(point):
+                mine = self._areas_near(point.rover_cell)
+                near = {t.name for t in self._rover_only(targets) if t.viewpoints[self._rover] == point.rover_cell}
+                served[point.name] = frozenset(near | {name for name, areas in areas_of.items() if areas & mine})
+        return served
+
+    def _rover_only(self, targets: Sequence[Target]) -> list[Target]:
+        carriers = {kind.name for kind in self._territory.of_role(Role.CARRIER)}
+        return [t for t in targets if self._rover in t.viewpoints and not carriers & t.viewpoints.keys()]
+
+    def _useful_rover(self, targets: Sequence[Target]) -> bool:
+        return any(self._rover in target.viewpoints for target in targets)
+
+    def _areas_of_interest(self, targets: Sequence[Target], robots: Sequence[PlacedRobot]) -> set[int]:
+        cells = [target.viewpoints[self._rover] for target in self._rover_only(targets)]
+        cells += [robot.cell for robot in robots if robot.type == self._rover and robot.cell is not None]
+        return set().union(*(self._areas_near(cell) for cell in cells)) if cells else set()
+
+    def _areas_near(self, cell: Cell) -> set[int]:
+        """Return the rover-only areas at a cell or, for a cell where docking is possible, next to it."""
+        here = int(self._areas[cell.y, cell.x])
+        if here:
+            return {here}
+        window = self._areas[max(0, cell.y - 1) : cell.y + 2, max(0, cell.x - 1) : cell.x + 2]
+        return set(np.unique(window[window > 0]).tolist())
+
+    def _beside(self, carrier_cell: Cell) -> list[MapMeeting]:
+        """Return the point where a carrier standing there sets a rover down, if there is room for one."""
+        carrier, rover = self._territory.kinds[self._carrier], self._territory.kinds[self._rover]
+        limit = dock_range_cells(carrier, rover, self._territory.grid.resolution_m)
+        distance, _ = grow(self._territory.see_through, [carrier_cell], limit)
+        distance = np.where(self._dock, distance, np.inf)
+        best = int(np.argmin(distance))
+        if not np.isfinite(distance.ravel()[best]):
+            return []
+        return [self._named(self._cell(best), carrier_cell)]
+
+    def _fits(self, point: MapMeeting) -> bool:
+        return (point.carrier_type, point.rover_type) == (self._carrier, self._rover)
+
+    def _point(self, index: int) -> MapMeeting:
+        return self._named(self._cell(index), self._cell(int(self._docking.carrier_at.ravel()[index])))
+
+    def _named(self, rover_cell: Cell, carrier_cell: Cell) -> MapMeeting:
+        return MapMeeting(
+            name=f"m_{rover_cell.x}_{rover_cell.y}_{carrier_cell.x}_{carrier_cell.y}",
+            carrier_cell=carrier_cell,
+            rover_cell=rover_cell,
+            carrier_type=self._carrier,
+            rover_type=self._rover,
+        )
+
+    def _cell(self, index: int) -> Cell:
+        return Cell(index % self._width, index // self._width)
+
+    def _index(self, cell: Cell) -> int:
+        return cell.y * self._width + cell.x
+
+
+def _spread(cells: Indices, taken: Sequence[int], stretch: float, width: int) -> list[int]:
+    """Choose cells of a border so that each of its cells has a chosen or taken one within half a stretch.
+
+    The first choice is the middle of what is not yet served.
+    """
+
+    def near(index: int, others: Indices) -> Mask:
+        dx, dy = others % width - index % width, others // width - index // width
+        return np.asarray(dx * dx + dy * dy <= (stretch / 2) ** 2)
+
+    rest = cells
+    for index in taken:
+        rest = rest[~near(index, rest)]
+    chosen: list[int] = []
+    while len(rest):
+        x, y = rest % width, rest // width
+        index = int(rest[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))])
+        chosen.append(index)
+        rest = rest[~near(index, rest)]
+    return chosen

@@ -1,0 +1,225 @@
+"""Exploration targets: clusters of frontier cells that some robot type can go to.
+
+A type has something to explore from a cell of its reach when the next cell is one where it could stand if the
+unknown under its footprint turns out to be drivable: standing there reveals that unknown (a *viewpoint*). For a point
+robot these are just the reachable cells next to unknown ones; for a robot with a footprint it leaves out the
+unknown that only its laser, not its body, can get to. Frontier cells (known, drivable, next to unknown) close to
+viewpoints of the same types that see each other within sensor range form one target.
+
+References
+----------
+Wurm et al. 2010, sections III-B and IV-C; the clustering follows the visibility rule of Burgard et al. 2005, which
+they cite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from marsupial.maps.sight import Sight
+from marsupial.maps.territory import Reach, Territory
+from marsupial.model.grid import UNKNOWN, Cell, Mask
+from marsupial.model.mission import MapTarget, Remaining
+from marsupial.paths.fields import grow
+
+Indices = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A target and the cell each type able to explore it goes to (by type name).
+
+    `cells` are its frontier cells as row-major indices.
+    """
+
+    name: str
+    cell: Cell
+    viewpoints: Mapping[str, Cell]
+    cells: Indices
+    reveal_m2: float
+
+    def on_map(self) -> MapTarget:
+        """Return what the mission log says of it."""
+        return MapTarget(
+            name=self.name,
+            cell=self.cell,
+            explorers=tuple(sorted(self.viewpoints)),
+            reveal_m2=self.reveal_m2,
+            frontier_cells=len(self.cells),
+        )
+
+
+class TargetFinder:
+    """Finds the targets on one growing map.
+
+    Parameters
+    ----------
+    territory
+        Kept up to date by its owner.
+    """
+
+    def __init__(self, territory: Territory) -> None:
+        self._territory = territory
+        grid = territory.grid
+        hopeful = grid.opaque_codes()
+        hopeful[UNKNOWN] = 0
+        self._sight = Sight(grid.cells, grid.opaque_codes())
+        self._hopeful_sight = Sight(grid.cells, hopeful)
+
+    def frontier(self) -> Mask:
+        """Return the mask of the known cells that some type can drive on and that have an unknown neighbour."""
+        grid = self._territory.grid
+        drivable = frozenset().union(*(kind.terrains for kind in self._territory.kinds.values()))
+        table = np.zeros(256, dtype=np.bool_)
+        table[sorted(drivable)] = True
+        out = np.zeros((grid.height, grid.width), dtype=np.bool_)
+        _frontier(grid.cells, table, out)
+        return out
+
+    def find(self, reach: Reach) -> tuple[Target, ...]:
+        """Return the targets for a team with that reach, largest clusters first within each set of explorers."""
+        grid = self._territory.grid
+        kinds = sorted(self._territory.kinds)
+        frontier = self.frontier()
+        origins: dict[str, npt.NDArray[np.int64]] = {}
+        access = np.zeros(frontier.shape, dtype=np.int64)
+        for bit, name in enumerate(kinds):
+            viewpoints, origin = self._viewpoints(name, reach.by_type[name])
+            near = frontier & (origin >= 0)
+            claimed = np.unique(origin[near])
+            lone = np.setdiff1d(viewpoints, claimed, assume_unique=True)
+            if len(claimed) == 0:  # no frontier cell near any: each viewpoint stands for itself
+                near.ravel()[lone] = True
+                origin.ravel()[lone] = lone
+            origins[name] = origin
+            access[near] |= 1 << bit
+        targets: list[Target] = []
+        for code in np.unique(access[access > 0]).tolist():
+            explorers = [name for bit, name in enumerate(kinds) if code >> bit & 1]
+            range_cells = min(self._territory.kinds[n].sensor_range_m for n in explorers) / grid.resolution_m
+            for seed, members in self._clusters(access == code, range_cells):
+                viewpoints_of = {n: _cell(int(origins[n].ravel()[seed]), grid.width) for n in explorers}
+                targets.append(self._target(seed, members, viewpoints_of))
+        return tuple(targets)
+
+    def refused(self, targets: Sequence[Target]) -> tuple[Remaining, ...]:
+        """Return the groups of frontier cells that belong to no target, each with the reason."""
+        frontier = self.frontier()
+        for target in targets:
+            frontier.ravel()[target.cells] = False
+        labels, count = ndimage.label(frontier, structure=np.ones((3, 3), dtype=np.int64))
+        groups = _members(labels, count)
+        return tuple(self._refusal(group) for group in groups)
+
+    def _viewpoints(self, name: str, reach: Mask) -> tuple[Indices, npt.NDArray[np.int64]]:
+        """Return the viewpoints of a type and, per cell near one, the index of the nearest (-1 elsewhere)."""
+        footprint = self._territory.footprints[name]
+        mask = np.zeros(reach.shape, dtype=np.bool_)
+        _viewpoints(reach, footprint.standable, footprint.possible, mask)
+        radius = footprint.kind.radius_m / self._territory.grid.resolution_m
+        _, origin = grow(self._territory.see_through, mask, 1.1 * radius + 2.5)
+        return np.flatnonzero(mask), origin
+
+    def _clusters(self, mask: Mask, range_cells: float) -> list[tuple[int, Indices]]:
+        """Split a mask into clusters whose cells all see the cluster's seed; return (seed, cells) of each."""
+        width = mask.shape[1]
+        labels, count = ndimage.label(mask, structure=np.ones((3, 3), dtype=np.int64))
+        groups = sorted(_members(labels, count), key=lambda g: (-len(g), int(g[0])))
+        free = mask.copy().ravel()
+        clusters: list[tuple[int, Indices]] = []
+        for group in groups:
+            rest = group[free[group]]
+            while len(rest):
+                seed = _middle(rest, width)
+                seen = self._sight.visible(_cell(seed, width), range_cells)
+                members = np.sort(seen[free[seen]])
+                if seed not in members:
+                    members = np.append(members, seed)
+                free[members] = False
+                clusters.append((seed, members))
+                rest = rest[free[rest]]
+        return clusters
+
+    def _target(self, seed: int, members: Indices, viewpoints: Mapping[str, Cell]) -> Target:
+        grid = self._territory.grid
+        cell = _cell(seed, grid.width)
+        best = max(viewpoints, key=lambda name: (self._territory.kinds[name].sensor_range_m, name))
+        range_cells = self._territory.kinds[best].sensor_range_m / grid.resolution_m
+        seen = self._hopeful_sight.visible(viewpoints[best], range_cells)
+        hidden = int(np.count_nonzero(grid.cells.ravel()[seen] == UNKNOWN))
+        return Target(
+            name=f"t_{cell.x}_{cell.y}",
+            cell=cell,
+            viewpoints=viewpoints,
+            cells=members,
+            reveal_m2=round(hidden * grid.cell_area_m2, 6),
+        )
+
+    def _refusal(self, group: Indices) -> Remaining:
+        grid = self._territory.grid
+        rows, columns = group // grid.width, group % grid.width
+        window = (
+            slice(max(0, rows.min() - 1), rows.max() + 2),
+            slice(max(0, columns.min() - 1), columns.max() + 2),
+        )
+        prints = self._territory.footprints.values()
+        if any(footprint.standable[window].any() for footprint in prints):
+            reason = "no robot that fits there can get there: not connected to the reach of the team"
+        elif any(footprint.possible[window].any() for footprint in prints):
+            reason = "not reached: no robot can stand close enough to reveal more"
+        else:
+            reason = "too narrow for every robot type of the team"
+        seed = _middle(group, grid.width)
+        return Remaining(cell=_cell(seed, grid.width), frontier_cells=len(group), reason=reason)
+
+
+def _cell(index: int, width: int) -> Cell:
+    return Cell(index % width, index // width)
+
+
+def _middle(group: Indices, width: int) -> int:
+    """Return the member nearest to the centre of gravity of a group (the first of several)."""
+    x, y = group % width, group // width
+    return int(group[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))])
+
+
+def _members(labels: npt.NDArray[Any], count: int) -> list[Indices]:
+    """Return the row-major indices of each label from 1 to `count`."""
+    where = np.flatnonzero(labels)
+    values = labels.ravel()[where]
+    order = np.argsort(values, kind="stable")
+    return np.split(where[order], np.cumsum(np.bincount(values, minlength=count + 1)[1:])[:-1]) if count else []
+
+
+@numba.njit(cache=True, nogil=True)
+def _frontier(cells: Any, drivable: Any, out: Any) -> None:
+    height, width = cells.shape
+    for y in range(height):
+        for x in range(width):
+            if drivable[cells[y, x]]:
+                out[y, x] = (
+                    (x > 0 and cells[y, x - 1] == 255)
+                    or (x + 1 < width and cells[y, x + 1] == 255)
+                    or (y > 0 and cells[y - 1, x] == 255)
+                    or (y + 1 < height and cells[y + 1, x] == 255)
+                )
+
+
+@numba.njit(cache=True, nogil=True)
+def _viewpoints(reach: Any, standable: Any, possible: Any, out: Any) -> None:
+    height, width = reach.shape
+    for y in range(height):
+        for x in range(width):
+            if reach[y, x]:
+                for direction in range(4):
+                    u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
+                    v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
+                    if 0 <= u < width and 0 <= v < height and possible[v, u] and not standable[v, u]:
+                        out[y, x] = True

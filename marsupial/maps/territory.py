@@ -1,0 +1,110 @@
+"""What the team can get to on the map known so far, per robot type.
+
+Carriers reach what is connected to them. Rovers reach what is connected to them or to a place where a carrier can set
+them down: a cell close enough to a carrier's reach to dock. The territory keeps the footprints of all types up to date
+as cells are revealed and answers for the team's current poses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.maps.footprint import Footprint
+from marsupial.maps.reach import flood_indices
+from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType, Role
+from marsupial.paths.fields import grow
+
+
+def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) -> float:
+    """Return how far apart, in cells, the centres of the two may be to dock: bodies touching, give or take a cell."""
+    return (carrier.radius_m + rover.radius_m) / resolution_m + math.sqrt(2) + 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Docking:
+    """Where a rover type may stand to dock with a carrier type.
+
+    `cells` is a mask (height, width) of rover cells; `carrier_at` the row-major index of the carrier's cell for each,
+    -1 elsewhere.
+    """
+
+    cells: Mask
+    carrier_at: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Reach:
+    """What each robot type can reach (masks by type name), and where pairs (carrier type, rover type) can dock."""
+
+    by_type: Mapping[str, Mask]
+    docking: Mapping[tuple[str, str], Docking]
+
+
+class Territory:
+    """Footprints of all robot types on one growing map.
+
+    Parameters
+    ----------
+    grid
+        The known map; its cells may be revealed (by their owner) after this is made: call `reveal` then.
+    """
+
+    def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
+        self.grid = grid
+        self.kinds = {kind.name: kind for kind in kinds}
+        self.footprints = {kind.name: Footprint((grid.height, grid.width), kind, grid.resolution_m) for kind in kinds}
+        self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
+        self._opaque = grid.opaque_codes()
+        self.reveal(np.flatnonzero(grid.cells != UNKNOWN))
+
+    def reveal(self, indices: npt.NDArray[np.int64]) -> None:
+        """Take in cells (row-major indices) that were unknown until now."""
+        self.see_through.ravel()[indices] = self._opaque[self.grid.cells.ravel()[indices]] == 0
+        for footprint in self.footprints.values():
+            footprint.reveal(indices, self.grid.cells)
+
+    def of_role(self, role: Role) -> tuple[RobotType, ...]:
+        """Return the robot types of a role."""
+        return tuple(kind for kind in self.kinds.values() if kind.role is role)
+
+    def reach(self, robots: Iterable[PlacedRobot]) -> Reach:
+        """Return what the team can reach from where it is."""
+        robots = tuple(robots)
+        by_type = {
+            kind.name: self._connected(kind, [r.cell for r in robots if r.type == kind.name and r.cell is not None])
+            for kind in self.of_role(Role.CARRIER)
+        }
+        docking = {
+            (carrier.name, rover.name): self._docking(carrier, rover, by_type[carrier.name])
+            for carrier in self.of_role(Role.CARRIER)
+            for rover in self.of_role(Role.ROVER)
+            if carrier.capacity > 0
+        }
+        for rover in self.of_role(Role.ROVER):
+            mine = [r for r in robots if r.type == rover.name]
+            docks = [d.cells for (_, name), d in docking.items() if name == rover.name] if mine else []
+            by_type[rover.name] = self._connected(rover, [r.cell for r in mine if r.cell is not None], docks)
+        return Reach(by_type=by_type, docking=docking)
+
+    def _connected(self, kind: RobotType, cells: Iterable[Cell], masks: Iterable[Mask] = ()) -> Mask:
+        starts = [np.array([c.y * self.grid.width + c.x], dtype=np.int64) for c in cells]
+        starts += [np.flatnonzero(mask) for mask in masks]
+        allowed = self.footprints[kind.name].standable
+        if not starts:
+            return np.zeros_like(allowed)
+        indices = np.concatenate(starts)
+        return flood_indices(allowed, indices[allowed.ravel()[indices]])
+
+    def _docking(self, carrier: RobotType, rover: RobotType, reach: Mask) -> Docking:
+        limit = dock_range_cells(carrier, rover, self.grid.resolution_m)
+        # a carrier's own cell may be one that a rover can't drive on, and the other way round
+        distance, origin = grow(self.see_through, reach, limit)
+        cells = np.isfinite(distance) & self.footprints[rover.name].standable
+        return Docking(cells=cells, carrier_at=np.where(cells, origin, -1))

@@ -1,0 +1,178 @@
+"""Carries a plan out: gives each robot its next command as soon as everyone the action needs is free.
+
+Every robot has a queue of its actions in plan order; an action starts when it is at the head of the queues of all
+its robots and none of them is busy. So a valid plan can't deadlock, and robots that are early wait where they have
+to. A new plan replaces the queues: a drive that it wants as well goes on, other drives stop at the next cell, and a
+running dock or undock is never interrupted.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+
+from marsupial.mission.observer import Observer
+from marsupial.mission.survey import Poses
+from marsupial.model.grid import Cell
+from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.world import RobotReport, World
+from marsupial.paths.routes import steps_of
+
+Router = Callable[[str, Cell, Cell], Sequence[Cell] | None]
+"""Finds the route of a robot type between two cells of the known map."""
+
+
+class Executor:
+    """Carries out one plan after the other in a world.
+
+    Attributes
+    ----------
+    deployments, retrievals
+        Undocks and docks completed so far.
+    deployed_at
+        Meeting point each rover was last set down at.
+    """
+
+    def __init__(self, world: World, route: Router, observer: Observer) -> None:
+        self._world = world
+        self._route = route
+        self._observer = observer
+        self._types = {robot.name: robot.type for robot in world.robots()}
+        self._queues: dict[str, deque[Action]] = {name: deque() for name in self._types}
+        self._running: dict[str, tuple[int, Action]] = {}
+        self._goals: dict[str, Cell] = {}
+        self._superseded: set[str] = set()
+        self._poses: Poses = {}
+        self._revision = 0
+        self.deployments = 0
+        self.retrievals = 0
+        self.deployed_at: dict[str, str] = {}
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing runs and nothing waits to run."""
+        return not self._running and not any(self._queues.values())
+
+    def unemployed(self, robots: Iterable[str]) -> bool:
+        """Say whether one of `robots` has nothing left to do."""
+        return any(name not in self._running and not self._queues[name] for name in robots)
+
+    def remainder(self) -> tuple[Action, ...]:
+        """Return the actions that run or wait, in plan order; times are those of the plan they came with."""
+        running = [action for name, (_, action) in self._running.items() if name not in self._superseded]
+        waiting = [action for queue in self._queues.values() for action in queue]
+        unique = {id(action): action for action in running + waiting}
+        return Plan.of(unique.values()).actions
+
+    def adopt(self, plan: Plan, poses: Poses, revision: int) -> None:
+        """Follow `plan` (absolute times) from now on; `poses` says where its places are."""
+        self._poses, self._revision = poses, revision
+        self._queues = {name: deque(plan.of_robot(name)) for name in self._types}
+        for name, (number, action) in list(self._running.items()):
+            if action.carrier is not None:
+                continue
+            queue = self._queues[name]
+            if queue and name not in self._superseded and self._same_drive(name, action, queue[0]):
+                self._running[name] = (number, queue.popleft())
+            else:
+                self._superseded.add(name)
+                self._world.stop(name)
+
+    def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
+        """Start every action whose robots are all free; return the robots that found their way blocked."""
+        blocked: list[str] = []
+        started = True
+        while started:
+            started = False
+            for robot in self._world.robots():
+                action = self._startable(robot.name)
+                if action is None or (drives_only and action.carrier is not None):
+                    continue
+                started = self._start(robot, action)
+                if not started:
+                    blocked.append(robot.name)
+        return tuple(blocked)
+
+    def finished(self, robots: Iterable[str]) -> tuple[Action, ...]:
+        """Take in that the commands of `robots` ended; return the actions that are done."""
+        done: list[Action] = []
+        for name in robots:
+            if name not in self._running:
+                continue
+            revision, action = self._running.pop(name)
+            if action.carrier is None:
+                self._stand(name)
+            elif action.carrier == name:
+                continue  # told once, for the rover
+            end = ActionEnd.SUPERSEDED if name in self._superseded else ActionEnd.DONE
+            self._superseded.discard(name)
+            self._end(action, revision, end)
+            if end is ActionEnd.DONE:
+                done.append(action)
+                self._count(action)
+        return tuple(done)
+
+    def lost(self, robots: Iterable[str]) -> None:
+        """Take in that `robots` failed: what they were doing or were needed for is over."""
+        for name in robots:
+            running = self._running.pop(name, None)
+            if running is not None:
+                revision, action = running
+                for partner in action.robots:
+                    self._running.pop(partner, None)
+                self._end(action, revision, ActionEnd.LOST)
+            self._queues[name].clear()
+
+    def _same_drive(self, name: str, old: Action, new: Action) -> bool:
+        goal = self._poses.get(new.place, {}).get(self._types[name])
+        return new.carrier is None and old.name is new.name and goal == self._goals[name]
+
+    def _startable(self, name: str) -> Action | None:
+        queue = self._queues[name]
+        if not queue:
+            return None
+        action = queue[0]
+        ready = all(r not in self._running and self._queues[r] and self._queues[r][0] is action for r in action.robots)
+        return action if ready and name == action.robot else None
+
+    def _start(self, robot: RobotReport, action: Action) -> bool:
+        """Give the command for `action`; return False (and drop its robot's queue) if there is no way."""
+        cell = self._poses[action.place][self._types[action.robot]]
+        route: Sequence[Cell] | None = None
+        if action.carrier is None:
+            route = None if robot.cell is None else self._route(robot.type, robot.cell, cell)
+            if route is None:
+                self._queues[robot.name].clear()
+                self._end(action, self._revision, ActionEnd.BLOCKED)
+                return False
+        for name in action.robots:
+            self._queues[name].popleft()
+            self._running[name] = (self._revision, action)
+        now = self._world.now_ms
+        self._observer.event(ActionStarted(t_ms=now, revision=self._revision, action=action, cell=cell))
+        if route is not None:
+            self._goals[robot.name] = cell
+            self._observer.event(DriveStarted(t_ms=now, robot=robot.name, cell=route[0], steps=steps_of(route)))
+            self._world.drive(robot.name, route)
+        elif action.name is ActionName.DOCK:
+            self._world.dock(action.robot, str(action.carrier))
+        else:
+            self._world.undock(action.robot, str(action.carrier), cell)
+        return True
+
+    def _stand(self, name: str) -> None:
+        cell = next(robot.cell for robot in self._world.robots() if robot.name == name)
+        if cell is not None:
+            self._observer.event(DriveEnded(t_ms=self._world.now_ms, robot=name, cell=cell))
+
+    def _end(self, action: Action, revision: int, end: ActionEnd) -> None:
+        self._observer.event(ActionEnded(t_ms=self._world.now_ms, revision=revision, action=action, end=end))
+
+    def _count(self, action: Action) -> None:
+        if action.name is ActionName.DOCK:
+            self.retrievals += 1
+            self.deployed_at.pop(action.robot, None)
+        elif action.name is ActionName.UNDOCK:
+            self.deployments += 1
+            self.deployed_at[action.robot] = action.place

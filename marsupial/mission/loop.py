@@ -1,0 +1,306 @@
+"""The closed loop: sense, analyse, decide, act, until the mission ends.
+
+It knows a world and a strategy by their protocols only. It replans when news could change the plan: a target of the
+plan is gone or a new one has shown up, a robot has run out of work while there is some, a way is blocked, a robot is
+lost; never because time passes. Every plan is checked before it is followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.maps.targets import Target
+from marsupial.maps.territory import Territory
+from marsupial.mission.carryover import carried_over, same_target, shifted
+from marsupial.mission.executor import Executor
+from marsupial.mission.observer import Observer
+from marsupial.mission.survey import Survey, Surveyor
+from marsupial.model.grid import UNKNOWN, Mask
+from marsupial.model.mission import MapMeeting, MissionEnded, Planned, Revealed, RobotLost, Status
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Goal, Limits, PlanningTime
+from marsupial.model.situation import SituationGoal
+from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.model.world import News, World
+from marsupial.planning.checker import check
+
+LOOK_MS = 1000
+"""Least simulated time between two looks at what newly seen cells mean for the plan."""
+
+MAX_FRUITLESS = 5
+"""Replannings in a row without anything happening in between before a mission counts as stalled."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Assignment:
+    """What a mission is asked to do and how it is measured.
+
+    Parameters
+    ----------
+    reachable
+        Cells (height, width) that count as the area to explore; None if the world's truth is not known.
+    """
+
+    goal: Goal
+    limits: Limits
+    planning_time: PlanningTime = PlanningTime.INSTANT
+    reachable: Mask | None = None
+
+
+class Mission:
+    """One mission of a team in a world.
+
+    Parameters
+    ----------
+    kinds
+        Robot types by name.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        kinds: Mapping[str, RobotType],
+        strategy: Strategy,
+        assignment: Assignment,
+        observer: Observer,
+    ) -> None:
+        self._world = world
+        self._kinds = kinds
+        self._strategy = strategy
+        self._assignment = assignment
+        self._observer = observer
+        self._territory = Territory(world.grid, tuple(kinds.values()))
+        self._homes = {r.name: r.cell for r in world.robots() if r.cell is not None}
+        self._surveyor = Surveyor(self._territory, self._homes, assignment.goal)
+        self._executor = Executor(world, self._surveyor.route, observer)
+        self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
+        self._known: tuple[Target, ...] = ()
+        self._meetings: dict[str, MapMeeting] = {}
+        self._fresh = False
+        self._looked_ms = -LOOK_MS
+        self._revision = 0
+        self._fruitless = 0
+        self._refused = 0
+        self._exploration_ms: int | None = None
+
+    def run(self, cancelled: Callable[[], bool] | None = None) -> MissionEnded:
+        """Run until the mission ends; `cancelled` is asked between events."""
+        trigger = "start"
+        self._take_in(self._world.advance(0))
+        while True:
+            if trigger:
+                ended = self._replan(trigger)
+                if ended is not None:
+                    return self._end(*ended)
+            blocked = self._executor.start_due()
+            if blocked:
+                trigger = f"way blocked: {', '.join(blocked)}"
+                continue
+            if self._world.now_ms >= self._assignment.limits.time_ms:
+                return self._end(Status.TIME_LIMIT, f"time limit of {self._world.now_ms / 1000:g} s reached")
+            if cancelled is not None and cancelled():
+                return self._end(Status.CANCELLED, "cancelled")
+            trigger = self._look(*self._wait())
+
+    def _wait(self) -> tuple[News, tuple[Action, ...]]:
+        until = self._assignment.limits.time_ms
+        if self._fresh:
+            until = min(until, max(self._world.now_ms, self._looked_ms + LOOK_MS))
+        news = self._world.advance(until)
+        return news, self._take_in(news)
+
+    def _take_in(self, news: News) -> tuple[Action, ...]:
+        """Enter what happened; return the actions that are done."""
+        for name, indices in news.revealed:
+            self._territory.reveal(indices)
+            self._fresh = True
+            runs = runs_of(indices, self._world.grid.cells.ravel())
+            self._observer.event(Revealed(t_ms=news.t_ms, robot=name, runs=runs))
+        for name, reason in news.lost:
+            self._observer.event(RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
+        self._executor.lost(name for name, _ in news.lost)
+        if news.finished or news.revealed:
+            self._fruitless = 0
+        return self._executor.finished(news.finished)
+
+    def _look(self, news: News, done: tuple[Action, ...]) -> str:
+        """Return what asks for a new plan, or nothing."""
+        if news.lost:
+            return f"lost: {', '.join(name for name, _ in news.lost)}"
+        explored = {action.place for action in done if action.name is ActionName.EXPLORE}
+        self._known = tuple(target for target in self._known if target.name not in explored)
+        if self._executor.idle:
+            return "plan carried out"
+        due = self._world.now_ms >= self._looked_ms + LOOK_MS
+        if not (explored or (self._fresh and due) or (done and self._unemployed())):
+            return ""
+        return self._compare()
+
+    def _compare(self) -> str:
+        """Compare the targets there are now with those the plan knew."""
+        self._fresh, self._looked_ms = False, self._world.now_ms
+        targets = self._surveyor.targets(self._world.robots())
+        if not targets and self._exploration_ms is None:
+            self._exploration_ms = self._world.now_ms
+        wanted = {a.place for a in self._executor.remainder() if a.name is ActionName.EXPLORE}
+        gone = [t.name for t in self._known if t.name in wanted and same_target(t, targets, self._ranges) is None]
+        new = [t.name for t in targets if same_target(t, self._known, self._ranges) is None]
+        words = [f"gone: {', '.join(gone)}"] if gone else []
+        words += [f"new: {', '.join(new)}"] if new else []
+        if not words and targets and self._unemployed():
+            words.append("robot free")
+        return "; ".join(words)
+
+    def _unemployed(self) -> bool:
+        return self._executor.unemployed(
+            robot.name for robot in self._world.robots() if robot.carrier is None and not robot.lost
+        )
+
+    def _replan(self, trigger: str) -> tuple[Status, str] | None:
+        """Make a new plan and follow it; return how the mission ends if it does."""
+        survey = self._survey()
+        if not survey.targets and self._exploration_ms is None:
+            self._exploration_ms = self._world.now_ms
+        if not survey.targets and self._satisfied(survey):
+            return Status.COMPLETE, "no reachable target is left" + self._wishes()
+        if not any(not robot.lost for robot in self._world.robots()):
+            return Status.FAILED, "every robot is lost"
+        self._fruitless += 1
+        if self._fruitless > MAX_FRUITLESS:
+            return Status.STALLED, "replanning over and over changes nothing"
+        return self._follow(trigger, survey, self._decide(survey))
+
+    def _decide(self, survey: Survey) -> Decision:
+        situation = survey.situation
+        decision = self._strategy.decide(
+            Briefing(
+                situation=situation,
+                previous=carried_over(self._executor.remainder(), situation, self._renamed(survey)),
+                direct_ms=survey.direct_ms,
+                connects=survey.connects,
+                deployed_at={
+                    rover: name
+                    for rover, name in self._executor.deployed_at.items()
+                    if name in situation.meetings and rover in situation.robot_by_name
+                },
+            )
+        )
+        self._observer.planned(decision.report)
+        return decision
+
+    def _follow(self, trigger: str, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
+        # what a plan leaves of the goal is decided at a later replanning; that it can be carried out is what counts
+        physical = replace(survey.situation, goal=SituationGoal())
+        verdict = check(physical, decision.plan, targets=decision.plan.explored)
+        if not verdict.valid:
+            self._refused += 1
+            return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
+        plan = decision.plan
+        if self._assignment.planning_time is PlanningTime.CHARGED and plan.actions:
+            self._follow_old_plan_for(round(decision.report.wall_s * 1000))
+            later = self._survey()
+            self._known = survey.targets
+            plan = carried_over(plan.actions, later.situation, self._renamed(later)) or Plan(actions=())
+            survey = later
+        self._adopt(trigger, survey, replace(decision, plan=plan))
+        if self._executor.idle and not plan.actions:
+            return Status.STALLED, decision.report.detail or "the strategy knows nothing to do"
+        return None
+
+    def _adopt(self, trigger: str, survey: Survey, decision: Decision) -> None:
+        now = self._world.now_ms
+        self._revision += 1
+        self._known = survey.targets
+        self._meetings = {point.name: point for point in survey.meetings}
+        self._fresh, self._looked_ms = False, now
+        plan = shifted(decision.plan, now)
+        self._observer.event(
+            Planned(
+                t_ms=now,
+                revision=self._revision,
+                trigger=trigger,
+                targets=tuple(target.on_map() for target in survey.targets),
+                meetings=survey.meetings,
+                actions=plan.actions,
+            )
+        )
+        self._executor.adopt(plan, survey.poses, self._revision)
+
+    def _follow_old_plan_for(self, duration_ms: int) -> None:
+        """Let time pass while robots drive on as planned; no new docking or undocking is begun."""
+        until = self._world.now_ms + duration_ms
+        while self._world.now_ms < until:
+            self._executor.start_due(drives_only=True)
+            self._take_in(self._world.advance(until))
+
+    def _survey(self) -> Survey:
+        robots = self._world.robots()
+        used = {action.place for action in self._executor.remainder()} | set(self._executor.deployed_at.values())
+        keep = [point for name, point in self._meetings.items() if name in used]
+        return self._surveyor.survey(robots, self._world.now_ms, keep)
+
+    def _renamed(self, survey: Survey) -> dict[str, str]:
+        pairs = ((target.name, same_target(target, survey.targets, self._ranges)) for target in self._known)
+        return {old: new.name for old, new in pairs if new is not None}
+
+    def _satisfied(self, survey: Survey) -> bool:
+        """Say whether the mission's wishes beyond exploring are met (running actions included)."""
+        if not self._executor.idle:
+            return False
+        goal = survey.situation.goal
+        robots = [robot for robot in self._world.robots() if not robot.lost]
+        home = all(r.cell == self._homes[r.name] for r in robots if r.name in self._homes and r.cell is not None)
+        aboard = all(r.carrier is not None for r in robots if self._kinds[r.type].role is Role.ROVER)
+        return (aboard or not goal.recover_rovers) and (home or not goal.return_home)
+
+    def _wishes(self) -> str:
+        goal = self._assignment.goal
+        if goal.return_home:
+            return ", the team is home"
+        return ", all rovers are aboard" if goal.recover_rovers else ""
+
+    def _end(self, status: Status, reason: str) -> MissionEnded:
+        robots = self._world.robots()
+        targets = () if status is Status.COMPLETE else self._surveyor.targets(robots)
+        area = self._world.grid.cell_area_m2
+        known = self._world.grid.cells != UNKNOWN
+        reachable = known if self._assignment.reachable is None else self._assignment.reachable
+        seconds = self._world.now_ms / 1000
+        ended = MissionEnded(
+            t_ms=self._world.now_ms,
+            status=status,
+            reason=reason,
+            exploration_ms=self._exploration_ms,
+            explored_area_m2=round(int(np.count_nonzero(known & reachable)) * area, 6),
+            reachable_area_m2=round(int(np.count_nonzero(reachable)) * area, 6),
+            distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),
+            energy_j=tuple((r.name, self._energy_j(r.name, self._kinds[r.type], seconds)) for r in robots),
+            deployments=self._executor.deployments,
+            retrievals=self._executor.retrievals,
+            replans=self._revision,
+            plans_valid=self._revision,
+            plans_invalid=self._refused,
+            aboard=tuple(r.name for r in robots if r.carrier is not None),
+            remaining=self._surveyor.remaining(targets, f"still open when the mission ended: {reason}"),
+        )
+        self._observer.event(ended)
+        return ended
+
+    def _energy_j(self, name: str, kind: RobotType, seconds: float) -> float:
+        driving = self._world.driving_ms(name) / 1000
+        return round(kind.energy.idle_w * seconds + kind.energy.drive_w * driving, 3)
+
+
+def runs_of(indices: npt.NDArray[np.int64], cells: npt.NDArray[np.uint8]) -> tuple[int, ...]:
+    """Return sorted row-major indices as flat runs (start, length, code) of equal neighbouring cells."""
+    codes = cells[indices]
+    breaks = np.flatnonzero((np.diff(indices) != 1) | (np.diff(codes) != 0)) + 1
+    starts = np.concatenate(([0], breaks))
+    lengths = np.diff(np.concatenate((starts, [len(indices)])))
+    runs = np.stack([indices[starts], lengths, codes[starts]], axis=1)
+    return tuple(runs.ravel().tolist())

@@ -1,0 +1,38 @@
+"""What a mission tells whoever watches: every event, and how each planning went.
+
+The loop reports, the rim prints: logs, progress displays and statistics are observers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from marsupial.model.mission import MissionEvent
+from marsupial.model.strategy import PlanningReport
+
+
+class Observer:
+    """Watches a mission; every method may be left as it is."""
+
+    def event(self, event: MissionEvent) -> None:
+        """Take in what happened (simulated time only)."""
+
+    def planned(self, report: PlanningReport) -> None:
+        """Take in how a planning went (wall-clock time)."""
+
+
+class Observers(Observer):
+    """Passes everything on to several observers."""
+
+    def __init__(self, observers: Sequence[Observer]) -> None:
+        self._observers = tuple(observers)
+
+    def event(self, event: MissionEvent) -> None:
+        """Pass an event on."""
+        for observer in self._observers:
+            observer.event(event)
+
+    def planned(self, report: PlanningReport) -> None:
+        """Pass a report on."""
+        for observer in self._observers:
+            observer.planned(report)

@@ -1,0 +1,220 @@
+"""From the map and the robots to a situation: what the planners are asked, and what its places mean on the map.
+
+A survey finds targets and meeting points on the map known so far, gives every place a cell per robot type, and
+fills the travel times from the path costs between those cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from marsupial.maps.meetings import Meetings, find_meetings
+from marsupial.maps.targets import Target, TargetFinder
+from marsupial.maps.territory import Reach, Territory
+from marsupial.model.grid import Cell
+from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Goal
+from marsupial.model.situation import (
+    UNREACHABLE,
+    PlanningType,
+    RobotState,
+    Situation,
+    SituationGoal,
+    TargetInfo,
+    TravelTable,
+)
+from marsupial.model.world import RobotReport
+from marsupial.paths.fields import PathSearch
+from marsupial.paths.routes import travel_table_ms
+
+Poses = Mapping[str, Mapping[str, Cell]]
+"""Cell of each place, per robot type that has one there."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Survey:
+    """A situation and what it means on the map.
+
+    Parameters
+    ----------
+    poses
+        The cell each robot type goes to at each place.
+    direct_ms
+        See `marsupial.model.strategy.Briefing`.
+    """
+
+    situation: Situation
+    targets: tuple[Target, ...]
+    meetings: tuple[MapMeeting, ...]
+    connects: Mapping[str, frozenset[str]]
+    poses: Poses
+    direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
+
+
+class Surveyor:
+    """Makes surveys of one growing map.
+
+    Parameters
+    ----------
+    territory
+        Kept up to date by the mission.
+    homes
+        The cell each carrier has to come home to, by carrier.
+    goal
+        What the mission asks for once no target is left.
+    """
+
+    def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal) -> None:
+        self._territory = territory
+        self._finder = TargetFinder(territory)
+        self._homes = homes
+        self._goal = goal
+        self._searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
+
+    def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
+        """Return the targets there are now."""
+        return self._finder.find(self._territory.reach(placed(robots)))
+
+    def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
+        """Return every frontier that is left: `targets` with `reason`, the others with why they are none."""
+        left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
+        return left + self._finder.refused(targets)
+
+    def route(self, kind: str, start: Cell, goal: Cell) -> tuple[Cell, ...] | None:
+        """Return the cheapest route of a robot type over the known map."""
+        return self._searches[kind].route(start, goal)
+
+    def survey(self, robots: Sequence[RobotReport], now_ms: int, keep: Iterable[MapMeeting] = ()) -> Survey:
+        """Return the situation of `robots`; lost ones are left out."""
+        active = tuple(robot for robot in robots if not robot.lost)
+        where = placed(active)
+        reach = self._territory.reach(where)
+        targets = self._finder.find(reach)
+        meetings = find_meetings(self._territory, reach, targets, where, keep)
+        states = tuple(self._state(robot, now_ms) for robot in active)
+        poses = self._poses(active, states, targets, meetings, reach)
+        situation = self._situation(states, targets, meetings, poses)
+        return Survey(
+            situation=situation,
+            targets=targets,
+            meetings=meetings.points,
+            connects=meetings.connects,
+            poses=poses,
+            direct_ms=lambda: self._direct(situation, poses),
+        )
+
+    def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
+        home = robot.name if self._goal.return_home and robot.name in self._homes else None
+        return RobotState(
+            name=robot.name,
+            type=robot.type,
+            place=None if robot.cell is None else f"s_{robot.name}",
+            carrier=robot.carrier,
+            free_at_ms=0 if robot.cell is None else max(0, robot.free_at_ms - now_ms),
+            home=None if home is None else f"h_{home}",
+        )
+
+    def _poses(
+        self,
+        robots: Sequence[RobotReport],
+        states: Sequence[RobotState],
+        targets: Sequence[Target],
+        meetings: Meetings,
+        reach: Reach,
+    ) -> Poses:
+        poses: dict[str, Mapping[str, Cell]] = {}
+        for robot, state in zip(robots, states, strict=True):
+            if state.place is not None and robot.cell is not None:
+                poses[state.place] = {robot.type: robot.cell}
+        poses |= {target.name: target.viewpoints for target in targets}
+        for point in meetings.points:
+            poses[point.name] = self._meeting_poses(point, reach)
+        for state in states:
+            if state.home is not None:
+                poses[state.home] = {state.type: self._homes[state.name]}
+        return poses
+
+    def _meeting_poses(self, point: MapMeeting, reach: Reach) -> Mapping[str, Cell]:
+        """Return the poses at a meeting point of all types that can use it, not only those it was made for."""
+        poses: dict[str, Cell] = {}
+        for kind in self._territory.kinds.values():
+            cell = point.carrier_cell if kind.role is Role.CARRIER else point.rover_cell
+            if reach.by_type[kind.name][cell.y, cell.x]:
+                poses[kind.name] = cell
+        return poses
+
+    def _situation(
+        self,
+        states: tuple[RobotState, ...],
+        targets: Sequence[Target],
+        meetings: Meetings,
+        poses: Poses,
+    ) -> Situation:
+        kinds = tuple(_planning_type(kind) for kind in self._territory.kinds.values())
+        homes = tuple(state.home for state in states if state.home is not None)
+        names = [state.place for state in states if state.place is not None]
+        names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
+        goal = SituationGoal()
+        if not targets:
+            goal = SituationGoal(
+                recover_rovers=self._goal.recover_rovers or self._goal.return_home,
+                return_home=self._goal.return_home,
+            )
+        return Situation(
+            types=kinds,
+            robots=states,
+            targets=tuple(
+                TargetInfo(name=t.name, explorers=frozenset(t.viewpoints), reveal_m2=t.reveal_m2) for t in targets
+            ),
+            meetings=tuple(point.name for point in meetings.points),
+            homes=homes,
+            travel_ms={kind.name: self._table(kind.name, names, poses) for kind in kinds},
+            goal=goal,
+        )
+
+    def _table(self, kind: str, names: Sequence[str], poses: Poses) -> TravelTable:
+        rows = [i for i, name in enumerate(names) if kind in poses[name]]
+        table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
+        if rows:
+            lengths = self._searches[kind].matrix([poses[names[i]][kind] for i in rows])
+            speed = self._territory.kinds[kind].speed_mps
+            table[np.ix_(rows, rows)] = travel_table_ms(lengths, self._territory.grid.resolution_m, speed)
+        return table
+
+    def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
+        """Return the carriers' travel times to all targets over cells where any type can stand."""
+        anywhere = np.logical_or.reduce([f.standable for f in self._territory.footprints.values()])
+        search = PathSearch(anywhere)
+        cells = [next(iter(poses[target.name].values())) for target in situation.targets]
+        direct: dict[str, Mapping[str, int]] = {}
+        for carrier in situation.of_role(Role.CARRIER):
+            if carrier.place is None:
+                continue
+            kind = self._territory.kinds[carrier.type]
+            lengths = search.costs(poses[carrier.place][carrier.type], cells)
+            times = travel_table_ms(lengths, self._territory.grid.resolution_m, kind.speed_mps)
+            direct[carrier.name] = {
+                target.name: int(time)
+                for target, time in zip(situation.targets, times, strict=True)
+                if time != UNREACHABLE
+            }
+        return direct
+
+
+def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
+    """Return the poses of the robots that are not lost."""
+    return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in robots if not r.lost)
+
+
+def _planning_type(kind: RobotType) -> PlanningType:
+    return PlanningType(
+        name=kind.name,
+        role=kind.role,
+        capacity=kind.capacity,
+        dock_ms=kind.dock_ms,
+        undock_ms=kind.undock_ms,
+    )

@@ -1,0 +1,104 @@
+"""What the mission loop needs of a world, simulated or real: a map that grows, robots, and four commands.
+
+Time is mission time in integer ms. A robot that drives may be told to stop; it then stands at the next cell of
+its route a moment later. Commands are given to robots that are free only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import Cell, Grid
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotReport:
+    """Where a robot is.
+
+    Parameters
+    ----------
+    cell
+        Where it stands; while driving the next cell it passes; None while it is carried.
+    carrier
+        Who carries it. From the start of a docking the rover counts as aboard, with `free_at_ms` its end.
+    free_at_ms
+        Mission time from which it can be given a new command if it is told to stop now.
+    """
+
+    name: str
+    type: str
+    cell: Cell | None
+    carrier: str | None
+    free_at_ms: int
+    lost: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class News:
+    """What happened at one moment.
+
+    Parameters
+    ----------
+    revealed
+        (robot, row-major indices of the cells it saw first), in order.
+    finished
+        Robots whose command ended at that moment (both of a docking).
+    lost
+        (robot, reason) of the robots that failed for good.
+    """
+
+    t_ms: int
+    revealed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
+    finished: tuple[str, ...] = ()
+    lost: tuple[tuple[str, str], ...] = ()
+
+
+class World(Protocol):
+    """A map being revealed and the robots in it."""
+
+    @property
+    def grid(self) -> Grid:
+        """The known map; its cells change as robots see more."""
+        ...
+
+    @property
+    def now_ms(self) -> int:
+        """Mission time."""
+        ...
+
+    def robots(self) -> tuple[RobotReport, ...]:
+        """Return every robot of the team, in a fixed order."""
+        ...
+
+    def drive(self, robot: str, route: Sequence[Cell]) -> None:
+        """Send a free robot along `route`, which starts at its cell."""
+        ...
+
+    def stop(self, robot: str) -> None:
+        """Let a driving robot stop at the next cell of its route; no-op for one that does not drive."""
+        ...
+
+    def dock(self, rover: str, carrier: str) -> None:
+        """Let a free rover dock on a free carrier beside it."""
+        ...
+
+    def undock(self, rover: str, carrier: str, cell: Cell) -> None:
+        """Let a free carrier set a rover down on `cell`."""
+        ...
+
+    def advance(self, until_ms: int) -> News:
+        """Let time pass until something happens, at most until `until_ms`, and say what."""
+        ...
+
+    def distance_m(self, robot: str) -> float:
+        """Return how far a robot has driven by itself."""
+        ...
+
+    def driving_ms(self, robot: str) -> int:
+        """Return how long a robot has been driving."""
+        ...
