@@ -1,0 +1,125 @@
+"""Images as 8-bit grey, one byte a pixel.
+
+Colours become grey as in nav2's map server, which asks ImageMagick for a grey image: the Rec. 709 luma
+0.212656 R + 0.715158 G + 0.072186 B, rounded. (Releases of nav2 up to Jazzy took the mean of the channels; the two
+differ only in pixels that are really coloured, and those are counted.) 16-bit greys are divided by 257 and rounded.
+The size in the header is checked before a pixel is decoded.
+"""
+
+from __future__ import annotations
+
+import struct
+import warnings
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, UnidentifiedImageError
+
+from marsupial.errors import MapError, Problem
+from marsupial.formats.files import file_fault
+from marsupial.model.grid import CellArray, Mask
+
+MAX_CELLS = 100_000_000
+"""Most cells a map may have."""
+
+FORMATS = ("PNG", "PPM", "BMP", "JPEG")
+"""The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix."""
+
+_LUMA = np.array([0.212656, 0.715158, 0.072186])
+_BROKEN = (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError, struct.error, zlib.error)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GreyImage:
+    """An image as grey values.
+
+    Parameters
+    ----------
+    grey
+        uint8 (height, width), the top row first.
+    opaque
+        Mask (height, width) of the pixels whose alpha is 255, or None where the image has no alpha.
+    format, mode
+        File format and pixel format by Pillow's names (``PNG``, ``RGB``).
+    coloured
+        Number of pixels whose red, green and blue differ.
+    """
+
+    grey: CellArray
+    opaque: Mask | None
+    format: str
+    mode: str
+    coloured: int
+
+
+def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: int = MAX_CELLS) -> GreyImage:
+    """Read an image file as grey.
+
+    Parameters
+    ----------
+    field, source
+        Which field of which file named the image: they stand in the error.
+    max_cells
+        Most pixels the image may have.
+
+    Raises
+    ------
+    MapError
+        Where the file is missing, no image, broken or too big.
+    """
+    fault = file_fault(path)
+    if fault is None:
+        try:
+            return _decode(path, max_cells)
+        except UnidentifiedImageError:
+            fault = "is not a PNG, PGM, BMP or JPEG image"
+        except Image.DecompressionBombError:
+            fault = f"has more than {max_cells} pixels, the limit"
+        except _BROKEN as error:
+            fault = f"can't be decoded ({error})"
+    raise MapError([Problem(field, f"{fault}: {path}")], source=source)
+
+
+def _decode(path: Path, max_cells: int) -> GreyImage:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Pillow warns of big sizes, which are checked here, and of odd metadata
+        with Image.open(path, formats=FORMATS) as image:
+            if image.width * image.height > max_cells:
+                raise ValueError(f"{image.width} x {image.height} pixels are more than the limit of {max_cells}")
+            image.load()
+            format_, mode = str(image.format), image.mode
+            opaque = _opaque(image)
+            grey, coloured = _grey(image)
+    return GreyImage(grey=grey, opaque=opaque, format=format_, mode=mode, coloured=coloured)
+
+
+def _opaque(image: Image.Image) -> Mask | None:
+    if image.mode.startswith("I") or not image.has_transparency_data:
+        return None
+    return np.asarray(image.convert("RGBA").getchannel("A")) == 255
+
+
+def _grey(image: Image.Image) -> tuple[CellArray, int]:
+    """Return the grey values and the number of coloured pixels."""
+    if image.mode.startswith("I"):
+        return _from_16_bits(np.asarray(image)), 0
+    if image.mode in ("1", "L"):
+        return np.asarray(image.convert("L")), 0
+    if image.mode in ("LA", "P", "PA", "RGB", "RGBA", "CMYK"):
+        return _from_rgb(np.asarray(image.convert("RGBA"))[..., :3])
+    raise ValueError(f"pixel format {image.mode} is not a grey or colour image")
+
+
+def _from_16_bits(values: npt.NDArray[np.integer]) -> CellArray:
+    return np.asarray((np.clip(values, 0, 65535).astype(np.uint32) + 128) // 257).astype(np.uint8)
+
+
+def _from_rgb(rgb: CellArray) -> tuple[CellArray, int]:
+    red, green, blue = (rgb[..., i] for i in range(3))
+    coloured = (red != green) | (green != blue)
+    grey = red.copy()
+    grey[coloured] = np.floor(rgb[coloured] @ _LUMA + 0.5).astype(np.uint8)
+    return grey, int(np.count_nonzero(coloured))

@@ -1,0 +1,226 @@
+"""What is on a map, in numbers, and what about it looks wrong.
+
+The commonest trouble with maps is that they say something else than their owner thinks: unknown space that reads as
+free, a hole in a wall that lets the outside in, metres that are really millimetres. The description holds the shares
+of every class, the free space that is connected to the border, the reach of each robot type, and warnings in words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from marsupial.formats.reading import LegendEntry, MapReading
+from marsupial.maps.reach import parts, standable
+from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid, Mask
+from marsupial.model.robots import RobotType, Role
+
+USUAL_RESOLUTION_M = (0.005, 1.0)
+USUAL_EXTENT_M = 5000.0
+
+LEAK_AREA_M2 = 1.0
+LEAK_SHARE = 0.01
+"""Free space at the border is a leak from this area or this share of all free space on; less is stray pixels."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TerrainShare:
+    """One terrain class on a map (or obstacle, or unknown): `share` is of all cells, 0 to 1."""
+
+    name: str
+    code: int
+    cells: int
+    area_m2: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TypeReach:
+    """Where one robot type may stand: area of the largest connected part, and how many parts there are."""
+
+    type: str
+    radius_m: float
+    area_m2: float
+    parts: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapDescription:
+    """What is on a map.
+
+    Parameters
+    ----------
+    format
+        What the file was read as; empty for a grid that comes from no file.
+    width, height
+        Size in cells.
+    width_m, height_m
+        Size in metres.
+    free
+        The classes that occur and are no obstacle.
+    occupied, unknown
+        The obstacles and the unknown cells.
+    border_cells
+        Free cells on the map's border.
+    border_area_m2
+        Free area connected to them.
+    reach
+        One entry for each robot type asked about.
+    legend
+        What became of every symbol in the file.
+    warnings
+        Sentences, the file's own first.
+    """
+
+    format: str
+    width: int
+    height: int
+    width_m: float
+    height_m: float
+    resolution_m: float
+    origin_m: tuple[float, float, float]
+    free: tuple[TerrainShare, ...]
+    occupied: TerrainShare
+    unknown: TerrainShare
+    border_cells: int
+    border_area_m2: float
+    reach: tuple[TypeReach, ...]
+    legend: tuple[LegendEntry, ...]
+    warnings: tuple[str, ...]
+
+    @property
+    def free_area_m2(self) -> float:
+        """Area of all free classes together."""
+        return sum(share.area_m2 for share in self.free)
+
+    @property
+    def free_share(self) -> float:
+        """Share of all free classes together, 0 to 1."""
+        return sum(share.share for share in self.free)
+
+
+def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | None = None) -> MapDescription:
+    """Describe a map for the given robot types.
+
+    Parameters
+    ----------
+    grid
+        The map; that of `reading`, or what was made of it (terrain mask).
+    reading
+        How the file was understood; None for a grid that comes from no file.
+    """
+    counts = np.bincount(grid.cells.ravel(), minlength=256)
+    names = {terrain.code: terrain.name for terrain in grid.terrains}
+    shares = {code: _share(grid, names.get(code, f"code {code}"), code, int(counts[code])) for code in range(255)}
+    unknown = _share(grid, "unknown", UNKNOWN, int(counts[UNKNOWN]))
+    free = tuple(shares[code] for code in range(OBSTACLE + 1, UNKNOWN) if counts[code])
+    border_cells, leaking = _leak(grid)
+    reach, masks = _reaches(grid, kinds)
+    warnings = [
+        *(reading.warnings if reading is not None else ()),
+        *_content_warnings(shares[OBSTACLE], unknown, free, reading),
+        *_leak_warnings(grid, border_cells, leaking, sum(s.cells for s in free), reading),
+        *_scale_warnings(grid),
+        *_reach_warnings(grid, kinds, reach, masks),
+    ]
+    return MapDescription(
+        format="" if reading is None else reading.format,
+        width=grid.width,
+        height=grid.height,
+        width_m=grid.width * grid.resolution_m,
+        height_m=grid.height * grid.resolution_m,
+        resolution_m=grid.resolution_m,
+        origin_m=grid.origin_m,
+        free=free,
+        occupied=shares[OBSTACLE],
+        unknown=unknown,
+        border_cells=border_cells,
+        border_area_m2=leaking * grid.cell_area_m2,
+        reach=reach,
+        legend=() if reading is None else reading.legend,
+        warnings=tuple(warnings),
+    )
+
+
+def _share(grid: Grid, name: str, code: int, cells: int) -> TerrainShare:
+    return TerrainShare(
+        name=name, code=code, cells=cells, area_m2=cells * grid.cell_area_m2, share=cells / grid.cells.size
+    )
+
+
+def _leak(grid: Grid) -> tuple[int, int]:
+    """Return the number of free cells on the border, and of all free cells connected to them."""
+    free = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
+    inside = np.zeros(grid.cells.shape, dtype=np.bool_)
+    inside[1:-1, 1:-1] = True
+    border = free & ~inside
+    labels, count = parts(free)
+    leaking = np.zeros(count + 1, dtype=np.bool_)
+    leaking[labels[border]] = True
+    return int(np.count_nonzero(border)), int(np.count_nonzero(leaking[labels]))
+
+
+def _reaches(grid: Grid, kinds: Sequence[RobotType]) -> tuple[tuple[TypeReach, ...], list[Mask]]:
+    reach, masks = [], []
+    for kind in kinds:
+        mask = standable(grid, kind)
+        labels, count = parts(mask)
+        largest = int(np.bincount(labels.ravel())[1:].max()) if count else 0
+        area_m2 = largest * grid.cell_area_m2
+        reach.append(TypeReach(type=kind.name, radius_m=kind.radius_m, area_m2=area_m2, parts=count))
+        masks.append(mask)
+    return tuple(reach), masks
+
+
+def _content_warnings(
+    occupied: TerrainShare, unknown: TerrainShare, free: tuple[TerrainShare, ...], reading: MapReading | None
+) -> list[str]:
+    found = []
+    if not free:
+        found.append("there is no free cell: no robot can stand anywhere")
+    if not occupied.cells:
+        found.append("there is no obstacle: no wall was recognised")
+    if reading is not None and not reading.walled and not unknown.cells:
+        found.append("there is no unknown cell: what the map maker never saw counts as free or as obstacle")
+    return found
+
+
+def _leak_warnings(grid: Grid, border: int, leaking: int, free: int, reading: MapReading | None) -> list[str]:
+    area_m2 = leaking * grid.cell_area_m2
+    small = area_m2 < LEAK_AREA_M2 and leaking < LEAK_SHARE * free
+    if not border or small or (reading is not None and reading.walled):
+        return []
+    return [
+        f"free space leaks to the border: {border} of the cells on it are free, and {area_m2:.4g} m2 of "
+        f"free space ({leaking / free:.1%}) are connected to them; robots may explore outside the walls"
+    ]
+
+
+def _scale_warnings(grid: Grid) -> list[str]:
+    low, high = USUAL_RESOLUTION_M
+    extent_m = max(grid.width, grid.height) * grid.resolution_m
+    if low <= grid.resolution_m <= high and extent_m <= USUAL_EXTENT_M:
+        return []
+    return [
+        f"resolution {grid.resolution_m:g} m per cell makes the map {grid.width * grid.resolution_m:g} m x "
+        f"{grid.height * grid.resolution_m:g} m: check that it is in metres"
+    ]
+
+
+def _reach_warnings(
+    grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...], masks: list[Mask]
+) -> list[str]:
+    found = [
+        f"{entry.type} (radius {entry.radius_m:g} m) can stand nowhere on this map"
+        for entry in reach
+        if not entry.parts
+    ]
+    carriers = [mask for kind, mask in zip(kinds, masks, strict=True) if kind.role is Role.CARRIER]
+    rovers = [mask for kind, mask in zip(kinds, masks, strict=True) if kind.role is Role.ROVER]
+    if carriers and rovers and not np.any(np.logical_or.reduce(rovers) & ~np.logical_or.reduce(carriers)):
+        found.append(
+            f"rovers can stand nowhere that carriers can't (a cell is {grid.resolution_m:g} m): nothing needs a rover"
+        )
+    return found

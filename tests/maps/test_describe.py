@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from marsupial.formats.maps import read_map
+from marsupial.formats.reading import LegendEntry, MapReading
+from marsupial.maps.describe import TerrainShare, describe
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid
+from marsupial.model.robots import default_types
+
+CARRIER, ROVER = default_types(2)
+
+SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
+
+
+def draw(*rows: str, resolution_m: float = 0.5) -> Grid:
+    """Return the grid of a drawing whose last row is row 0."""
+    cells = [[SYMBOLS[c] for c in row] for row in reversed(rows)]
+    return Grid(cells=np.array(cells, dtype=np.uint8), resolution_m=resolution_m)
+
+
+def reading_of(grid: Grid, *, walled: bool = False, warnings: tuple[str, ...] = ()) -> MapReading:
+    return MapReading(grid=grid, format="drawing", walled=walled, warnings=warnings)
+
+
+ROOM = draw(
+    "?????",
+    "?###?",
+    "?#.#?",
+    "?#~#?",
+    "?###?",
+)
+
+
+def test_shares_and_sizes_are_those_of_the_drawing() -> None:
+    found = describe(ROOM, ())
+    assert (found.width, found.height, found.width_m, found.height_m, found.resolution_m) == (5, 5, 2.5, 2.5, 0.5)
+    assert found.free == (
+        TerrainShare(name="floor", code=FLOOR, cells=1, area_m2=0.25, share=0.04),
+        TerrainShare(name="rough", code=ROUGH, cells=1, area_m2=0.25, share=0.04),
+    )
+    assert (found.occupied.cells, found.unknown.cells) == (10, 13)
+    assert (found.free_area_m2, found.free_share) == (0.5, 0.08)
+    assert found.occupied.share + found.unknown.share + found.free_share == pytest.approx(1)
+    assert found.warnings == ()
+
+
+def test_a_closed_room_does_not_leak() -> None:
+    found = describe(ROOM, ())
+    assert (found.border_cells, found.border_area_m2) == (0, 0.0)
+
+
+def test_free_space_that_leaks_to_the_border_is_named_with_its_area() -> None:
+    found = describe(draw("#####", "#..#.", "#..#.", "#####", "#....", "#####"), ())
+    assert found.border_cells == 3
+    assert found.border_area_m2 == 6 * 0.25
+    assert found.warnings == (
+        "free space leaks to the border: 3 of the cells on it are free, and 1.5 m2 of free space (60.0%) are "
+        "connected to them; robots may explore outside the walls",
+    )
+
+
+def test_a_diagonal_gap_is_no_connection() -> None:
+    found = describe(draw("####", "#.##", "##.#", "##.#"), ())
+    assert found.border_area_m2 == 2 * 0.25
+
+
+def test_a_stray_free_pixel_at_the_border_is_no_leak() -> None:
+    cells = np.full((100, 100), FLOOR, dtype=np.uint8)
+    cells[0] = cells[-1] = cells[:, 0] = cells[:, -1] = cells[:, 1] = OBSTACLE
+    cells[50, 0] = FLOOR
+    found = describe(Grid(cells=cells, resolution_m=0.05), ())
+    assert found.border_cells == 1
+    assert found.warnings == ()
+
+
+def test_a_format_that_closes_the_map_does_not_leak() -> None:
+    grid = draw("..", ".#")
+    assert describe(grid, (), reading=reading_of(grid, walled=True)).warnings == ()
+
+
+def test_a_scanned_map_without_unknown_is_named() -> None:
+    grid = draw("###", "#.#", "###")
+    assert describe(grid, ()).warnings == ()
+    (warning,) = describe(grid, (), reading=reading_of(grid)).warnings
+    assert warning.startswith("there is no unknown cell")
+
+
+def test_maps_without_obstacles_or_without_free_cells_are_named() -> None:
+    assert "there is no obstacle: no wall was recognised" in describe(draw("?.?"), ()).warnings
+    assert describe(draw("?#?"), ()).warnings == ("there is no free cell: no robot can stand anywhere",)
+
+
+@pytest.mark.parametrize("resolution_m", [0.001, 5.0, 50.0])
+def test_a_suspicious_resolution_is_named(resolution_m: float) -> None:
+    (warning,) = describe(replace(ROOM, resolution_m=resolution_m), ()).warnings
+    assert warning.startswith(f"resolution {resolution_m:g} m per cell")
+
+
+def test_what_the_reader_noticed_comes_first() -> None:
+    grid = draw("..", "?#")
+    reading = replace(
+        reading_of(grid, warnings=("grey 205 became free",)),
+        legend=(LegendEntry(symbol="grey 205", code=FLOOR, cells=2),),
+    )
+    found = describe(grid, (), reading=reading)
+    assert found.warnings[0] == "grey 205 became free"
+    assert len(found.warnings) == 2
+    assert (found.format, found.legend) == ("drawing", reading.legend)
+
+
+def test_reach_is_the_largest_part_each_type_can_stand_in() -> None:
+    grid = draw(
+        "########",
+        "#...#..#",
+        "#...#..#",
+        "#...#..#",
+        "########",
+    )
+    carrier, rover = describe(grid, (replace(CARRIER, radius_m=0.6), ROVER)).reach
+    assert (carrier.type, carrier.radius_m, carrier.area_m2, carrier.parts) == ("carrier", 0.6, 0.25, 1)
+    assert (rover.type, rover.radius_m, rover.area_m2, rover.parts) == ("rover", 0.15, 9 * 0.25, 2)
+
+
+def test_terrain_a_type_can_not_drive_on_is_not_in_its_reach() -> None:
+    carrier, rover = describe(draw("#####", "#.~.#", "#####"), (replace(CARRIER, radius_m=0.1), ROVER)).reach
+    assert (carrier.area_m2, carrier.parts) == (0.25, 2)
+    assert (rover.area_m2, rover.parts) == (0.75, 1)
+
+
+def test_a_type_that_fits_nowhere_is_named() -> None:
+    found = describe(draw("###", "#.#", "###"), (replace(CARRIER, radius_m=0.6), ROVER))
+    assert found.reach[0].area_m2 == 0
+    assert found.warnings == ("carrier (radius 0.6 m) can stand nowhere on this map",)
+
+
+def test_a_map_on_which_rovers_go_nowhere_else_is_named() -> None:
+    found = describe(draw("###", "#.#", "###", resolution_m=1.0), (CARRIER, ROVER))
+    assert found.warnings == ("rovers can stand nowhere that carriers can't (a cell is 1 m): nothing needs a rover",)
+
+
+# Real maps
+
+
+def test_the_real_warehouse_warns_of_its_leak_with_the_area(shared_maps: Path) -> None:
+    reading = read_map(shared_maps / "warehouse_nav2.yaml")
+    found = describe(reading.grid, (), reading=reading)
+    assert found.border_area_m2 == pytest.approx(1279.5, abs=0.05)
+    (warning,) = found.warnings
+    assert warning.startswith("free space leaks to the border: 524 of the cells on it are free, and 1279 m2")
+
+
+def test_the_real_depot_warns_of_its_threshold_its_missing_unknown_and_its_leak(shared_maps: Path) -> None:
+    reading = read_map(shared_maps / "depot_nav2.yaml")
+    starts = [warning[:24] for warning in describe(reading.grid, (), reading=reading).warnings]
+    assert starts == ["grey 205 became free in ", "there is no unknown cell", "free space leaks to the "]
+    repaired = read_map(shared_maps / "depot_nav2_fixed.yaml")
+    assert describe(repaired.grid, (), reading=repaired).warnings == ()
+
+
+@pytest.mark.parametrize(("name", "area_m2"), [("fr079", 246), ("fr101", 124), ("warehouse_aws", 208)])
+def test_the_rovers_reach_on_real_maps_is_the_known_one(shared_maps: Path, name: str, area_m2: float) -> None:
+    reading = read_map(shared_maps / f"{name}.yaml")
+    found = describe(reading.grid, (CARRIER, ROVER), reading=reading)
+    assert found.reach[1].area_m2 == pytest.approx(area_m2, abs=1)
+    assert 0 < found.reach[0].area_m2 < found.reach[1].area_m2
+    assert [warning for warning in found.warnings if "RGB" not in warning] == []
