@@ -1,0 +1,183 @@
+"""The engine that always answers: list scheduling, one target after the other, then the rest of the goal.
+
+Each step takes the target that can be explored soonest, in the way that does so (`marsupial.planning.ways`), and adds
+its actions to the timeline; rovers are then picked up and carriers drive home (`marsupial.planning.recovery`). What
+this does badly is to leave far targets for the end. So it is done over in a few rounds, each of which gives the target
+that came last a head start of half the makespan (the squeaky wheel gets the grease); the shortest plan stays.
+
+References
+----------
+D. Joslin and D. Clements, "Squeaky wheel" optimization, Journal of Artificial Intelligence Research 10, 1999.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from marsupial.model.plan import ActionName, Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.reachability import hopeless_targets, impossible, reach
+from marsupial.planning.recovery import go_home, recover
+from marsupial.planning.rides import follow, ride
+from marsupial.planning.timeline import Timeline
+from marsupial.planning.ways import NEVER, Costs, Times, Ways
+
+ROUNDS = 8
+"""How many plans are made at most; beyond that little is gained."""
+
+
+class Greedy:
+    """The engine; `clock` gives wall-clock seconds. One step of a budget is one round, of `ROUNDS` at most."""
+
+    info = EngineInfo(
+        name="greedy",
+        summary="list scheduling; always answers, never proves a plan best",
+        licence="Apache-2.0",
+        anytime=True,
+        proves_optimality=False,
+        deterministic_steps=True,
+    )
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
+
+        A round that has begun is finished, so that there is an answer however small the budget.
+        """
+        begun = self._clock()
+        if start is not None:
+            yield Improved(plan=start, elapsed_s=0.0)
+        proof = None if start is not None else impossible(situation)
+        if proof is not None:
+            yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
+            return
+        best, complaint = start, ""
+        for draft in islice(_drafts(situation), min(ROUNDS, budget.steps or ROUNDS)):
+            elapsed = self._clock() - begun
+            complaint = complaint or draft.complaint
+            if not draft.complaint and (best is None or draft.plan.makespan_ms < best.makespan_ms):
+                best = draft.plan
+                yield Improved(plan=best, elapsed_s=elapsed)
+            if budget.seconds is not None and elapsed >= budget.seconds:
+                break
+        yield Finished(
+            outcome=Outcome.NO_PLAN if best is None else Outcome.SATISFICING,
+            detail=complaint if best is None else "list scheduling, nothing proven",
+            elapsed_s=self._clock() - begun,
+        )
+
+
+def serve(situation: Situation) -> tuple[Plan, frozenset[str]]:
+    """Return a plan that does what it can, and the names of the targets it leaves out.
+
+    The plan can be carried out (`check` with the targets it explores finds nothing wrong), though of the rest of the
+    goal it reaches only what it can: some rovers may stay on the ground, some carriers away from home.
+    """
+    draft = next(_drafts(situation))
+    return draft.plan, frozenset(target.name for target in situation.targets) - draft.plan.explored
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Draft:
+    """A plan, and a sentence on what of the goal it does not reach: empty if nothing."""
+
+    plan: Plan
+    complaint: str
+
+
+def _drafts(situation: Situation) -> Iterator[_Draft]:
+    """Yield one plan per round without end; each round gives the target that came last a head start."""
+    costs = Costs(situation)
+    names = [target.name for target in situation.targets]
+    head_start_ms = np.zeros(len(names), dtype=np.int64)
+    while True:
+        timeline, left = _explore(Timeline.of(situation), costs, head_start_ms)
+        last = names.index(left[0] if left else _last_explored(timeline)) if names else None
+        complaint = _why_left(situation, left)
+        goal = situation.goal
+        if goal.recover_rovers or goal.return_home:
+            timeline, trouble = recover(timeline, costs)
+            complaint = complaint or trouble
+        if goal.return_home:
+            trouble = go_home(timeline)
+            complaint = complaint or trouble
+        yield _Draft(plan=timeline.plan, complaint=complaint)
+        if last is None:
+            return
+        head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
+
+
+def _why_left(situation: Situation, left: list[str]) -> str:
+    if not left:
+        return ""
+    reasons = hopeless_targets(situation, reach(situation))
+    return reasons.get(left[0], f"list scheduling found no way to {left[0]}")
+
+
+def _last_explored(timeline: Timeline) -> str:
+    explored = (action for action in timeline.actions if action.name is ActionName.EXPLORE)
+    return max(explored, key=lambda action: action.end_ms).place
+
+
+def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
+    """Add the exploring of every target that can be served; return the timeline and the names of the others."""
+    names = [target.name for target in timeline.situation.targets]
+    ways = Ways(timeline, costs)
+    while ways.left.any():
+        done = ways.done_ms.min(axis=0, initial=NEVER)
+        target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
+        if done[target] < NEVER:
+            changed = _take(ways, target, names[target])
+            ways.explored(target)
+            ways.update(changed)
+            continue
+        relayed = _relay_to_target(ways, names)
+        if relayed is None:
+            break
+        left, ways = ways.left, Ways(relayed[0], costs)
+        for other in (*np.flatnonzero(~left), relayed[1]):
+            ways.explored(int(other))
+    return ways.timeline, [name for name, left in zip(names, ways.left, strict=True) if left]
+
+
+def _take(ways: Ways, target: int, name: str) -> set[str]:
+    """Add the soonest way to explore a target; return the robots that took part."""
+    robot, carrier = ways.way(int(np.argmin(ways.done_ms[:, target])))
+    if carrier is None:
+        ways.timeline.explore(robot, name)
+        return {robot}
+    before = set(ways.timeline.cargo[carrier])
+    ride(ways.timeline, robot, ways.journey(robot, carrier, target))
+    ways.timeline.explore(robot, name)
+    return {robot, carrier} | before
+
+
+def _relay_to_target(ways: Ways, names: list[str]) -> tuple[Timeline, int] | None:
+    """Return the timeline with one more target explored, by several rides in a row, or None if there is no such way."""
+    options = []
+    for i in ways.rovers:
+        explore = np.where(ways.left, ways.costs.explore[ways.kinds[i].name][ways.costs.meetings], NEVER)
+        if not (explore < NEVER).any():
+            continue
+        times, rides = ways.relay(ways.robots[i])
+        done = times[:, None] + explore
+        meeting, target = (int(k) for k in np.unravel_index(int(np.argmin(done)), done.shape))
+        if done[meeting, target] < NEVER:
+            options.append((int(done[meeting, target]), i, meeting, target, rides))
+    for _, i, meeting, target, rides in sorted(options, key=lambda option: option[:2]):
+        rover = ways.robots[i]
+        timeline = ways.timeline.copy()
+        if follow(timeline, rover, meeting, rides) and timeline.can_drive(rover, names[target]):
+            timeline.explore(rover, names[target])
+            return timeline, target
+    return None

@@ -1,0 +1,154 @@
+"""Prove cheaply that a situation has no plan.
+
+Time and the wear of other robots' plans are left out: a robot keeps every place it has ever reached, and a rover may
+ride from any meeting it shares with a carrier to any other meeting of that carrier. What can't be reached even so can't
+be reached at all. Whether all rovers can end aboard is a matching of rovers to places on carriers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.robots import Role
+from marsupial.model.situation import RobotState, Situation
+
+Flags = npt.NDArray[np.bool_]
+
+
+def reach(situation: Situation) -> dict[str, Flags]:
+    """Return, per robot, which places (bool, order of `situation.places`) it could ever get to, carried or not."""
+    drives = {kind.name: _drives(situation, kind.name) for kind in situation.types}
+    index = situation.place_index
+    reached = {}
+    for carrier in situation.of_role(Role.CARRIER):
+        assert carrier.place is not None  # a carrier is never carried
+        reached[carrier.name] = _closure(drives[carrier.type], _flags(situation, (carrier.place,)))
+    meetings = _flags(situation, situation.meetings)
+    rides = {
+        carrier.name: reached[carrier.name] & meetings
+        for carrier in situation.of_role(Role.CARRIER)
+        if situation.type_of(carrier.name).capacity > 0
+    }
+    for rover in situation.of_role(Role.ROVER):
+        seed = np.zeros(len(index), dtype=np.bool_)
+        if rover.place is not None:
+            seed[index[rover.place]] = True
+        elif rover.carrier is not None:
+            seed |= rides[rover.carrier]
+        reached[rover.name] = _ride(drives[rover.type], seed, np.array(list(rides.values()), dtype=np.bool_))
+    return reached
+
+
+def hopeless_targets(situation: Situation, reached: Mapping[str, Flags]) -> dict[str, str]:
+    """Return the targets that no plan can explore, each with the reason as a sentence; `reached` is of `reach`."""
+    reasons = {}
+    for target in situation.targets:
+        column = situation.place_index[target.name]
+        explorers = [robot for robot in situation.robots if robot.type in target.explorers]
+        if not explorers:
+            reasons[target.name] = f"no robot of the team is of a type that can explore {target.name}"
+        elif not any(reached[robot.name][column] for robot in explorers):
+            kinds = " or ".join(sorted({robot.type for robot in explorers}))
+            reasons[target.name] = f"no {kinds} can get to {target.name}, not even carried"
+    return reasons
+
+
+def impossible(situation: Situation) -> str | None:
+    """Return a sentence that proves that no plan reaches the goal, or None where there may be one."""
+    reached = reach(situation)
+    hopeless = hopeless_targets(situation, reached)
+    if hopeless:
+        return next(iter(hopeless.values()))
+    goal = situation.goal
+    if goal.recover_rovers or goal.return_home:
+        rovers, carriers = situation.of_role(Role.ROVER), situation.of_role(Role.CARRIER)
+        options = [_boards(situation, reached, rover, carriers) for rover in rovers]
+        if -1 in matching(options, [situation.type_of(carrier.name).capacity for carrier in carriers]):
+            return "the carriers have no places for all rovers that each rover could get to"
+    for robot in situation.of_role(Role.CARRIER) if goal.return_home else ():
+        if robot.home is not None and not reached[robot.name][situation.place_index[robot.home]]:
+            return f"{robot.name} has no path to its home {robot.home}"
+    return None
+
+
+def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[int]:
+    """Give as many rovers as possible a place on a carrier.
+
+    Parameters
+    ----------
+    options
+        Per rover the carriers it can go on, the preferred one first. A rover once seated keeps a seat.
+    places
+        Per carrier the number of places.
+
+    Returns
+    -------
+    list
+        The carrier of each rover, -1 where none is left for it.
+    """
+    chosen = [-1] * len(options)
+    aboard: list[list[int]] = [[] for _ in places]
+
+    def seat(rover: int, seen: set[int]) -> bool:
+        for carrier in options[rover]:
+            if carrier in seen:
+                continue
+            seen.add(carrier)
+            if len(aboard[carrier]) >= places[carrier]:
+                other = next((other for other in aboard[carrier] if seat(other, seen)), None)
+                if other is None:
+                    continue
+                aboard[carrier].remove(other)
+            aboard[carrier].append(rover)
+            chosen[rover] = carrier
+            return True
+        return False
+
+    for rover in range(len(options)):
+        seat(rover, set())
+    return chosen
+
+
+def _boards(
+    situation: Situation, reached: Mapping[str, Flags], rover: RobotState, carriers: Sequence[RobotState]
+) -> list[int]:
+    meetings = _flags(situation, situation.meetings)
+    return [
+        i
+        for i, carrier in enumerate(carriers)
+        if rover.carrier == carrier.name or (reached[rover.name] & reached[carrier.name] & meetings).any()
+    ]
+
+
+def _drives(situation: Situation, kind: str) -> Flags:
+    """Return where a type can drive from where in one action: bool (places, places)."""
+    enterable = [target.name for target in situation.targets if kind in target.explorers]
+    return (situation.travel_ms[kind] >= 0) & _flags(situation, (*enterable, *situation.meetings, *situation.homes))
+
+
+def _flags(situation: Situation, names: Sequence[str]) -> Flags:
+    flags = np.zeros(len(situation.places), dtype=np.bool_)
+    flags[[situation.place_index[name] for name in names]] = True
+    return flags
+
+
+def _closure(drives: Flags, seed: Flags) -> Flags:
+    while True:
+        grown = seed | drives[seed].any(axis=0)
+        if np.array_equal(grown, seed):
+            return seed
+        seed = grown
+
+
+def _ride(drives: Flags, seed: Flags, rides: Flags) -> Flags:
+    """Return the closure of driving and riding; `rides` holds the meetings of each carrier, bool (carriers, places)."""
+    reached = _closure(drives, seed)
+    while len(rides):
+        grown = _closure(drives, reached | rides[(rides & reached).any(axis=1)].any(axis=0))
+        if np.array_equal(grown, reached):
+            break
+        reached = grown
+    return reached

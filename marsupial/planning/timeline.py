@@ -1,0 +1,132 @@
+"""A plan under construction: actions are added at its end, each as early as its robots can.
+
+Holds where every robot is after its last action and from when it is ready. Driving to the place where an action
+begins is added by itself; no action that the checker would refuse can be added.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from marsupial.errors import InternalError
+from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
+from marsupial.model.situation import Situation
+
+
+@dataclass(slots=True)
+class Timeline:
+    """The actions so far and, after them, per robot: `at` a place or `on` a carrier, `ready_ms` for its next action.
+
+    `cargo` are the rovers aboard each carrier, those longest aboard first.
+    """
+
+    situation: Situation
+    at: dict[str, str | None]
+    on: dict[str, str | None]
+    ready_ms: dict[str, int]
+    cargo: dict[str, tuple[str, ...]]
+    actions: list[Action]
+
+    @classmethod
+    def of(cls, situation: Situation) -> Timeline:
+        """Return the timeline of `situation` with no action in it."""
+        robots = situation.robots
+        return cls(
+            situation=situation,
+            at={robot.name: robot.place for robot in robots},
+            on={robot.name: robot.carrier for robot in robots},
+            ready_ms={robot.name: robot.free_at_ms for robot in robots},
+            cargo={robot.name: tuple(r.name for r in robots if r.carrier == robot.name) for robot in robots},
+            actions=[],
+        )
+
+    def copy(self) -> Timeline:
+        """Return a copy that can go another way."""
+        return replace(
+            self,
+            at=dict(self.at),
+            on=dict(self.on),
+            ready_ms=dict(self.ready_ms),
+            cargo=dict(self.cargo),
+            actions=list(self.actions),
+        )
+
+    @property
+    def plan(self) -> Plan:
+        """The plan so far."""
+        return Plan.of(self.actions)
+
+    def is_full(self, carrier: str) -> bool:
+        """Say whether no rover can dock on `carrier` now."""
+        return len(self.cargo[carrier]) >= self.situation.type_of(carrier).capacity
+
+    def can_drive(self, robot: str, place: str) -> bool:
+        """Say whether `robot` is on the ground and at `place`, or can drive there."""
+        at = self.at[robot]
+        kind = self.situation.robot_by_name[robot].type
+        return at is not None and (at == place or self.situation.travel(kind, at, place) is not None)
+
+    def move(self, robot: str, place: str) -> None:
+        """Drive to a meeting point or home, unless it is there."""
+        if self.at[robot] != place:
+            self._drive(ActionName.MOVE, robot, place)
+
+    def explore(self, robot: str, target: str) -> None:
+        """Drive to a target and explore it."""
+        self._drive(ActionName.EXPLORE, robot, target)
+
+    def dock(self, rover: str, carrier: str, meeting: str) -> None:
+        """Bring rover and carrier to `meeting` and dock there."""
+        if self.is_full(carrier):
+            raise InternalError(f"{carrier} has no place for {rover}")
+        self.move(rover, meeting)
+        self.move(carrier, meeting)
+        self._join(ActionName.DOCK, rover, carrier, meeting)
+        self.at[rover], self.on[rover] = None, carrier
+        self.cargo[carrier] += (rover,)
+
+    def undock(self, rover: str, meeting: str) -> None:
+        """Bring the carrier that `rover` is aboard to `meeting` and set the rover down there."""
+        carrier = self.on[rover]
+        if carrier is None:
+            raise InternalError(f"{rover} is not aboard a carrier")
+        self.move(carrier, meeting)
+        self._join(ActionName.UNDOCK, rover, carrier, meeting)
+        self.at[rover], self.on[rover] = meeting, None
+        self.cargo[carrier] = tuple(other for other in self.cargo[carrier] if other != rover)
+
+    def _drive(self, name: ActionName, robot: str, place: str) -> None:
+        origin = self.at[robot]
+        kind = self.situation.robot_by_name[robot].type
+        travel = None if origin is None else self.situation.travel(kind, origin, place)
+        if travel is None:
+            raise InternalError(f"{robot} can't drive from {origin} to {place}")
+        self._add(
+            Action(
+                name=name,
+                start_ms=self.ready_ms[robot],
+                duration_ms=max(1, travel),
+                robot=robot,
+                place=place,
+                origin=origin,
+            )
+        )
+        self.at[robot] = place
+
+    def _join(self, name: ActionName, rover: str, carrier: str, meeting: str) -> None:
+        kind = self.situation.type_of(rover)
+        self._add(
+            Action(
+                name=name,
+                start_ms=max(self.ready_ms[rover], self.ready_ms[carrier]),
+                duration_ms=max(1, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms),
+                robot=rover,
+                place=meeting,
+                carrier=carrier,
+            )
+        )
+
+    def _add(self, action: Action) -> None:
+        self.actions.append(action)
+        for robot in action.robots:
+            self.ready_ms[robot] = action.end_ms + EPSILON_MS
