@@ -1,0 +1,28 @@
+"""Where the files that come with marsupial are: in a checkout, and in an installed wheel.
+
+The folder ``pddl`` stands at the top of a checkout, for people to find; a wheel carries it as ``marsupial/data/pddl``.
+"""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+import marsupial
+from marsupial.errors import InternalError
+
+
+def pddl_folder() -> Traversable:
+    """Return the folder with ``domain.pddl``, its documentation and ``examples``.
+
+    Raises
+    ------
+    InternalError
+        If marsupial was installed without it.
+    """
+    checkout = Path(marsupial.__file__).resolve().parent.parent / "pddl"
+    for folder in (files("marsupial") / "data" / "pddl", checkout):
+        if (folder / "domain.pddl").is_file():
+            return folder
+    raise InternalError("the folder pddl is neither in the installed package nor beside it")

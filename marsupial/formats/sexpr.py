@@ -1,0 +1,85 @@
+"""S-expressions with line numbers: the brackets and words that PDDL is written in.
+
+A text becomes nested tuples of `Word` and `Form`, each knowing its line, so that every complaint about a PDDL file
+can say where. Words are lower-cased, as PDDL doesn't tell cases apart; ``;`` starts a comment.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from marsupial.errors import Problem, SituationError
+
+_TOKENS = re.compile(r";[^\n]*|[()]|[^\s();]+|\n")
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """One word; its line doesn't count when words are compared."""
+
+    text: str
+    line: int = field(default=0, compare=False)
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """What stands between a pair of brackets; `line` is that of the opening one and doesn't count in comparisons."""
+
+    items: tuple[Word | Form, ...]
+    line: int = field(default=0, compare=False)
+
+    @property
+    def head(self) -> str:
+        """First word, or nothing where there is none."""
+        return self.items[0].text if self.items and isinstance(self.items[0], Word) else ""
+
+    def __str__(self) -> str:
+        return f"({' '.join(str(item) for item in self.items)})"
+
+
+def at_line(line: int, message: str) -> Problem:
+    """Return the problem that `message` describes, found at `line` of a text."""
+    return Problem(f"line {line}", message)
+
+
+def parse_form(text: str) -> Form:
+    """Return the one form that `text` consists of.
+
+    Raises
+    ------
+    SituationError
+        With the line of a bracket that is missing, or of what stands outside the brackets.
+    """
+    root: list[Word | Form] = []
+    open_items, open_lines = [root], [1]
+    line = 1
+    for token in _TOKENS.findall(text):
+        if token == "\n":
+            line += 1
+        elif token == "(":
+            open_items.append([])
+            open_lines.append(line)
+        elif token == ")":
+            if len(open_items) == 1:
+                raise SituationError([at_line(line, "')' without a '(' before it")])
+            form = Form(tuple(open_items.pop()), open_lines.pop())
+            open_items[-1].append(form)
+        elif not token.startswith(";"):
+            open_items[-1].append(Word(token.lower(), line))
+    if len(open_items) > 1:
+        raise SituationError([at_line(open_lines[-1], "this '(' is never closed")])
+    return _only(root)
+
+
+def _only(root: list[Word | Form]) -> Form:
+    if not root:
+        raise SituationError([at_line(1, "empty: a '(define ...)' is expected")])
+    stray = root[0] if isinstance(root[0], Word) else root[1] if len(root) > 1 else None
+    if stray is not None:
+        raise SituationError([at_line(stray.line, f"{stray} stands outside of '(define ...)'")])
+    assert isinstance(root[0], Form)
+    return root[0]
