@@ -1,0 +1,236 @@
+"""A situation as JSON: everything a planner needs at one moment, to be kept, sent and planned for again.
+
+::
+
+    {
+      "format": "marsupial situation", "version": 1,
+      "types":    [{"name", "role": "carrier" or "rover", "capacity", "dock_ms", "undock_ms"}],
+      "robots":   [{"name", "type", "place" or "carrier", "free_at_ms", "home"}],
+      "targets":  [{"name", "explorers": [type names], "reveal_m2"}],
+      "meetings": [names], "homes": [names],
+      "goal":     {"recover_rovers", "return_home"},
+      "places":   [names: rows and columns of the tables: starts in robot order, targets, meetings, homes],
+      "travel_ms": {type name: [row per place it leaves from: [ms per place it goes to, or null: no path]]}
+    }
+
+Times are integer milliseconds, areas square metres. Numbers that are 0, flags that are false and ``homes``, ``home``
+and ``places`` may be left out. Reading reports every problem with its path, as ``robots[1].type: ...``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from marsupial.errors import Problem, SituationError
+from marsupial.formats.fields import Fields, shown
+from marsupial.model.robots import Role
+from marsupial.model.situation import (
+    UNREACHABLE,
+    PlanningType,
+    RobotState,
+    Situation,
+    SituationGoal,
+    TargetInfo,
+    TravelTable,
+)
+
+FORMAT, VERSION = "marsupial situation", 1
+
+_LONGEST_MS = 10**15
+
+
+def situation_to_json(situation: Situation) -> str:
+    """Return `situation` as JSON text, one row of a travel table a line.
+
+    Raises
+    ------
+    SituationError
+        If a target's reveal is no finite number.
+    """
+    try:
+        head = json.dumps(_head(situation), indent=2, ensure_ascii=False, allow_nan=False)
+    except ValueError as error:
+        raise SituationError([Problem("targets", f"reveal_m2 must be a finite number ({error})")]) from None
+    tables = ",\n".join(_table_text(kind.name, situation.travel_ms[kind.name]) for kind in situation.types)
+    return f'{head[:-2]},\n  "travel_ms": {{\n{tables}\n  }}\n}}\n'
+
+
+def situation_from_json(text: str) -> Situation:
+    """Return the situation that JSON text describes.
+
+    Raises
+    ------
+    SituationError
+        With every problem found and its path, or the line where the text is no JSON.
+    """
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise SituationError(f"no JSON: {error}") from None
+    if not isinstance(data, Mapping):
+        raise SituationError(f"must be a mapping of fields, got {shown(data)}")
+    problems: list[Problem] = []
+    situation = _read(Fields(data, "", problems))
+    if situation is None:
+        raise SituationError(problems)
+    return situation
+
+
+def _head(situation: Situation) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "types": [
+            {
+                "name": kind.name,
+                "role": kind.role.value,
+                "capacity": int(kind.capacity),
+                "dock_ms": int(kind.dock_ms),
+                "undock_ms": int(kind.undock_ms),
+            }
+            for kind in situation.types
+        ],
+        "robots": [_robot_fields(robot) for robot in situation.robots],
+        "targets": [
+            {"name": target.name, "explorers": sorted(target.explorers), "reveal_m2": float(target.reveal_m2)}
+            for target in situation.targets
+        ],
+        "meetings": list(situation.meetings),
+        "homes": list(situation.homes),
+        "goal": {"recover_rovers": situation.goal.recover_rovers, "return_home": situation.goal.return_home},
+        "places": list(situation.places),
+    }
+
+
+def _robot_fields(robot: RobotState) -> dict[str, Any]:
+    fields = {"name": robot.name, "type": robot.type, "place": robot.place, "carrier": robot.carrier}
+    given = {key: value for key, value in fields.items() if value is not None}
+    return given | {"free_at_ms": int(robot.free_at_ms)} | ({} if robot.home is None else {"home": robot.home})
+
+
+def _table_text(kind: str, table: TravelTable) -> str:
+    rows = ([None if ms == UNREACHABLE else ms for ms in row] for row in table.tolist())
+    lines = ",\n".join(f"      {json.dumps(row)}" for row in rows)
+    return f"    {json.dumps(kind, ensure_ascii=False)}: [\n{lines}\n    ]"
+
+
+def _read(fields: Fields) -> Situation | None:
+    """Return the situation, or None with all problems noted."""
+    if fields.text("format", FORMAT) != FORMAT:
+        fields.wrong("format", f"must be {FORMAT!r}")
+    if fields.integer("version", VERSION) != VERSION:
+        fields.wrong("version", f"must be {VERSION}")
+    types = tuple(_type(part) for part in fields.parts("types"))
+    robots = tuple(_robot(part) for part in fields.parts("robots"))
+    targets = tuple(_target(part) for part in fields.parts("targets"))
+    meetings, homes = _names(fields, "meetings"), _names(fields, "homes", required=False)
+    goal = _goal(fields.part("goal", required=False))
+    starts = [robot.place for robot in robots if robot.place is not None]
+    places = [*starts, *(target.name for target in targets), *meetings, *homes]
+    if fields.has("places") and fields.data["places"] != places:
+        fields.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
+    travel = _travel(fields.part("travel_ms"), [kind.name for kind in types], len(places))
+    fields.finish()
+    if fields.problems:
+        return None
+    return Situation(
+        types=types,
+        robots=robots,
+        targets=targets,
+        meetings=meetings,
+        homes=homes,
+        travel_ms=travel,
+        goal=goal,
+    )
+
+
+def _type(fields: Fields) -> PlanningType:
+    role = fields.choice("role", [role.value for role in Role])
+    kind = PlanningType(
+        name=fields.text("name"),
+        role=Role(role) if role else Role.ROVER,
+        capacity=fields.integer("capacity", 0, at_least=0),
+        dock_ms=fields.integer("dock_ms", 0, at_least=0, at_most=_LONGEST_MS),
+        undock_ms=fields.integer("undock_ms", 0, at_least=0, at_most=_LONGEST_MS),
+    )
+    fields.finish()
+    return kind
+
+
+def _robot(fields: Fields) -> RobotState:
+    if fields.has("place") == fields.has("carrier"):
+        fields.wrong("", "must have either a place or a carrier")
+    robot = RobotState(
+        name=fields.text("name"),
+        type=fields.text("type"),
+        place=fields.text("place", "") or None,
+        carrier=fields.text("carrier", "") or None,
+        free_at_ms=fields.integer("free_at_ms", 0, at_least=0, at_most=_LONGEST_MS),
+        home=fields.text("home", "") or None,
+    )
+    fields.finish()
+    return robot
+
+
+def _target(fields: Fields) -> TargetInfo:
+    target = TargetInfo(
+        name=fields.text("name"),
+        explorers=frozenset(_names(fields, "explorers")),
+        reveal_m2=fields.number("reveal_m2", 0.0),
+    )
+    fields.finish()
+    return target
+
+
+def _goal(fields: Fields) -> SituationGoal:
+    goal = SituationGoal(
+        recover_rovers=fields.flag("recover_rovers", False), return_home=fields.flag("return_home", False)
+    )
+    fields.finish()
+    return goal
+
+
+def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...]:
+    """Take a list of names, which may be empty."""
+    if not fields.has(key):
+        if required:
+            fields.wrong(key, "missing")
+        return ()
+    value = fields.data[key]
+    if not isinstance(value, list):
+        fields.wrong(key, f"must be a list of names, got {shown(value)}")
+        return ()
+    for i, item in enumerate(value):
+        if not isinstance(item, str) or not item.strip():
+            fields.wrong(f"{key}[{i}]", f"must be a name, got {shown(item)}")
+    return tuple(item for item in value if isinstance(item, str))
+
+
+def _travel(fields: Fields, kinds: Sequence[str], size: int) -> dict[str, TravelTable]:
+    tables = {}
+    for kind in kinds:
+        rows = fields.data.get(kind)
+        if not fields.has(kind):
+            fields.wrong(kind, "missing")
+        elif not isinstance(rows, list) or len(rows) != size:
+            fields.wrong(kind, f"must be a list of {size} rows, one per place")
+        else:
+            tables[kind] = np.array([_row(fields, f"{kind}[{i}]", row, size) for i, row in enumerate(rows)], np.int64)
+            tables[kind] = tables[kind].reshape(size, size)
+    fields.finish()
+    return tables
+
+
+def _row(fields: Fields, key: str, row: object, size: int) -> list[int]:
+    if not isinstance(row, list) or len(row) != size:
+        fields.wrong(key, f"must be a list of {size} times, one per place")
+        return [UNREACHABLE] * size
+    for i, ms in enumerate(row):
+        if ms is not None and (isinstance(ms, bool) or not isinstance(ms, int) or not 0 <= ms <= _LONGEST_MS):
+            fields.wrong(f"{key}[{i}]", f"must be whole milliseconds, 0 or more, or null for no path, got {shown(ms)}")
+            return [UNREACHABLE] * size
+    return [UNREACHABLE if ms is None else ms for ms in row]
