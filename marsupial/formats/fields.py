@@ -1,0 +1,231 @@
+"""Reading a tree of fields so that everything wrong with it is reported at once.
+
+A `Fields` wraps one mapping, its path in the file and the list of problems that all of them share. Its methods take
+one field each: they check it, note what is wrong, and hand back a placeholder of the right type so that reading goes
+on. Whoever started the reading raises at the end if there are problems, so that no placeholder ever gets out.
+A boolean is not a number, and a number has to be finite.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from marsupial.errors import Problem
+
+MOST = 1e15
+"""Numbers beyond this are as good as infinite for anything measured in metres, seconds or cells."""
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
+
+
+class Fields:
+    """One mapping of a file, read field by field.
+
+    A field whose method is given a default may be absent; without one it is required.
+
+    Parameters
+    ----------
+    data
+        The mapping as it was parsed.
+    path
+        Where it stands in the file, empty for the whole of it.
+    problems
+        What was found wrong so far; shared by all parts of one file.
+    """
+
+    def __init__(self, data: Mapping[Any, Any], path: str, problems: list[Problem]) -> None:
+        self.data = data
+        self.path = path
+        self.problems = problems
+        self._known: set[str] = set()
+
+    def at(self, key: str) -> str:
+        """Return the path of a field."""
+        return f"{self.path}.{key}" if self.path else key
+
+    def wrong(self, key: str, message: str) -> None:
+        """Note a problem with a field, or with the mapping itself where `key` is empty."""
+        self.problems.append(Problem(self.at(key) if key else self.path, message))
+
+    def has(self, key: str) -> bool:
+        """Say whether a field is present."""
+        self._known.add(key)
+        return key in self.data
+
+    def number(
+        self,
+        key: str,
+        default: float | None = None,
+        *,
+        above: float | None = None,
+        at_least: float | None = None,
+        at_most: float | None = None,
+    ) -> float:
+        """Take a finite number within the bounds."""
+        if not self._present(key, required=default is None):
+            return 0.0 if default is None else float(default)
+        value = self.data[key]
+        fault = number_fault(value) or _range_fault(value, above=above, at_least=at_least, at_most=at_most)
+        if fault:
+            self.wrong(key, fault)
+            return 0.0
+        return float(value)
+
+    def integer(
+        self, key: str, default: int | None = None, *, at_least: int | None = None, at_most: int | None = None
+    ) -> int:
+        """Take an integer within the bounds."""
+        if not self._present(key, required=default is None):
+            return 0 if default is None else default
+        value = self.data[key]
+        if isinstance(value, bool) or not isinstance(value, int):
+            self.wrong(key, f"must be an integer, got {shown(value)}")
+            return 0
+        fault = _range_fault(value, above=None, at_least=at_least, at_most=at_most)
+        if fault:
+            self.wrong(key, fault)
+            return 0
+        return value
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Take a text that is not empty."""
+        if not self._present(key, required=default is None):
+            return default or ""
+        value = self.data[key]
+        if not isinstance(value, str) or not value.strip():
+            self.wrong(key, f"must be a text, got {shown(value)}")
+            return ""
+        return value
+
+    def name(self, key: str, default: str | None = None) -> str:
+        """Take a name: a letter, then letters, digits, ``_`` and ``-``."""
+        value = self.text(key, default)
+        if value and not _NAME.match(value):
+            self.wrong(key, f"must be a letter followed by letters, digits, '_' or '-', got {shown(value)}")
+            return ""
+        return value
+
+    def flag(self, key: str, default: bool) -> bool:
+        """Take true or false."""
+        if not self._present(key, required=False):
+            return default
+        value = self.data[key]
+        if not isinstance(value, bool):
+            self.wrong(key, f"must be true or false, got {shown(value)}")
+            return default
+        return value
+
+    def choice(self, key: str, options: Iterable[str], default: str | None = None, *, what: str = "") -> str:
+        """Take one of `options`; `what` says what they are (``robot type``)."""
+        value = self.text(key, default)
+        options = list(options)
+        if not value or value in options:
+            return value
+        if what:
+            self.wrong(key, f"unknown {what} {value!r}{suggestion(value, options)}")
+        else:
+            self.wrong(key, f"must be {' or '.join(options)}, got {shown(value)}")
+        return ""
+
+    def numbers(self, key: str, count: int, default: tuple[float, ...] | None = None) -> tuple[float, ...]:
+        """Take a list of `count` finite numbers; empty where it is wrong."""
+        if not self._present(key, required=default is None):
+            return default or ()
+        value = self.data[key]
+        if not isinstance(value, list) or len(value) != count or any(number_fault(v) for v in value):
+            self.wrong(key, f"must be a list of {count} numbers, got {shown(value)}")
+            return ()
+        return tuple(float(v) for v in value)
+
+    def texts(self, key: str) -> list[str]:
+        """Take a list of texts that is not empty; empty where it is wrong."""
+        if not self._present(key, required=True):
+            return []
+        value = self.data[key]
+        if not isinstance(value, list) or not value:
+            self.wrong(key, f"must be a list of texts, got {shown(value)}")
+            return []
+        wrong = [i for i, item in enumerate(value) if not isinstance(item, str)]
+        for i in wrong:
+            self.wrong(f"{key}[{i}]", f"must be a text, got {shown(value[i])}")
+        return [] if wrong else value
+
+    def part(self, key: str, *, required: bool = True) -> Fields:
+        """Take a mapping; one without fields where it is absent or wrong."""
+        if not self._present(key, required=required):
+            return Fields({}, self.at(key), [])
+        value = self.data[key]
+        if not isinstance(value, Mapping):
+            self.wrong(key, f"must be a mapping of fields, got {shown(value)}")
+            return Fields({}, self.at(key), [])
+        return Fields(value, self.at(key), self.problems)
+
+    def parts(self, key: str, *, required: bool = True) -> list[Fields]:
+        """Take a list of mappings, without those that are none."""
+        value = self.data[key] if self._present(key, required=required) else []
+        if not isinstance(value, list):
+            self.wrong(key, f"must be a list, got {shown(value)}")
+            return []
+        found = []
+        for i, item in enumerate(value):
+            if isinstance(item, Mapping):
+                found.append(Fields(item, f"{self.at(key)}[{i}]", self.problems))
+            else:
+                self.wrong(f"{key}[{i}]", f"must be a mapping of fields, got {shown(item)}")
+        return found
+
+    def refuse(self, key: str, reason: str) -> None:
+        """Note a problem if a field is present that has no place here."""
+        if self.has(key):
+            self.wrong(key, reason)
+
+    def finish(self, also: Iterable[str] = ()) -> None:
+        """Note every field that nothing asked for and that is none of `also`."""
+        self._known.update(also)
+        for key in self.data:
+            if key not in self._known:
+                self.wrong(str(key), f"unknown field{suggestion(str(key), self._known)}")
+
+    def _present(self, key: str, *, required: bool) -> bool:
+        if required and not self.has(key):
+            self.wrong(key, "missing")
+        return self.has(key)
+
+
+def suggestion(word: str, options: Iterable[str]) -> str:
+    """Return ``, did you mean 'speed_mps'?`` where one of `options` is close to `word`, else nothing."""
+    close = difflib.get_close_matches(word.lower(), sorted(options), n=1)
+    return f", did you mean {close[0]!r}?" if close else ""
+
+
+def shown(value: object) -> str:
+    """Return a value as a message shows it: short, in the words of the file."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if value is None:
+        return "nothing"
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def number_fault(value: object) -> str | None:
+    """Say what keeps `value` from being a finite number."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return f"must be a number, got {shown(value)}"
+    if abs(value) > MOST or not math.isfinite(value):
+        return f"must be finite, got {shown(value)}"
+    return None
+
+
+def _range_fault(value: float, *, above: float | None, at_least: float | None, at_most: float | None) -> str | None:
+    if above is not None and value <= above:
+        return f"must be positive, got {value}" if above == 0 else f"must be more than {above}, got {value}"
+    if at_least is not None and value < at_least:
+        return f"must be {at_least} or more, got {value}"
+    if at_most is not None and value > at_most:
+        return f"must be at most {at_most}, got {value}"
+    return None
