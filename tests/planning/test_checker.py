@@ -1,0 +1,480 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from situations import (
+    SOLVABLE,
+    bring_them_home,
+    carrier,
+    default_types,
+    door,
+    hall,
+    in_flight,
+    one_hall,
+    one_room,
+    relay,
+    room,
+    rover,
+    rover_left_behind,
+    situation_of,
+    situations,
+    two_rooms,
+)
+
+from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
+from marsupial.model.planning import Budget, Improved
+from marsupial.model.robots import Role
+from marsupial.model.situation import PlanningType, Situation, SituationGoal
+from marsupial.planning.checker import Verdict, ViolationKind, check
+from marsupial.planning.greedy import Greedy, serve
+
+Kind = ViolationKind
+
+
+def move(start: int, duration: int, robot: str, origin: str, place: str) -> Action:
+    return Action(name=ActionName.MOVE, start_ms=start, duration_ms=duration, robot=robot, origin=origin, place=place)
+
+
+def explore(start: int, duration: int, robot: str, origin: str, place: str) -> Action:
+    return replace(move(start, duration, robot, origin, place), name=ActionName.EXPLORE)
+
+
+def dock(start: int, duration: int, robot: str, on: str, place: str) -> Action:
+    return Action(name=ActionName.DOCK, start_ms=start, duration_ms=duration, robot=robot, carrier=on, place=place)
+
+
+def undock(start: int, duration: int, robot: str, on: str, place: str) -> Action:
+    return replace(dock(start, duration, robot, on, place), name=ActionName.UNDOCK)
+
+
+ROOM = (
+    move(0, 10_000, "c1", "c1_start", "m1"),
+    undock(10_001, 5_000, "r1", "c1", "m1"),
+    explore(15_002, 4_000, "r1", "m1", "t1"),
+)
+"""The best plan for `one_room`."""
+
+BACK = (
+    *ROOM,
+    move(19_003, 4_000, "r1", "t1", "m1"),
+    dock(23_004, 10_000, "r1", "c1", "m1"),
+    move(33_005, 10_000, "c1", "m1", "home"),
+)
+"""The best plan for `one_room` with everybody home in the end."""
+
+HOME = SituationGoal(recover_rovers=True, return_home=True)
+
+
+def verdict(situation: Situation, *actions: Action, targets: frozenset[str] | None = None) -> Verdict:
+    return check(situation, Plan.of(actions), targets=targets)
+
+
+def refused(situation: Situation, *actions: Action, targets: frozenset[str] | None = None) -> tuple[Kind, int]:
+    """Return the kind and time of the first violation; there has to be one, and its message may not be empty."""
+    found = verdict(situation, *actions, targets=targets)
+    assert not found.valid
+    assert found.violation is not None
+    assert found.violation.message
+    return found.violation.kind, found.violation.time_ms
+
+
+def with_action(actions: tuple[Action, ...], i: int, **changes: object) -> tuple[Action, ...]:
+    return (*actions[:i], replace(actions[i], **changes), *actions[i + 1 :])
+
+
+def test_the_plan_for_one_room_is_valid() -> None:
+    found = verdict(one_room(), *ROOM)
+    assert found == Verdict(valid=True, violation=None, makespan_ms=19_002)
+
+
+def test_the_plan_that_brings_everybody_home_is_valid() -> None:
+    assert verdict(one_room(goal=HOME), *BACK).valid
+
+
+def test_an_empty_plan_is_valid_where_nothing_has_to_be_explored() -> None:
+    assert verdict(one_room(), targets=frozenset()).valid
+
+
+def test_targets_that_nobody_asked_for_may_be_left() -> None:
+    assert verdict(one_hall(), explore(0, 10_000, "c1", "c1_start", "t1"), targets=frozenset({"t1"})).valid
+
+
+def test_exploring_a_target_twice_only_costs_time() -> None:
+    twice = explore(19_003, 1, "r1", "t1", "t1")
+    assert verdict(one_room(), *ROOM, twice).makespan_ms == 19_004
+
+
+def test_an_action_of_no_length_takes_one_millisecond() -> None:
+    situation = situation_of([carrier(home="h1")], {}, {}, {"c1_start": hall(0)}, homes={"h1": hall(0)}, goal=HOME)
+    assert verdict(situation, move(0, 1, "c1", "c1_start", "h1")).valid
+    assert refused(situation, move(0, 0, "c1", "c1_start", "h1")) == (Kind.WRONG_DURATION, 0)
+
+
+def test_a_drive_with_a_carrier_is_malformed() -> None:
+    assert refused(one_room(), *with_action(ROOM, 0, carrier="c1")) == (Kind.MALFORMED, 0)
+
+
+def test_a_drive_without_origin_is_malformed() -> None:
+    assert refused(one_room(), *with_action(ROOM, 2, origin=None)) == (Kind.MALFORMED, 15_002)
+
+
+def test_an_undock_without_carrier_is_malformed() -> None:
+    assert refused(one_room(), *with_action(ROOM, 1, carrier=None)) == (Kind.MALFORMED, 10_001)
+
+
+def test_a_dock_with_an_origin_is_malformed() -> None:
+    assert refused(one_room(goal=HOME), *with_action(BACK, 4, origin="m1")) == (Kind.MALFORMED, 23_004)
+
+
+def test_an_unknown_robot_is_refused() -> None:
+    assert refused(one_room(), *with_action(ROOM, 2, robot="r9")) == (Kind.UNKNOWN_NAME, 15_002)
+
+
+def test_an_unknown_place_is_refused() -> None:
+    assert refused(one_room(), *with_action(ROOM, 0, place="m9")) == (Kind.UNKNOWN_NAME, 0)
+
+
+def test_an_unknown_origin_is_refused() -> None:
+    assert refused(one_room(), *with_action(ROOM, 0, origin="nowhere")) == (Kind.UNKNOWN_NAME, 0)
+
+
+def test_a_carrier_can_not_undock_from_a_rover() -> None:
+    assert refused(one_room(), *with_action(ROOM, 1, robot="c1", carrier="r1")) == (Kind.WRONG_ROLE, 10_001)
+
+
+def test_a_rover_can_not_dock_on_a_rover() -> None:
+    assert refused(in_flight(), dock(9_000, 10_000, "r2", "r1", "m1")) == (Kind.WRONG_ROLE, 9_000)
+
+
+def test_actions_have_to_be_listed_in_order_of_start() -> None:
+    plan = Plan(actions=(ROOM[0], ROOM[2], ROOM[1]))
+    found = check(one_room(), plan).violation
+    assert found is not None
+    assert (found.kind, found.action) == (Kind.OUT_OF_ORDER, ROOM[1])
+
+
+def test_nothing_starts_before_zero() -> None:
+    assert refused(one_hall(), explore(-1, 10_000, "c1", "c1_start", "t1")) == (Kind.TOO_EARLY, -1)
+
+
+def test_a_robot_in_flight_is_waited_for() -> None:
+    early = explore(6_999, 5_000, "c1", "c1_start", "t3")
+    assert refused(in_flight(), early) == (Kind.TOO_EARLY, 6_999)
+    assert verdict(in_flight(), replace(early, start_ms=7_000), targets=frozenset({"t3"})).valid
+
+
+def test_a_rover_aboard_is_bound_to_a_busy_carrier() -> None:
+    situation = situation_of([carrier(free_at_ms=8_000), rover(on="c1")], {}, {"m1": door(0)}, {"c1_start": hall(0)})
+    first = move(7_000, 1, "c1", "c1_start", "m1")
+    assert refused(situation, first) == (Kind.TOO_EARLY, 7_000)
+    assert verdict(situation, replace(first, start_ms=8_000), undock(8_002, 5_000, "r1", "c1", "m1")).valid
+
+
+def test_a_robot_does_one_thing_at_a_time() -> None:
+    assert refused(one_room(), *with_action(ROOM, 1, start_ms=9_000)) == (Kind.OVERLAP, 9_000)
+
+
+def test_the_next_action_starts_a_millisecond_after_the_last_one_ended() -> None:
+    assert EPSILON_MS == 1
+    assert refused(one_room(), *with_action(ROOM, 1, start_ms=10_000)) == (Kind.OVERLAP, 10_000)
+
+
+def test_a_carrier_that_docks_one_rover_can_not_dock_another() -> None:
+    situation = situation_of(
+        [carrier(), rover(1), rover(2)],
+        {},
+        {"m1": door(0)},
+        {"c1_start": hall(0), "r1_start": room(0), "r2_start": room(0)},
+        types=default_types(2),
+    )
+    there = (
+        move(0, 1, "c1", "c1_start", "m1"),
+        move(0, 1, "r1", "r1_start", "m1"),
+        move(0, 1, "r2", "r2_start", "m1"),
+        dock(2, 10_000, "r1", "c1", "m1"),
+    )
+    assert refused(situation, *there, dock(3, 10_000, "r2", "c1", "m1")) == (Kind.OVERLAP, 3)
+    assert verdict(situation, *there, dock(10_003, 10_000, "r2", "c1", "m1")).valid
+
+
+def test_a_carrier_stays_while_it_undocks() -> None:
+    away = move(12_000, 10_000, "c1", "m1", "home")
+    assert refused(one_room(), *ROOM, away) == (Kind.OVERLAP, 12_000)
+
+
+def test_nobody_moves_to_a_target() -> None:
+    assert refused(one_hall(), move(0, 10_000, "c1", "c1_start", "t1")) == (Kind.WRONG_PLACE, 0)
+
+
+def test_nobody_moves_back_to_a_start() -> None:
+    situation = one_room()
+    assert refused(situation, ROOM[0], move(10_001, 10_000, "c1", "m1", "c1_start")) == (Kind.WRONG_PLACE, 10_001)
+
+
+def test_only_targets_are_explored() -> None:
+    assert refused(one_room(), *with_action(ROOM, 0, name=ActionName.EXPLORE)) == (Kind.WRONG_PLACE, 0)
+
+
+def test_rovers_dock_at_meetings_only() -> None:
+    assert refused(one_room(goal=HOME), *with_action(BACK, 4, place="home")) == (Kind.WRONG_PLACE, 23_004)
+
+
+def test_a_carried_rover_can_not_explore() -> None:
+    assert refused(one_room(), ROOM[0], ROOM[2]) == (Kind.CARRIED, 15_002)
+
+
+def test_a_carried_rover_can_not_move() -> None:
+    assert refused(one_room(), move(0, 20_000, "r1", "c1_start", "m1")) == (Kind.CARRIED, 0)
+
+
+def test_a_carried_rover_can_not_dock() -> None:
+    assert refused(one_room(), ROOM[0], dock(10_001, 10_000, "r1", "c1", "m1")) == (Kind.CARRIED, 10_001)
+
+
+def test_a_drive_begins_where_the_robot_is() -> None:
+    assert refused(one_hall(), explore(0, 20_000, "c1", "t1", "t2")) == (Kind.ELSEWHERE, 0)
+
+
+def test_a_rover_is_set_down_where_the_carrier_is() -> None:
+    assert refused(two_rooms(), move(0, 10_000, "c1", "c1_start", "m1"), undock(10_001, 5_000, "r1", "c1", "m2")) == (
+        Kind.ELSEWHERE,
+        10_001,
+    )
+
+
+def test_both_have_to_be_there_to_dock() -> None:
+    comes = move(0, 2_000, "r1", "r1_start", "m1")
+    assert refused(rover_left_behind(), comes, dock(2_001, 10_000, "r1", "c1", "m1")) == (Kind.ELSEWHERE, 2_001)
+    waits = move(0, 10_000, "c1", "c1_start", "m1")
+    assert refused(rover_left_behind(), waits, dock(10_001, 10_000, "r1", "c1", "m1")) == (Kind.ELSEWHERE, 10_001)
+
+
+def test_a_rover_leaves_only_the_carrier_it_is_on() -> None:
+    situation = relay()
+    there = move(0, 10_000, "c2", "c2_start", "m2")
+    assert refused(situation, there, undock(10_001, 5_000, "r1", "c2", "m2")) == (Kind.NOT_ABOARD, 10_001)
+
+
+def test_a_rover_on_the_ground_can_not_be_undocked() -> None:
+    assert refused(one_room(), *ROOM[:2], undock(15_002, 5_000, "r1", "c1", "m1")) == (Kind.NOT_ABOARD, 15_002)
+
+
+def test_a_type_explores_only_what_it_can() -> None:
+    situation = one_room()
+    assert refused(situation, explore(0, 12_000, "c1", "c1_start", "t1")) == (Kind.CANNOT_EXPLORE, 0)
+
+
+def test_a_drive_needs_a_path() -> None:
+    situation = relay()
+    assert refused(situation, move(0, 20_000, "c1", "c1_start", "m2")) == (Kind.NO_PATH, 0)
+
+
+@pytest.mark.parametrize("i", range(len(BACK)))
+@pytest.mark.parametrize("change", [-1, 1])
+def test_durations_are_exact(i: int, change: int) -> None:
+    changed = with_action(BACK, i, duration_ms=BACK[i].duration_ms + change)
+    assert refused(one_room(goal=HOME), *changed) == (Kind.WRONG_DURATION, BACK[i].start_ms)
+
+
+def test_a_full_carrier_takes_no_rover() -> None:
+    situation = situation_of(
+        [carrier(), rover(1, "c1"), rover(2)], {}, {"m1": door(0)}, {"c1_start": hall(0), "r2_start": room(0)}
+    )
+    there = (move(0, 1, "c1", "c1_start", "m1"), move(0, 1, "r2", "r2_start", "m1"))
+    assert refused(situation, *there, dock(2, 10_000, "r2", "c1", "m1")) == (Kind.NO_CAPACITY, 2)
+    swap = (undock(2, 5_000, "r1", "c1", "m1"), dock(5_003, 10_000, "r2", "c1", "m1"))
+    assert verdict(situation, *there, *swap).valid
+
+
+def test_a_target_left_out_is_named_at_the_end() -> None:
+    found = verdict(one_room(), *ROOM[:2]).violation
+    assert found is not None
+    assert (found.kind, found.time_ms, found.action) == (Kind.TARGET_UNEXPLORED, 15_001, None)
+    assert str(found) == "15.001 s, at the end: t1 has not been explored"
+
+
+@pytest.mark.parametrize("goal", [SituationGoal(recover_rovers=True), SituationGoal(return_home=True)])
+def test_a_rover_left_on_the_ground_is_refused(goal: SituationGoal) -> None:
+    home = move(15_002, 10_000, "c1", "m1", "home")
+    assert refused(one_room(goal=goal), *ROOM, home) == (Kind.ROVER_NOT_ABOARD, 25_002)
+
+
+def test_a_carrier_away_from_home_is_refused() -> None:
+    assert refused(one_room(goal=HOME), *BACK[:-1]) == (Kind.CARRIER_NOT_HOME, 33_004)
+
+
+def test_the_first_violation_in_time_is_reported_whatever_the_order_of_kinds() -> None:
+    broken = with_action(with_action(BACK, 5, place="nowhere"), 3, duration_ms=1)
+    assert refused(one_room(goal=HOME), *broken) == (Kind.WRONG_DURATION, 19_003)
+
+
+def test_a_violation_says_when_and_in_which_action() -> None:
+    found = verdict(one_room(), *with_action(ROOM, 2, duration_ms=5)).violation
+    assert str(found) == "15.002 s, (explore r1 m1 t1): takes 4000 ms, not 5 ms"
+
+
+def solved(situation: Situation) -> list[Plan]:
+    return [event.plan for event in Greedy().solve(situation, Budget(steps=3)) if isinstance(event, Improved)]
+
+
+def mutations(situation: Situation, plan: Plan) -> Iterator[tuple[Action, ...]]:
+    """Yield plans with one field of one action changed, or one action left out, that are all harmful.
+
+    Later starts are left out, since waiting harms nobody unless it is for too long.
+    """
+    for i, action in enumerate(plan.actions):
+        for change in (-1, 1, 1000):
+            yield with_action(plan.actions, i, duration_ms=action.duration_ms + change)
+        yield plan.actions[:i] + plan.actions[i + 1 :]
+        for other in situation.robots:
+            if other.name not in action.robots:
+                yield with_action(plan.actions, i, robot=other.name)
+        for place in situation.places:
+            if action.origin is not None and place != action.origin:
+                yield with_action(plan.actions, i, origin=place)
+            if place != action.place:
+                yield with_action(plan.actions, i, place=place)
+        for name in ActionName:
+            if name is not action.name:
+                yield with_action(plan.actions, i, name=name)
+        if action.start_ms > 0:
+            yield with_action(plan.actions, i, start_ms=-action.start_ms)
+        if any(set(action.robots) & set(before.robots) for before in plan.actions[:i]):
+            yield with_action(plan.actions, i, start_ms=action.start_ms - 1)
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_every_harmful_mutation_of_a_tight_plan_is_refused(name: str) -> None:
+    situation = SOLVABLE[name]()
+    for plan in solved(situation):
+        assert check(situation, plan).valid
+        for actions in mutations(situation, plan):
+            mutant = Plan.of(actions)
+            assert not check(situation, mutant).valid, [str(action) for action in mutant.actions]
+            assert not simulate(situation, mutant)
+
+
+def test_swapping_the_starts_of_two_actions_of_a_robot_is_refused() -> None:
+    for i, j in ((0, 1), (1, 2), (3, 4), (4, 5)):
+        swapped = with_action(BACK, i, start_ms=BACK[j].start_ms)
+        assert not verdict(one_room(goal=HOME), *with_action(swapped, j, start_ms=BACK[i].start_ms)).valid
+
+
+@given(situations(), st.data())
+def test_the_checker_agrees_with_a_simulation_on_changed_plans(situation: Situation, data: st.DataObject) -> None:
+    plan, _ = serve(situation)
+    targets = plan.explored
+    assert check(situation, plan, targets=targets).valid == simulate(situation, plan, targets)
+    if not plan.actions:
+        return
+    i = data.draw(st.integers(0, len(plan.actions) - 1))
+    field = data.draw(st.sampled_from(["start_ms", "duration_ms", "robot", "place", "origin", "carrier", "name"]))
+    values = {
+        "start_ms": st.integers(-1, 40),
+        "duration_ms": st.integers(0, 20),
+        "robot": st.sampled_from([robot.name for robot in situation.robots]),
+        "place": st.sampled_from(situation.places),
+        "origin": st.sampled_from([None, *situation.places]),
+        "carrier": st.sampled_from([None, *(robot.name for robot in situation.of_role(Role.CARRIER))]),
+        "name": st.sampled_from(ActionName),
+    }
+    mutant = Plan.of(with_action(plan.actions, i, **{field: data.draw(values[field])}))
+    assert check(situation, mutant, targets=targets).valid == simulate(situation, mutant, targets)
+
+
+def test_the_simulation_has_a_mind_of_its_own() -> None:
+    assert simulate(bring_them_home(), solved(bring_them_home())[0])
+    assert not simulate(one_room(goal=HOME), Plan.of(ROOM))
+
+
+def simulate(situation: Situation, plan: Plan, targets: frozenset[str] | None = None) -> bool:
+    """Carry a plan out moment by moment, as PDDL 2.1 would: conditions at start, over all and effects at both ends.
+
+    Written apart from the checker: facts are a set of tuples, every moment at which something starts or ends is
+    visited in turn, ends before starts; a dock takes its place at its start, an undock gives it back at its end.
+    """
+    facts: set[tuple[str, ...]] = set()
+    room_left: dict[str, int] = {}
+    kinds = {robot.name: situation.type_by_name[robot.type] for robot in situation.robots}
+    for robot in situation.robots:
+        facts.add(("at", robot.name, robot.place) if robot.place else ("on", robot.name, str(robot.carrier)))
+        if kinds[robot.name].role is Role.CARRIER:
+            room_left[robot.name] = kinds[robot.name].capacity - sum(r.carrier == robot.name for r in situation.robots)
+    idle_since = {
+        robot.name: max(robot.free_at_ms, situation.robot_by_name[robot.carrier].free_at_ms if robot.carrier else 0)
+        for robot in situation.robots
+    }
+    running: set[str] = set()
+    moments = sorted({a.start_ms for a in plan.actions} | {a.end_ms for a in plan.actions})
+    if any(action.duration_ms < 1 for action in plan.actions) or any(moment < 0 for moment in moments):
+        return False
+    for now in moments:
+        for action in (a for a in plan.actions if a.end_ms == now):
+            if action.name is ActionName.DOCK:
+                facts.add(("on", action.robot, str(action.carrier)))
+            else:
+                facts.add(("at", action.robot, action.place))
+            if action.name is ActionName.UNDOCK and action.carrier in room_left:
+                room_left[action.carrier] += 1
+            if action.name is ActionName.EXPLORE:
+                facts.add(("explored", action.place))
+            for robot in action.robots:
+                running.discard(robot)
+                idle_since[robot] = now + 1
+        for action in (a for a in plan.actions if a.start_ms == now):
+            if any(robot in running or now < idle_since.get(robot, 0) for robot in action.robots):
+                return False
+            if not _startable(situation, kinds, facts, room_left, action):
+                return False
+            running.update(action.robots)
+    wanted = {target.name for target in situation.targets} if targets is None else targets
+    if any(("explored", target) not in facts for target in wanted):
+        return False
+    if situation.goal.recover_rovers or situation.goal.return_home:
+        carried = {fact[1] for fact in facts if fact[0] == "on"}
+        if {robot for robot, kind in kinds.items() if kind.role is Role.ROVER} - carried:
+            return False
+    homeward = [robot for robot in situation.robots if kinds[robot.name].role is Role.CARRIER and robot.home]
+    return not situation.goal.return_home or all(("at", robot.name, robot.home) in facts for robot in homeward)
+
+
+def _startable(
+    situation: Situation,
+    kinds: dict[str, PlanningType],
+    facts: set[tuple[str, ...]],
+    room_left: dict[str, int],
+    action: Action,
+) -> bool:
+    """Say whether the conditions of an action hold, and take away what it takes at its start."""
+    kind = kinds[action.robot]
+    if action.name in (ActionName.MOVE, ActionName.EXPLORE):
+        here = ("at", action.robot, str(action.origin))
+        if here not in facts or action.carrier is not None or action.origin is None:
+            return False
+        goals = (
+            situation.meetings + situation.homes
+            if action.name is ActionName.MOVE
+            else tuple(target.name for target in situation.targets if kind.name in target.explorers)
+        )
+        if action.place not in goals:
+            return False
+        cost = situation.travel(kind.name, action.origin, action.place)
+        facts.discard(here)
+        return cost is not None and action.duration_ms == max(cost, 1)
+    meets = ("at", str(action.carrier), action.place) in facts and action.place in situation.meetings
+    if not meets or action.carrier not in room_left or kind.role is not Role.ROVER or action.origin is not None:
+        return False
+    if action.name is ActionName.UNDOCK:
+        aboard = ("on", action.robot, action.carrier)
+        held = aboard in facts and action.duration_ms == max(kind.undock_ms, 1)
+        facts.discard(aboard)
+        return held
+    there = ("at", action.robot, action.place)
+    held = there in facts and action.duration_ms == max(kind.dock_ms, 1) and room_left[action.carrier] > 0
+    facts.discard(there)
+    room_left[action.carrier] -= 1
+    return held
