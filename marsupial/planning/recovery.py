@@ -60,12 +60,12 @@ class _Pickups:
 
     def next(self) -> Timeline | None:
         """Return the timeline one step further: with a rover picked up or, if need be, another set down."""
-        direct: dict[int, _Journey] = {v: (self.ways.on_ground_ms(self.ways.robots[v]), {}) for v in self.out}
-        step = self._board_one(direct, every=True)
-        if step is not None:
-            return step
-        relayed = {v: self.ways.relay(self.ways.robots[v]) for v in self.out}
-        return self._board_one(relayed, every=True) or self._make_room() or self._board_one(relayed, every=False)
+        for alone in (True, False):
+            journeys = {v: self.ways.relay(self.ways.robots[v], alone=alone) for v in self.out}
+            step = self._board_one(journeys, every=True) or self._make_room(journeys, alone=alone)
+            if step is not None:
+                return step
+        return self._board_one(journeys, every=False)
 
     def _board_one(self, journeys: Mapping[int, _Journey], *, every: bool) -> Timeline | None:
         """Return the timeline with the soonest pick-up after which as many others find a place as before.
@@ -88,10 +88,10 @@ class _Pickups:
                 return step
         return None
 
-    def _make_room(self) -> Timeline | None:
+    def _make_room(self, out: Mapping[int, _Journey], *, alone: bool) -> Timeline | None:
         """Return the timeline with a rover set down so that more can be aboard in the end, None if none helps."""
-        aboard = [v for v in self.ways.rovers if v not in self.out]
-        journeys = {v: self.ways.relay(self.ways.robots[v]) for v in aboard + self.out}
+        aboard = [v for v in self.ways.rovers if v not in out]
+        journeys = {v: self.ways.relay(self.ways.robots[v], alone=alone) for v in aboard} | dict(out)
         tables = {v: self._aboard_ms(v, times) for v, (times, _) in journeys.items()}
         options = {v: _by_time(table.min(axis=1, initial=NEVER)) for v, table in tables.items()}
         own = {v: self.carriers.index(self.timeline.on[self.ways.robots[v]] or "") for v in aboard}

@@ -137,15 +137,10 @@ class Ways:
         first, second = np.unravel_index(int(np.argmin(via + explore)), via.shape)
         return Ride(carrier=carrier, pickup=names[first], set_down=names[second], then_to=names[second])
 
-    def on_ground_ms(self, rover: str) -> Times:
-        """Return from when `rover` could be ready at each meeting, set down by its own carrier at most."""
-        v = self.robots.index(rover)
-        if self.timeline.on[rover] is None:
-            return self.arrive_ms[v]
-        return np.min(self._landed(v)[:, None] + self.costs.stay[self.kinds[v].name], axis=0, initial=NEVER)
-
-    def relay(self, rover: str) -> tuple[Times, dict[int, Ride]]:
+    def relay(self, rover: str, *, alone: bool = False) -> tuple[Times, dict[int, Ride]]:
         """Search the earliest times at which a rover could be at each meeting with any number of rides.
+
+        With `alone` no carrier fetches it: it drives, set down before by the carrier it is aboard.
 
         Returns
         -------
@@ -163,7 +158,7 @@ class Ways:
                 down = int(np.argmin(via[:, m]))
                 rides[int(m)] = Ride(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
                 times[m] = via[down, m]
-        better = True
+        better = not alone
         while better:
             better = False
             for k, c in enumerate(self.carriers):
