@@ -29,6 +29,7 @@ except ImportError:  # PyYAML without libyaml
 
 FORMAT, VERSION = "marsupial-scenario", 1
 MOST_BYTES = 64 * 1024 * 1024
+MOST_LEVELS = 20
 MOST_SECONDS = 10_000_000
 """Longest time in a scenario file, about four months."""
 
@@ -89,15 +90,28 @@ def _parse(path: Path) -> object:
     if fault:
         raise ScenarioError(fault, source=str(path))
     try:
-        return yaml.load(path.read_text(encoding="utf-8-sig"), _Loader)
+        text = path.read_text(encoding="utf-8-sig")
+        if _is_deep(text):
+            raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
+        return yaml.load(text, _Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         raise ScenarioError(f"{where}{error.problem or 'not YAML'}", source=str(path)) from error
     except UnicodeDecodeError as error:
         raise ScenarioError("is not UTF-8 text", source=str(path)) from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError) as error:
         raise ScenarioError(f"is not YAML: {str(error).splitlines()[0]}", source=str(path)) from error
+
+
+def _is_deep(text: str) -> bool:
+    """Say whether lists and mappings are nested deeper than any scenario's; libyaml builds trees by recursion."""
+    depth = 0
+    for event in yaml.parse(text, SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > MOST_LEVELS:
+            return True
+    return False
 
 
 def _read(top: Fields, path: Path) -> Scenario | None:

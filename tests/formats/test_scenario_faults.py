@@ -1,0 +1,375 @@
+"""Scenario files that are wrong: every message in full, all of a file at once, and no input breaks the reader."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+from yard import GOOD, changed, faults, stored
+
+from marsupial.errors import ScenarioError
+from marsupial.formats.scenario import read_scenario
+
+BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
+    "a number of the wrong sign": (
+        {"robot_types__1__speed_mps": -1},
+        ["robot_types[1].speed_mps: must be positive, got -1"],
+    ),
+    "a negative radius": ({"robot_types__0__radius_m": -0.5}, ["robot_types[0].radius_m: must be 0 or more, got -0.5"]),
+    "a speed like a glacier's": (
+        {"robot_types__0__speed_mps": 1e-9},
+        ["robot_types[0].speed_mps: must be 0.001 or more, got 1e-09"],
+    ),
+    "a boolean for a number": (
+        {"robot_types__0__speed_mps": True},
+        ["robot_types[0].speed_mps: must be a number, got true"],
+    ),
+    "a text for a number": (
+        {"robot_types__0__speed_mps": "fast"},
+        ["robot_types[0].speed_mps: must be a number, got 'fast'"],
+    ),
+    "a number that is none": (
+        {"robot_types__0__sensor_range_m": float("nan")},
+        ["robot_types[0].sensor_range_m: must be finite, got nan"],
+    ),
+    "an infinite number": (
+        {"robot_types__1__dock_s": float("inf")},
+        ["robot_types[1].dock_s: must be finite, got inf"],
+    ),
+    "half a rover": ({"robot_types__0__capacity": 1.5}, ["robot_types[0].capacity: must be an integer, got 1.5"]),
+    "a boolean for an integer": (
+        {"robot_types__0__capacity": True},
+        ["robot_types[0].capacity: must be an integer, got true"],
+    ),
+    "missing fields": (
+        {"robot_types__1__undock_s": ..., "robot_types__0__capacity": ..., "format": ...},
+        ["format: missing", "robot_types[0].capacity: missing", "robot_types[1].undock_s: missing"],
+    ),
+    "missing parts": (
+        {"map": ..., "robot_types": ..., "team": ...},
+        ["map: missing", "robot_types: missing", "team: missing"],
+    ),
+    "a misspelt field": (
+        {"robot_types__0__speed_mps": ..., "robot_types__0__speed_mp": 1.0},
+        [
+            "robot_types[0].speed_mps: missing",
+            "robot_types[0].speed_mp: unknown field, did you mean 'speed_mps'?",
+        ],
+    ),
+    "a field like no other": ({"colour": "red"}, ["colour: unknown field"]),
+    "fields of the other role": (
+        {"robot_types__0__dock_s": 1, "robot_types__1__capacity": 1},
+        ["robot_types[0].dock_s: only rovers have it", "robot_types[1].capacity: only carriers have it"],
+    ),
+    "a role like no other": (
+        {"robot_types__1__role": "kangaroo"},
+        [
+            "robot_types[1].role: must be carrier or rover, got 'kangaroo'",
+        ],
+    ),
+    "a type twice": (
+        {"robot_types__1__name": "Carrier"},
+        [
+            "robot_types[1].name: 'Carrier' is used twice",
+            "team[1].type: unknown robot type 'rover'",
+            "team[2].type: unknown robot type 'rover'",
+        ],
+    ),
+    "no types": ({"robot_types": []}, ["robot_types: must not be empty"]),
+    "types that are no list": ({"robot_types": {"a": 1}}, ["robot_types: must be a list, got {'a': 1}"]),
+    "a type that is no mapping": (
+        {"robot_types": ["carrier"]},
+        ["robot_types[0]: must be a mapping of fields, got 'carrier'"],
+    ),
+    "unknown terrains": (
+        {"robot_types__0__terrains": ["flor", 3], "robot_types__1__terrains": ["obstacle", "lava"]},
+        [
+            "robot_types[0].terrains[1]: must be a text, got 3",
+            "robot_types[1].terrains[0]: no robot can drive on obstacles",
+            "robot_types[1].terrains[1]: unknown terrain 'lava'",
+        ],
+    ),
+    "a misspelt terrain": (
+        {"robot_types__0__terrains": ["flor"]},
+        ["robot_types[0].terrains[0]: unknown terrain 'flor', did you mean 'floor'?"],
+    ),
+    "no terrain": ({"robot_types__0__terrains": []}, ["robot_types[0].terrains: must be a list of texts, got []"]),
+    "wrong further terrains": (
+        {
+            "terrains": [
+                {"name": "floor"},
+                {"name": "mud", "code": 2},
+                {"name": "ice", "code": 255},
+                {"name": "sand", "code": 7, "blocks_sight": 1},
+                {"name": "snow", "code": 7},
+            ]
+        },
+        [
+            "terrains[0].name: 'floor' is used twice",
+            "terrains[1].code: must be 3 or more, got 2",
+            "terrains[2].code: must be at most 254, got 255",
+            "terrains[3].blocks_sight: must be true or false, got 1",
+            "terrains[4].code: 7 is used twice",
+        ],
+    ),
+    "a robot twice": ({"team__2__name": "Joey"}, ["team[2].name: 'Joey' is used twice"]),
+    "a name that PDDL can't say": (
+        {"team__2__name": "jill b"},
+        ["team[2].name: must be a letter followed by letters, digits, '_' or '-', got 'jill b'"],
+    ),
+    "an unknown type": (
+        {"team__2__type": "rovr"},
+        ["team[2].type: unknown robot type 'rovr', did you mean 'rover'?"],
+    ),
+    "an unknown carrier": (
+        {"team__1__carrier": "ana"},
+        ["team[1].carrier: unknown carrier 'ana', did you mean 'anna'?"],
+    ),
+    "a rover on a rover": ({"team__1__carrier": "jill"}, ["team[1].carrier: 'jill' is a rover and can't carry"]),
+    "a carrier on a carrier": (
+        {"team__0": {"name": "anna", "type": "carrier", "carrier": "anna"}},
+        ["team[0].carrier: 'anna' is a carrier and can't be carried"],
+    ),
+    "more rovers than places": (
+        {"robot_types__0__capacity": 0},
+        ["team[0]: carries 1 rovers, type 'carrier' has capacity 0"],
+    ),
+    "a start and a carrier": (
+        {"team__1__start": [1.5, 1.5]},
+        ["team[1].start: give 'start' or 'carrier', not both"],
+    ),
+    "no start": (
+        {"team__2__start": ...},
+        ["team[2].start: missing: needs [x, y] in metres, 'drawn', or a 'carrier'"],
+    ),
+    "starts that are no points": (
+        {"team__0__start": [1, 2, 3], "team__2__start": [True, 1]},
+        [
+            "team[0].start: must be a list of 2 numbers, got [1, 2, 3]",
+            "team[2].start: must be a list of 2 numbers, got [True, 1]",
+        ],
+    ),
+    "a start outside": ({"team__2__start": [-0.5, 2]}, ["team[2].start: [-0.5, 2] is outside the map"]),
+    "a start in a wall": (
+        {"team__2__start": [0.5, 0.5]},
+        ["team[2].start: a rover can't stand at [0.5, 0.5]: the cell is obstacle"],
+    ),
+    "a start on ground for others": (
+        {"team__0__start": [5.5, 2.5]},
+        ["team[0].start: a carrier can't stand at [5.5, 2.5]: the cell is rough"],
+    ),
+    "a start too close to a wall": (
+        {"robot_types__0__radius_m": 1.1, "team__0__start": [1.5, 2.5]},
+        ["team[0].start: a carrier can't stand at [1.5, 2.5]: its radius of 1.1 m does not fit there"],
+    ),
+    "a team without carriers": (
+        {"team": [{"name": "jill", "type": "rover", "start": [6.5, 1.5]}]},
+        ["team: needs at least one carrier"],
+    ),
+    "an empty team": ({"team": []}, ["team: needs at least one carrier"]),
+    "a team that is a number": (
+        {"team": 3},
+        ["team: must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'"],
+    ),
+    "a team of nobody": (
+        {"team": {"carriers": 0, "rovers_per_carrier": -1}},
+        ["team.carriers: must be 1 or more, got 0", "team.rovers_per_carrier: must be 0 or more, got -1"],
+    ),
+    "too many rovers by number": (
+        {"team": {"carriers": 1, "rovers_per_carrier": 3}},
+        ["team.rovers_per_carrier: 3 for each carrier, but type 'carrier' has capacity 2"],
+    ),
+    "types of the wrong role by number": (
+        {"team": {"carriers": 1, "rovers_per_carrier": 1, "carrier_type": "rover", "rover_type": "rver"}},
+        [
+            "team.carrier_type: 'rover' is a rover, not a carrier",
+            "team.rover_type: unknown robot type 'rver', did you mean 'rover'?",
+        ],
+    ),
+    "a later version": (
+        {"version": 2, "fuel": 3, "team": 0},
+        ["version: must be at most 1, got 2: the file is for a later marsupial"],
+    ),
+    "another format": (
+        {"format": "marsupial-log"},
+        ["format: must be marsupial-scenario, got 'marsupial-log'"],
+    ),
+    "a map from nowhere": (
+        {"map": {"fil": "a.map"}},
+        [
+            "map: needs one of file, generator, rows, got none",
+            "map.fil: unknown field, did you mean 'file'?",
+        ],
+    ),
+    "a map from two places": (
+        {"map__file": "a.map"},
+        ["map: needs one of file, generator, rows, got file and rows"],
+    ),
+    "rows of several lengths and strange characters": (
+        {"map__rows": ["####", "#x#", "#??#"]},
+        ["map.rows[1]: has 3 characters, the first row has 4", "map.rows[1]: unknown character 'x' at column 1"],
+    ),
+    "no rows": ({"map__rows": [""]}, ["map.rows[0]: is empty"]),
+    "rows without a size": (
+        {"map__resolution_m": 0, "map__origin_m": [0, 0]},
+        [
+            "map.resolution_m: must be positive, got 0",
+            "map.origin_m: must be a list of 3 numbers, got [0, 0]",
+        ],
+    ),
+    "a wrong legend": (
+        {"map__legend": {"mm": "rough", "#": "floor", "r": "rouch"}},
+        [
+            "map.legend.mm: must be a text of one character, none of # . ~ ?",
+            "map.legend.#: must be a text of one character, none of # . ~ ?",
+            "map.legend.r: unknown terrain 'rouch', did you mean 'rough'?",
+        ],
+    ),
+    "an unknown generator": (
+        {"map": {"generator": "ofice", "width_m": 60, "height_m": 36}},
+        ["map.generator: unknown generator 'ofice', did you mean 'office'?"],
+    ),
+    "a generator's parameters": (
+        {"map": {"generator": "random", "width_m": 60, "height_m": 3, "share": 0.9, "depth": 1}},
+        ["map.share: must be 0 to 0.35, got 0.9", "map.depth: unknown field"],
+    ),
+    "a generated map too small": (
+        {"map": {"generator": "office", "width_m": 6, "height_m": 3}},
+        ["map.width_m: must be 30 to 500, got 6.0", "map.height_m: must be 24 to 500, got 3.0"],
+    ),
+    "a wrong goal": (
+        {"goal": {"recover_rovers": "yes", "come_home": True}, "limits": {"time_s": 0}, "planning_time": "never"},
+        [
+            "goal.recover_rovers: must be true or false, got 'yes'",
+            "goal.come_home: unknown field, did you mean 'return_home'?",
+            "limits.time_s: must be positive, got 0",
+            "planning_time: must be instant or charged, got 'never'",
+        ],
+    ),
+    "a time without end": (
+        {"limits": {"time_s": 1e9}},
+        ["limits.time_s: must be at most 10000000, got 1000000000.0"],
+    ),
+    "a negative seed": ({"start_seed": -1}, ["start_seed: must be 0 or more, got -1"]),
+    "a name that is a number": ({"name": 12}, ["name: must be a text, got 12"]),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_scenario_is_told_exactly_what_is_wrong(case: str, tmp_path: Path) -> None:
+    changes, expected = BROKEN[case]
+    assert sorted(faults(tmp_path, changed(**changes))) == sorted(expected)
+
+
+def test_all_problems_of_a_file_come_at_once(tmp_path: Path) -> None:
+    data = changed(
+        name=3, map__resolution_m="1", robot_types__1__speed_mps=-1, team__0__name=None, goal=[], planning_time=1
+    )
+    assert faults(tmp_path, data) == [
+        "name: must be a text, got 3",
+        "map.resolution_m: must be a number, got '1'",
+        "robot_types[1].speed_mps: must be positive, got -1",
+        "team[0].name: must be a text, got nothing",
+        "team[1].carrier: unknown carrier 'anna'",
+        "goal: must be a mapping of fields, got []",
+        "planning_time: must be a text, got 1",
+    ]
+
+
+def test_the_message_names_the_file(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        read_scenario(stored(tmp_path, changed(robot_types__1__speed_mps=-1)))
+    assert str(caught.value) == f"{tmp_path}/yard.yaml: robot_types[1].speed_mps: must be positive, got -1"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "must be a mapping of fields, got nothing"),
+        ("- 1\n", "must be a mapping of fields, got [1]"),
+        ("just words\n", "must be a mapping of fields, got 'just words'"),
+        ("format: marsupial-scenario\nname: a\nname: b\n", "line 3, column 1: field 'name' is given twice"),
+        ("map: {\n", "line 2, column 1: did not find expected node content"),
+        (
+            "map: !!python/object/apply:os.getcwd []\n",
+            "line 1, column 6: could not determine a constructor",
+        ),
+        ("version: " + "9" * 5000, "is not YAML: Exceeds the limit"),
+        ("a\0b", "is not YAML"),
+    ],
+)
+def test_what_is_no_yaml_is_told_where(tmp_path: Path, text: str, message: str) -> None:
+    (only,) = faults(tmp_path, text)
+    assert only.startswith(message)
+
+
+def test_what_is_no_text_is_told(tmp_path: Path) -> None:
+    (tmp_path / "yard.yaml").write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(ScenarioError, match="is not UTF-8 text"):
+        read_scenario(tmp_path / "yard.yaml")
+
+
+def test_deep_nesting_is_an_error_and_no_crash(tmp_path: Path) -> None:
+    for text in ("[" * 100_000, "{a: " * 100_000, "- " * 100_000):
+        assert faults(tmp_path, text) == ["is nested more than 20 levels deep"]
+
+
+def test_aliases_that_multiply_are_not_spelt_out(tmp_path: Path) -> None:
+    layers = [f"x{i}: &x{i} [{', '.join([f'*x{i - 1}'] * 9)}]" for i in range(1, 15)]
+    text = "\n".join(["x0: &x0 [lol]", *layers, "format: *x14"])
+    assert any(fault.startswith("format: must be a text, got [[[") for fault in faults(tmp_path, text))
+
+
+def test_a_missing_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="no such file"):
+        read_scenario(tmp_path / "yard.yaml")
+
+
+def test_a_missing_map_and_mask_are_told_with_their_fields(tmp_path: Path) -> None:
+    (only,) = faults(tmp_path, changed(map={"file": "gone.map"}))
+    assert only == f"map.file: {tmp_path}/gone.map: no such file"
+    data = changed(map__mask={"file": "gone.png", "greys": {"floor": 255, "lava": 3, "rough": 256}})
+    assert faults(tmp_path, data)[:2] == [
+        "map.mask.greys.lava: unknown terrain 'lava'",
+        "map.mask.greys.rough: must be a grey from 0 to 255 or a list of them, got 256",
+    ]
+
+
+def test_a_mask_of_another_size_is_told(tmp_path: Path) -> None:
+    Image.new("L", (3, 3), 255).save(tmp_path / "mask.png")
+    (only,) = faults(tmp_path, changed(map__mask={"file": "mask.png", "greys": {"floor": 255}}))
+    assert only.startswith("map.mask: ")
+    assert only.endswith("must be that of the map, 8 x 5, got 3 x 3")
+
+
+def test_one_grey_can_not_be_two_terrains(tmp_path: Path) -> None:
+    data = changed(map__mask={"file": "mask.png", "greys": {"floor": [1, 2], "rough": 2}})
+    assert "map.mask.greys.rough: grey 2 is given to two terrains" in faults(tmp_path, data)
+
+
+_JUNK = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=5,
+)
+_PATHS = sorted(
+    ["version", "format", "map", "robot_types", "team", "map__rows", "map__resolution_m", "team__0", "team__1__carrier"]
+    + [f"robot_types__{i}__{key}" for i in (0, 1) for key in GOOD["robot_types"][i]]
+    + ["goal", "limits", "terrains", "start_seed", "planning_time", "map__mask", "map__legend", "map__origin_m"]
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(path=st.sampled_from(_PATHS), junk=_JUNK)
+def test_junk_in_any_field_is_refused_or_read_but_never_breaks_the_reader(
+    path: str, junk: Any, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    file = stored(tmp_path_factory.getbasetemp(), changed(**{path: junk}))
+    try:
+        read_scenario(file)
+    except ScenarioError:
+        return
