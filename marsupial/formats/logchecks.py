@@ -7,7 +7,6 @@ backwards. The checker holds what a replay relies on, so that everything behind 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -29,9 +28,7 @@ from marsupial.model.mission import (
 )
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import Role
-
-STEPS = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
-"""(dx, dy) of each digit of a drive's steps."""
+from marsupial.paths.routes import route_of
 
 
 class LogChecker:
@@ -115,10 +112,7 @@ class LogChecker:
             yield Problem("steps", "leave the map")
 
     def _stays_inside(self, event: DriveStarted) -> bool:
-        moves = [STEPS[int(digit)] for digit in event.steps]
-        xs = list(accumulate((dx for dx, _ in moves), initial=event.cell.x))
-        ys = list(accumulate((dy for _, dy in moves), initial=event.cell.y))
-        return self._contains(Cell(min(xs), min(ys))) and self._contains(Cell(max(xs), max(ys)))
+        return all(self._contains(cell) for cell in route_of(event.cell, event.steps))
 
     def _drive_ended(self, event: DriveEnded) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)

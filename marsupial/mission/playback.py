@@ -15,7 +15,6 @@ from typing import Generic, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.formats.logchecks import STEPS
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import (
     ActionEnd,
@@ -31,10 +30,9 @@ from marsupial.model.mission import (
     RobotLost,
 )
 from marsupial.model.plan import Action, ActionName
+from marsupial.paths.routes import passing_times_ms, route_of
 
 T = TypeVar("T")
-
-_STEPS = np.array(STEPS, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -293,10 +291,9 @@ def _aboard(carrier: str | None) -> _Leg:
 
 
 def _driving(event: DriveStarted, resolution_m: float, speed_mps: float) -> _Leg:
-    steps = np.frombuffer(event.steps.encode("ascii"), dtype=np.uint8) - ord("0")
-    cells = np.array(event.cell) + np.concatenate([np.zeros((1, 2)), np.cumsum(_STEPS[steps], axis=0)])
-    lengths = np.concatenate([[0.0], np.cumsum(np.where(steps % 2, np.sqrt(2.0), 1.0))]) * resolution_m
-    return _Leg(event.t_ms + np.rint(1000.0 * lengths / speed_mps), cells)
+    route = route_of(event.cell, event.steps)
+    times = event.t_ms + passing_times_ms(route, resolution_m, speed_mps)
+    return _Leg(times.astype(np.float64), np.array(route, dtype=np.float64))
 
 
 def _coverage(mission: MissionStarted, reveals: Sequence[Revealed]) -> tuple[CoveragePoint, ...]:
