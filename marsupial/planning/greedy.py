@@ -132,7 +132,7 @@ def _last_explored(timeline: Timeline) -> str:
 def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
     """Add the exploring of every target that can be served; return the timeline and the names of the others."""
     names = [target.name for target in timeline.situation.targets]
-    ways = Ways(timeline, costs)
+    ways = Ways(timeline, costs, np.ones(len(names), dtype=np.bool_))
     while ways.left.any():
         done = ways.done_ms.min(axis=0, initial=NEVER)
         target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
@@ -144,9 +144,8 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
         relayed = _relay_to_target(ways, names)
         if relayed is None:
             break
-        left, ways = ways.left, Ways(relayed[0], costs)
-        for other in (*np.flatnonzero(~left), relayed[1]):
-            ways.explored(int(other))
+        ways = Ways(relayed[0], costs, ways.left)
+        ways.explored(relayed[1])
     return ways.timeline, [name for name, left in zip(names, ways.left, strict=True) if left]
 
 

@@ -80,7 +80,8 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
     Parameters
     ----------
     options
-        Per rover the carriers it can go on, the preferred one first. A rover once seated keeps a seat.
+        Per rover the carriers it can go on, the preferred one first. A rover once seated keeps a seat, and the same
+        one unless a later rover would find none otherwise.
     places
         Per carrier the number of places.
 
@@ -93,19 +94,20 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
     aboard: list[list[int]] = [[] for _ in places]
 
     def seat(rover: int, seen: set[int]) -> bool:
-        for carrier in options[rover]:
+        found = next((k for k in options[rover] if len(aboard[k]) < places[k]), -1)
+        for carrier in options[rover] if found < 0 else ():
             if carrier in seen:
                 continue
             seen.add(carrier)
-            if len(aboard[carrier]) >= places[carrier]:
-                other = next((other for other in aboard[carrier] if seat(other, seen)), None)
-                if other is None:
-                    continue
+            other = next((other for other in aboard[carrier] if seat(other, seen)), None)
+            if other is not None:
                 aboard[carrier].remove(other)
-            aboard[carrier].append(rover)
-            chosen[rover] = carrier
-            return True
-        return False
+                found = carrier
+                break
+        if found >= 0:
+            aboard[found].append(rover)
+            chosen[rover] = found
+        return found >= 0
 
     for rover in range(len(options)):
         seat(rover, set())

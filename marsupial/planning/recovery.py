@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from marsupial.model.robots import Role
+from marsupial.model.situation import Situation
 from marsupial.planning.reachability import matching
 from marsupial.planning.rides import Ride, board, follow
 from marsupial.planning.timeline import Timeline
@@ -21,10 +22,12 @@ from marsupial.planning.ways import NEVER, Costs, Times, Ways
 def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
     """Add the picking up of every rover; return the timeline and a sentence on those left, if any."""
     rovers = [robot.name for robot in timeline.situation.of_role(Role.ROVER)]
+    nothing = np.zeros(len(timeline.situation.targets), dtype=np.bool_)
+    stranded_ms = _stranded_ms(timeline.situation)
     for _ in range(3 * len(rovers)):  # rides on full carriers set others down, and might do so for ever
         if all(timeline.on[rover] is not None for rover in rovers):
             break
-        step = _Pickups(Ways(timeline, costs)).next()
+        step = _Pickups(Ways(timeline, costs, nothing), stranded_ms).next()
         if step is None:
             break
         timeline = step
@@ -48,7 +51,7 @@ def go_home(timeline: Timeline) -> str:
 class _Pickups:
     """Which carrier could pick up which rover, when and where. Rovers are indices into `Ways.robots`."""
 
-    def __init__(self, ways: Ways) -> None:
+    def __init__(self, ways: Ways, stranded_ms: Times) -> None:
         self.ways, self.timeline = ways, ways.timeline
         self.meetings = ways.timeline.situation.meetings
         self.carriers = [ways.robots[c] for c in ways.carriers]
@@ -56,7 +59,7 @@ class _Pickups:
         load = [len(self.timeline.cargo[carrier]) for carrier in self.carriers]
         self.free = [places - n for places, n in zip(self.places, load, strict=True)]
         self.out = [v for v in ways.rovers if self.timeline.on[ways.robots[v]] is None]
-        self.carrier_ms = ways.arrive_ms[ways.carriers] + np.array([self._after_ms(c) for c in self.carriers])
+        self.carrier_ms = ways.arrive_ms[ways.carriers] + stranded_ms
 
     def next(self) -> Timeline | None:
         """Return the timeline one step further: with a rover picked up or, if need be, another set down."""
@@ -119,18 +122,20 @@ class _Pickups:
         done[np.array(self.places) == 0] = NEVER
         return np.minimum(done, NEVER)
 
-    def _after_ms(self, carrier: str) -> Times:
-        """Return `NEVER` for the meetings from which the carrier could not drive home, else 0."""
-        situation = self.timeline.situation
-        robot = situation.robot_by_name[carrier]
-        if not situation.goal.return_home or robot.home is None:
-            return np.zeros(len(self.meetings), dtype=np.int64)
-        legs = [situation.travel(robot.type, meeting, robot.home) for meeting in self.meetings]
-        return np.array([NEVER if leg is None else 0 for leg in legs], dtype=np.int64)
-
 
 _Journey = tuple[Times, Mapping[int, Ride]]
 """Per meeting when a rover could be there, and the rides that bring it there."""
+
+
+def _stranded_ms(situation: Situation) -> Times:
+    """Return (carriers, meetings): `NEVER` where a carrier that has to end at home could not drive there, else 0."""
+    carriers = situation.of_role(Role.CARRIER)
+    stranded = np.zeros((len(carriers), len(situation.meetings)), dtype=np.int64)
+    for k, robot in enumerate(carriers):
+        if situation.goal.return_home and robot.home is not None:
+            legs = [situation.travel(robot.type, meeting, robot.home) for meeting in situation.meetings]
+            stranded[k] = [NEVER if leg is None else 0 for leg in legs]
+    return stranded
 
 
 def _by_time(times: Times) -> list[int]:

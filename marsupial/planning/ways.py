@@ -20,6 +20,7 @@ from marsupial.planning.rides import Ride
 from marsupial.planning.timeline import Timeline
 
 Times = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
 NEVER = 1 << 56
 """Any time from here on means that it can't be done; a dozen of them can be added without overflow."""
 
@@ -59,7 +60,7 @@ class Costs:
 
 
 class Ways:
-    """The table of ways, kept up to date with a timeline.
+    """The table of ways, kept up to date with a timeline; `left` are the targets still in it.
 
     Attributes
     ----------
@@ -68,7 +69,7 @@ class Ways:
         the carrier they are aboard; then carriers x rovers, the carrier fetching the rover.
     """
 
-    def __init__(self, timeline: Timeline, costs: Costs) -> None:
+    def __init__(self, timeline: Timeline, costs: Costs, left: Mask) -> None:
         situation = timeline.situation
         self.timeline, self.costs = timeline, costs
         self.robots = [robot.name for robot in situation.robots]
@@ -82,7 +83,7 @@ class Ways:
         self._deliver = self.done_ms[n : n + v]
         self._fetch = self.done_ms[n + v :].reshape(c, v, self.n_targets)
         self.arrive_ms = np.full((n, n_meetings), NEVER, dtype=np.int64)
-        self.left = np.ones(self.n_targets, dtype=np.bool_)
+        self.left = left.copy()
         self._boarding_ms = np.full((c, n_meetings), NEVER, dtype=np.int64)
         rides = [costs.ride[self.kinds[i].name] for i in self.carriers]
         self._rides = np.array(rides, dtype=np.int64).reshape(c, n_meetings, n_meetings)
@@ -104,11 +105,13 @@ class Ways:
         grounded = [k for k, i in enumerate(self.rovers) if self.timeline.on[self.robots[i]] is None]
         for i in rows:
             self._update_robot(i)
+        for k in carriers:
+            self._boarding_ms[k] = self._boarding(self.carriers[k])
+        if not len(self._columns):
+            return
         for k, i in enumerate(self.rovers):
             if self.robots[i] in names or self.timeline.on[self.robots[i]] in names:
                 self._update_deliver(k)
-        for k in carriers:
-            self._boarding_ms[k] = self._boarding(self.carriers[k])
         for k, i in enumerate(self.rovers):
             if self.robots[i] in names:
                 self._update_fetched(k)
