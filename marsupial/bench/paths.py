@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -84,7 +85,7 @@ def bench_paths(size: int = 1024, seed: int = 1, repeats: int = 3, cells: int = 
     builds: list[tuple[str, float]] = []
     for name, make in MAPS.items():
         passable = make(size, seed)
-        graph, build_s = _least_cpu(lambda passable=passable: grid_graph(passable), 1)
+        graph, build_s = _least_cpu(partial(grid_graph, passable), 1)
         builds.append((name, build_s))
         rows += _rows(name, passable, graph, _connected_cells(passable, cells, seed), repeats)
     return PathsBench(size=size, cells=cells, seed=seed, repeats=repeats, rows=tuple(rows), build_s=tuple(builds))

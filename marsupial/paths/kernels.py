@@ -3,7 +3,7 @@
 Grids arrive flat and framed by closed cells, so no loop tests for the edge of the map: cell (x, y) has index
 ``(y + 1) * (width + 2) + x + 1``. The search keeps a queue of three buckets of width 1. No step is shorter than a
 bucket, so all cells of the lowest bucket are final, a cell enters at most two buckets, and no buffer has to grow.
-Indices are unsigned, arrays are never rebound in a loop and the inner loop calls no function that hands back its
+Indices are unsigned, arrays are never rebound in a loop and the innermost loop calls no function that hands back its
 counters: each of these costs a multiple under numba.
 """
 
@@ -24,6 +24,8 @@ TOLERANCE = 1e-9
 
 ZERO = np.uint64(0)
 ONE = np.uint64(1)
+SOURCE = 8
+"""Arrival at a cell that is itself a source; others hold the direction (0 to 7) of the last step."""
 
 
 @njit(cache=True, nogil=True)
@@ -31,7 +33,8 @@ def flood(
     passable: Array,
     offsets: Array,
     cost: Array,
-    origin: Array,
+    arrival: Array,
+    origin: Array | None,
     queue: Array,
     touched: Array,
     stale: np.uint64,
@@ -41,15 +44,22 @@ def flood(
 ) -> tuple[float, np.uint64]:
     """Settle cells outward from `sources`.
 
+    A cell need not try the turns that the cell before it could make as cheaply itself (jump point search rests on the
+    same rule): after a diagonal step there are three left; after a straight one the step ahead, and on either side
+    the two turns only where the cell diagonally behind is closed. What replaces a turn left out is either shorter or
+    ends in a straight step, and straight steps are left out for shorter ones only, so costs stay exact.
+
     Parameters
     ----------
     passable, cost
         uint8 and float64, framed and flat. `cost` is inf but at the first `stale` cells of `touched`, reset here.
     offsets
-        uint64 (9,): from a cell to its neighbours, counter-clockwise from east, and east once more.
+        uint64 (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
+    arrival
+        uint8 buffer of the size of the grid.
     origin
         int64, framed and flat: the label of each source. Receives the lowest label among the nearest sources of each
-        cell that is reached. Empty where nobody asks.
+        cell that is reached. None where nobody asks.
     queue, touched
         uint32 buffers, three times and once the size of the grid. `touched` receives every cell given a cost.
     sources
@@ -63,26 +73,17 @@ def flood(
     -------
     tuple of float and int
         The length below which costs are final, and how many cells were touched.
+
+    References
+    ----------
+    Harabor and Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011, section 3.
     """
     for k in range(stale):
         cost[touched[k]] = np.inf
-    seen = ZERO
-    for k in range(sources.size):
-        cost[sources[k]] = 0.0
-        touched[seen] = sources[k]
-        seen += ONE
     size = np.uint64(cost.size)
     here, near, far = ZERO, size, size + size
-    here_end, near_end, far_end = here, near, far
-    for k in range(sources.size):  # sources amid sources have nothing to give
-        cell = np.uint64(sources[k])
-        for turn in range(8):
-            if passable[cell + offsets[turn]] and cost[cell + offsets[turn]] > 0.0:
-                queue[here_end] = cell
-                here_end += ONE
-                break
-    tracked = origin.size > 0
-    left = np.uint64(wanted.size)
+    here_end, near_end, far_end = _plant(passable, offsets, cost, arrival, queue, touched, sources), near, far
+    seen, left = np.uint64(sources.size), np.uint64(wanted.size)
     level = 0.0
     while here_end > here or near_end > near or far_end > far:
         while left > ZERO and cost[wanted[left - ONE]] < level + 1.0:
@@ -94,7 +95,15 @@ def flood(
             reached = cost[cell]
             if reached < level:
                 continue  # it moved to the bucket before
-            for turn in range(8):
+            ahead = np.int64(arrival[cell])
+            first, end = np.int64(8), np.int64(16)
+            if origin is None and ahead != SOURCE:  # among equals, labels have to come from all sides
+                if ahead & 1:
+                    first, end = ahead + 7, ahead + 10
+                else:
+                    first = ahead + 6 + 2 * np.int64(passable[cell + offsets[ahead + 5]])
+                    end = ahead + 11 - 2 * np.int64(passable[cell + offsets[ahead + 3]])
+            for turn in range(first, end):
                 side = cell + offsets[turn]
                 if not passable[side]:
                     continue
@@ -106,11 +115,12 @@ def flood(
                 before = cost[side]
                 if length > limit or length > before + TOLERANCE:
                     continue
-                if tracked and (length < before - TOLERANCE or origin[cell] < origin[side]):
+                if origin is not None and (length < before - TOLERANCE or origin[cell] < origin[side]):
                     origin[side] = origin[cell]
                 if length >= before:
                     continue
                 cost[side] = length
+                arrival[side] = turn & 7
                 if before == np.inf:
                     touched[seen] = side
                     seen += ONE
@@ -128,6 +138,26 @@ def flood(
 
 
 @njit(cache=True, nogil=True)
+def _plant(
+    passable: Array, offsets: Array, cost: Array, arrival: Array, queue: Array, touched: Array, sources: Array
+) -> np.uint64:
+    """Set all sources to 0, queue those with a neighbour that is none, and return how many these are."""
+    for k in range(sources.size):
+        cost[sources[k]] = 0.0
+        arrival[sources[k]] = SOURCE
+        touched[k] = sources[k]
+    queued = ZERO
+    for k in range(sources.size):
+        cell = np.uint64(sources[k])
+        for turn in range(8):
+            if passable[cell + offsets[turn]] and cost[cell + offsets[turn]] > 0.0:
+                queue[queued] = cell
+                queued += ONE
+                break
+    return queued
+
+
+@njit(cache=True, nogil=True)
 def descend(passable: Array, offsets: Array, cost: Array, start: np.uint64, steps: Array) -> np.uint64:
     """Walk from `start` down to where `cost` is 0 and return the number of steps, which `steps` (uint8) receives.
 
@@ -137,8 +167,8 @@ def descend(passable: Array, offsets: Array, cost: Array, start: np.uint64, step
     count = ZERO
     last = 0
     while cost[cell] > 0.0:
-        best = 8
-        for turn in range(8):
+        best = 0
+        for turn in range(8, 16):
             if not passable[cell + offsets[turn]]:
                 continue
             length = 1.0
@@ -147,10 +177,10 @@ def descend(passable: Array, offsets: Array, cost: Array, start: np.uint64, step
                     continue
                 length = SQRT2
             fits = cost[cell + offsets[turn]] + length <= cost[cell] + TOLERANCE
-            if fits and (best == 8 or turn == last):
+            if fits and (best == 0 or turn == last):
                 best = turn
         cell = cell + offsets[best]
-        steps[count] = best
+        steps[count] = best & 7
         count += ONE
         last = best
     return count

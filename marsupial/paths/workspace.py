@@ -21,7 +21,6 @@ Labels = npt.NDArray[np.int64]
 Lengths = npt.NDArray[np.float64]
 
 NOWHERE: Indices = np.empty(0, dtype=np.uint32)
-_UNLABELLED: Labels = np.empty(0, dtype=np.int64)
 
 
 class Workspace:
@@ -37,12 +36,13 @@ class Workspace:
         self._height, self._width = height, width
         self._row = row = width + 2
         size = (height + 2) * row
-        east = [1, row + 1, row, row - 1, -1, -row - 1, -row, -row + 1, 1]
-        self._offsets = np.array(east, dtype=np.int64).astype(np.uint64)
+        around = np.array([1, row + 1, row, row - 1, -1, -row - 1, -row, -row + 1], dtype=np.int64)
+        self._offsets = np.tile(around, 3).astype(np.uint64)
         self._passable = np.zeros(size, dtype=np.uint8)
         self._cost = np.full(size, np.inf)
         # Never filled: only the pages a search writes to take up memory.
         self._queue = np.empty(3 * size, dtype=np.uint32)
+        self._arrival = np.empty(size, dtype=np.uint8)
         self._touched = np.empty(size, dtype=np.uint32)
         self._stale = 0
 
@@ -66,7 +66,7 @@ class Workspace:
         sources: Indices,
         wanted: Indices = NOWHERE,
         limit: float = math.inf,
-        origin: Labels = _UNLABELLED,
+        origin: Labels | None = None,
     ) -> float:
         """Search outward from passable `sources`; return the length below which costs are final."""
         if 4 * self._stale > self._cost.size:
@@ -76,6 +76,7 @@ class Workspace:
             self._passable,
             self._offsets,
             self._cost,
+            self._arrival,
             origin,
             self._queue,
             self._touched,
