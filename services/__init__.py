@@ -1,0 +1,1 @@
+"""Services around marsupial; each is thin: parse a request, call the library, serialise the answer."""

@@ -1,0 +1,178 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from marsupial.errors import UsageError
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.observer import Observer
+from marsupial.mission.placement import place_team
+from marsupial.mission.rebuild import moment_at
+from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell
+from marsupial.model.mission import (
+    ActionStarted,
+    DriveEnded,
+    DriveStarted,
+    MissionEvent,
+    MissionStarted,
+    PlacedRobot,
+    Planned,
+    Revealed,
+    RobotLost,
+)
+from marsupial.model.plan import Action, ActionName
+from marsupial.model.planning import Budget
+from marsupial.model.robots import default_types
+from marsupial.model.scenario import Goal, Limits, Scenario
+from marsupial.model.situation import Situation
+from marsupial.model.strategy import Briefing, Decision
+from marsupial.planning.greedy import Greedy
+from marsupial.sim.world import SimulatedWorld
+from marsupial.strategies.temporal import Temporal
+
+
+class Recorder(Observer):
+    def __init__(self) -> None:
+        self.events: list[MissionEvent] = []
+
+    def event(self, event: MissionEvent) -> None:
+        self.events.append(event)
+
+
+class Listening:
+    """A strategy that notes the situations it was asked about."""
+
+    name = "listening"
+
+    def __init__(self) -> None:
+        self._strategy = Temporal(Greedy(), Budget(steps=1))
+        self.asked: list[Situation] = []
+
+    def decide(self, briefing: Briefing) -> Decision:
+        self.asked.append(briefing.situation)
+        return self._strategy.decide(briefing)
+
+
+def fly(scenario: Scenario, failures: dict[str, int] | None = None) -> tuple[list[MissionEvent], list[Situation]]:
+    robots = place_team(scenario, 1)
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    recorder, strategy = Recorder(), Listening()
+    recorder.event(started(scenario, robots))
+    world = SimulatedWorld(scenario.grid, kinds, robots, failures)
+    assignment = Assignment(goal=scenario.goal, limits=scenario.limits)
+    Mission(world, kinds, strategy, assignment, recorder).run()
+    return recorder.events, strategy.asked
+
+
+def started(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> MissionStarted:
+    return MissionStarted(
+        t_ms=0,
+        scenario=scenario.name,
+        strategy="temporal",
+        planner="greedy",
+        seed=1,
+        width=scenario.grid.width,
+        height=scenario.grid.height,
+        resolution_m=scenario.grid.resolution_m,
+        origin_m=scenario.grid.origin_m,
+        terrains=scenario.grid.terrains,
+        types=scenario.robot_types,
+        robots=robots,
+        goal=scenario.goal,
+    )
+
+
+def assert_rebuilt(events: list[MissionEvent], asked: list[Situation]) -> None:
+    plans = [event for event in events if isinstance(event, Planned)]
+    # the last planning may end the mission without a plan to follow
+    assert len(asked) - len(plans) in (0, 1)
+    assert plans
+    last_at = {plan.t_ms: situation for plan, situation in zip(plans, asked, strict=False)}
+    for t_ms, situation in last_at.items():
+        assert moment_at(events, t_ms).survey().situation == situation, f"at {t_ms} ms"
+
+
+def test_every_situation_of_a_mission_is_rebuilt_from_its_events() -> None:
+    assert_rebuilt(*fly(builtin_scenario("lobby", 2, 2)))
+
+
+def test_a_mission_that_comes_home_is_rebuilt() -> None:
+    scenario = replace(builtin_scenario("lobby", 1, 2), goal=Goal(recover_rovers=True, return_home=True))
+    assert_rebuilt(*fly(scenario))
+
+
+def test_a_mission_with_lost_robots_is_rebuilt() -> None:
+    scenario = replace(builtin_scenario("lobby", 2, 2), limits=Limits(time_ms=400_000))
+    assert_rebuilt(*fly(scenario, {"rover1_1": 30_000, "carrier2": 60_000}))
+
+
+CARRIER, ROVER = default_types(2)
+START = MissionStarted(
+    t_ms=0,
+    scenario="strip",
+    strategy="temporal",
+    planner="greedy",
+    seed=1,
+    width=8,
+    height=3,
+    resolution_m=1.0,
+    origin_m=(0.0, 0.0, 0.0),
+    terrains=builtin_scenario("lobby").grid.terrains,
+    types=(CARRIER, ROVER),
+    robots=(
+        PlacedRobot(name="carrier1", type="carrier", cell=Cell(1, 1)),
+        PlacedRobot(name="rover1", type="rover", carrier="carrier1"),
+    ),
+    goal=Goal(),
+)
+UNDOCK = Action(
+    name=ActionName.UNDOCK, start_ms=5000, duration_ms=5000, robot="rover1", carrier="carrier1", place="m_here"
+)
+
+
+def test_a_driving_robot_is_at_the_next_cell_and_free_when_it_gets_there() -> None:
+    events = [START, DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(1, 1), steps="000"), end_at(9000)]
+    robot = moment_at(events, 2500).robots[0]
+    assert (robot.cell, robot.free_at_ms) == (Cell(3, 1), 3000)
+
+
+def test_a_robot_that_passes_a_cell_is_on_its_way_to_the_next() -> None:
+    events = [START, DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(1, 1), steps="000"), end_at(9000)]
+    robot = moment_at(events, 2000).robots[0]
+    assert (robot.cell, robot.free_at_ms) == (Cell(3, 1), 3000)
+
+
+def test_a_rover_being_set_down_is_on_the_ground_and_busy_with_its_carrier() -> None:
+    events = [START, ActionStarted(t_ms=5000, revision=1, action=UNDOCK, cell=Cell(2, 1)), end_at(20_000)]
+    carrier, rover = moment_at(events, 6000).robots
+    assert (rover.cell, rover.carrier, rover.free_at_ms) == (Cell(2, 1), None, 10_000)
+    assert (carrier.cell, carrier.free_at_ms) == (Cell(1, 1), 10_000)
+
+
+def test_a_rover_on_a_lost_carrier_is_lost() -> None:
+    events = [START, RobotLost(t_ms=1000, robot="carrier1", reason="failed"), end_at(2000)]
+    assert [robot.lost for robot in moment_at(events, 1500).robots] == [True, True]
+
+
+def test_what_is_revealed_later_is_not_known_yet() -> None:
+    events = [
+        START,
+        Revealed(t_ms=0, robot="carrier1", runs=(8, 3, FLOOR)),
+        Revealed(t_ms=4000, robot="carrier1", runs=(11, 1, OBSTACLE)),
+        end_at(9000),
+    ]
+    row = moment_at(events, 3999).grid.cells[1]
+    np.testing.assert_array_equal(row, [FLOOR] * 3 + [UNKNOWN] * 5)
+    assert moment_at(events, 4000).grid.cells[1, 3] == OBSTACLE
+
+
+def test_a_moment_after_the_end_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"from 0 s to 9 s"):
+        moment_at([START, end_at(9000)], 9001)
+
+
+def end_at(t_ms: int) -> MissionEvent:
+    return DriveEnded(t_ms=t_ms, robot="carrier1", cell=Cell(4, 1))
