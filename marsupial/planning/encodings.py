@@ -1,0 +1,137 @@
+"""What the encodings for single engines share: the actions that exist, who is interchangeable, what is scarce.
+
+An engine gets no action that can never be carried out: only drives along paths that exist between places the robot
+could ever get to, only docks where both can be. A drive out of a start takes as much longer as the robot is not yet
+free, so that every robot is free at 0. Rovers of one type that wait aboard one carrier are interchangeable and are set
+down in a fixed order. Each target is explored once: to pass over it a second time saves nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.planning import Outcome
+from marsupial.model.robots import Role
+from marsupial.model.situation import RobotState, Situation
+from marsupial.planning.reachability import Flags, reach
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """What a planner's child process gets: the situation and how many seconds it has."""
+
+    situation: Situation
+    seconds: float
+    below_ms: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """The planner's own word on how it ended; its plans come before it, as `Plan` values."""
+
+    outcome: Outcome
+    detail: str = ""
+
+
+class Vocabulary:
+    """The actions of a situation that can ever be carried out, each with its duration and start 0."""
+
+    def __init__(self, situation: Situation) -> None:
+        self.situation = situation
+        self.carriers = situation.of_role(Role.CARRIER)
+        self.rovers = situation.of_role(Role.ROVER)
+        self.goal_aboard = situation.goal.recover_rovers or situation.goal.return_home
+        self._reached: Mapping[str, Flags] = reach(situation)
+
+    def can_be(self, robot: str, place: str) -> bool:
+        """Say whether `robot` could ever get to `place`."""
+        return bool(self._reached[robot][self.situation.place_index[place]])
+
+    def drives(self, robot: RobotState) -> Iterator[Action]:
+        """Yield every move and explore of a robot."""
+        for goal in self._goals(robot):
+            for origin in self._origins(robot):
+                action = None if origin == goal else self._drive(robot, origin, goal)
+                if action is not None:
+                    yield action
+
+    def meets(self) -> Iterator[Action]:
+        """Yield every dock and undock."""
+        for rover in self.rovers:
+            kind = self.situation.type_by_name[rover.type]
+            for carrier in self.carriers:
+                for meeting in self.situation.meetings:
+                    if self.capacity(carrier) and self.can_be(carrier.name, meeting):
+                        yield _meet(ActionName.UNDOCK, kind.undock_ms, rover, carrier, meeting)
+                        if self.can_be(rover.name, meeting):
+                            yield _meet(ActionName.DOCK, kind.dock_ms, rover, carrier, meeting)
+
+    def capacity(self, carrier: RobotState) -> int:
+        """Return the number of places of a carrier."""
+        return self.situation.type_by_name[carrier.type].capacity
+
+    def is_scarce(self, carrier: RobotState) -> bool:
+        """Say whether the carrier has fewer places than there are rovers."""
+        return self.capacity(carrier) < len(self.rovers)
+
+    def load(self, carrier: RobotState) -> int:
+        """Return how many rovers are aboard now."""
+        return sum(rover.carrier == carrier.name for rover in self.rovers)
+
+    def predecessors(self) -> dict[str, str]:
+        """Return, per rover, the interchangeable one that has to be set down before it."""
+        before: dict[str, str] = {}
+        last: dict[tuple[str, str, int], str] = {}
+        for rover in self.rovers:
+            if rover.carrier is not None:
+                key = (rover.carrier, rover.type, rover.free_at_ms)
+                if key in last:
+                    before[rover.name] = last[key]
+                last[key] = rover.name
+        return before
+
+    def home(self, robot: RobotState) -> str | None:
+        """Return where the robot has to end, if anywhere."""
+        carrier = self.situation.type_by_name[robot.type].role is Role.CARRIER
+        return robot.home if carrier and self.situation.goal.return_home else None
+
+    def _targets(self, robot: RobotState) -> list[str]:
+        return [target.name for target in self.situation.targets if robot.type in target.explorers]
+
+    def _origins(self, robot: RobotState) -> list[str]:
+        start = [] if robot.place is None else [robot.place]
+        places = [*self._targets(robot), *self.situation.meetings]
+        return start + [place for place in places if self.can_be(robot.name, place)]
+
+    def _goals(self, robot: RobotState) -> list[str]:
+        home = self.home(robot)
+        return [*self._targets(robot), *self.situation.meetings, *([] if home is None else [home])]
+
+    def _drive(self, robot: RobotState, origin: str, goal: str) -> Action | None:
+        travel = self.situation.travel(robot.type, origin, goal)
+        if travel is None or (goal in self._useless_from(robot, origin)):
+            return None
+        return Action(
+            name=ActionName.EXPLORE if goal in self.situation.target_by_name else ActionName.MOVE,
+            start_ms=0,
+            duration_ms=max(1, travel + (robot.free_at_ms if origin == robot.place else 0)),
+            robot=robot.name,
+            origin=origin,
+            place=goal,
+        )
+
+    def _useless_from(self, robot: RobotState, origin: str) -> tuple[str, ...]:
+        """With one carrier a rover has no reason to drive from meeting to meeting: it could have been set down there."""
+        rover = self.situation.type_by_name[robot.type].role is Role.ROVER
+        meetings = self.situation.meetings
+        return meetings if rover and len(self.carriers) == 1 and origin in meetings else ()
+
+
+def _meet(name: ActionName, took_ms: int, rover: RobotState, carrier: RobotState, meeting: str) -> Action:
+    return Action(
+        name=name, start_ms=0, duration_ms=max(1, took_ms), robot=rover.name, carrier=carrier.name, place=meeting
+    )
+
+

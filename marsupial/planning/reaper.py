@@ -1,0 +1,130 @@
+"""Find, measure and end every process below one process.
+
+On Linux a supervisor declares itself *subreaper*: a descendant whose parent dies, even one that has started a session
+of its own, becomes its child. So everything a job ever started stays below its supervisor and can be found. Ending
+is TERM, a grace period, then KILL, repeated until nothing is left.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import psutil
+
+_PR_SET_PDEATHSIG = 1
+_PR_SET_CHILD_SUBREAPER = 36
+_POLL_S = 0.005
+_PROC = os.path.exists("/proc/self/task")
+_PAGE = os.sysconf("SC_PAGE_SIZE") if _PROC else 0
+
+
+def _prctl(option: int, value: int) -> None:
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(option, value, 0, 0, 0)
+
+
+def adopt_orphans() -> None:
+    """Become the parent of every descendant that loses its own (Linux; elsewhere nothing happens)."""
+    _prctl(_PR_SET_CHILD_SUBREAPER, 1)
+
+
+def die_with_parent(parent: int, signum: int) -> None:
+    """Get `signum` when process `parent`, the single-threaded one that forked us, ends (Linux)."""
+    _prctl(_PR_SET_PDEATHSIG, signum)
+    if os.getppid() != parent:
+        os.kill(os.getpid(), signum)
+
+
+def children(pid: int) -> list[int]:
+    """Return the child process ids of `pid`, zombies included; read from /proc where there is one, as it is cheap."""
+    if not _PROC:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            return [child.pid for child in psutil.Process(pid).children()]
+        return []
+    found: list[int] = []
+    with contextlib.suppress(OSError):  # it ended meanwhile
+        for task in Path(f"/proc/{pid}/task").iterdir():
+            found += [int(child) for child in (task / "children").read_text().split()]
+    return found
+
+
+def descendants(pid: int) -> list[int]:
+    """Return the process ids below `pid`, zombies included, parents before children."""
+    found: list[int] = []
+    queue = [pid]
+    while queue:
+        below = children(queue.pop(0))
+        found += below
+        queue += below
+    return found
+
+
+def resident_bytes(pids: list[int]) -> int:
+    """Return the resident memory of these processes, where known without what they share through files."""
+    return sum(_resident(pid) for pid in pids)
+
+
+def _resident(pid: int) -> int:
+    try:
+        if not _PROC:
+            return int(psutil.Process(pid).memory_info().rss)
+        _, resident, shared, *_ = Path(f"/proc/{pid}/statm").read_text().split()
+        return (int(resident) - int(shared)) * _PAGE
+    except (OSError, psutil.Error):  # it ended meanwhile
+        return 0
+
+
+def reap() -> dict[int, int]:
+    """Collect every child of ours that has ended: return code (as `subprocess` has it) by process id."""
+    ended: dict[int, int] = {}
+    while True:
+        try:
+            pid, status = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:
+            return ended
+        if pid == 0:
+            return ended
+        ended[pid] = os.waitstatus_to_exitcode(status)
+
+
+def _signal_all(pids: list[int], *signums: int) -> None:
+    for pid in pids:
+        for signum in signums:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.kill(pid, signum)
+
+
+def kill(pid: int) -> None:
+    """Kill `pid` and everything below it at once."""
+    _signal_all([pid, *descendants(pid)], signal.SIGKILL)
+
+
+def end_below(pid: int, grace_s: float, *, patience_s: float = 5.0) -> dict[int, int]:
+    """End every process below `pid`: TERM, `grace_s` seconds, then KILL until none is left.
+
+    Returns
+    -------
+    dict
+        Return codes of those that were children of the calling process and were collected here.
+    """
+    ended: dict[int, int] = {}
+    asked: set[int] = set()
+    started = time.monotonic()
+    while time.monotonic() - started < patience_s:
+        ended.update(reap())
+        left = descendants(pid)
+        if not left:
+            break
+        if time.monotonic() - started < grace_s:
+            _signal_all([one for one in left if one not in asked], signal.SIGTERM, signal.SIGCONT)
+            asked.update(left)
+        else:
+            _signal_all(left, signal.SIGKILL)
+        time.sleep(_POLL_S)
+    return ended

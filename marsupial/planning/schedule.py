@@ -1,0 +1,41 @@
+"""Put actions on the clock: as early as their robots allow, in integer milliseconds.
+
+Engines leave gaps (Aries) or let actions touch (Tamer) and have clocks of their own. What counts of their plans is the
+order in which each robot does its actions; given that, starting each action as soon as all its robots are free gives
+the shortest plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
+from marsupial.model.situation import Situation
+
+
+
+def duration_ms(situation: Situation, action: Action) -> int | None:
+    """Return how long `action` takes in `situation`, whatever duration it bears; None where there is no path."""
+    if action.origin is not None:
+        travel = situation.travel(situation.robot_by_name[action.robot].type, action.origin, action.place)
+        return None if travel is None else max(1, travel)
+    kind = situation.type_of(action.robot)
+    return max(1, kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms)
+
+
+def retime(situation: Situation, actions: Iterable[Action]) -> Plan:
+    """Return the plan that does `actions` in this order per robot, each as early as possible.
+
+    Only names and places of the actions are used. An action without a path keeps its own duration, for the checker to
+    refuse.
+    """
+    ready = {robot.name: robot.free_at_ms for robot in situation.robots}
+    timed: list[Action] = []
+    for action in actions:
+        start = max(ready[robot] for robot in action.robots)
+        took = duration_ms(situation, action)
+        action = replace(action, start_ms=start, duration_ms=action.duration_ms if took is None else took)
+        timed.append(action)
+        ready.update(dict.fromkeys(action.robots, action.end_ms + EPSILON_MS))
+    return Plan.of(timed)
