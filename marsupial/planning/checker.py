@@ -258,7 +258,5 @@ def _duration(action: Action, expected_ms: int) -> Fault | None:
 
 
 def _free_at(situation: Situation, robot: RobotState) -> int:
-    """Return when a robot is free; one that is aboard waits for its carrier."""
-    if robot.carrier is None:
-        return robot.free_at_ms
-    return max(robot.free_at_ms, situation.robot_by_name[robot.carrier].free_at_ms)
+    """Return when a robot is free; one that is aboard when its carrier is."""
+    return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms

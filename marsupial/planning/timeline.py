@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from marsupial.errors import InternalError
 from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-from marsupial.model.situation import Situation
+from marsupial.model.situation import RobotState, Situation
 
 
 @dataclass(slots=True)
@@ -35,7 +35,7 @@ class Timeline:
             situation=situation,
             at={robot.name: robot.place for robot in robots},
             on={robot.name: robot.carrier for robot in robots},
-            ready_ms={robot.name: robot.free_at_ms for robot in robots},
+            ready_ms={robot.name: _free_at_ms(situation, robot) for robot in robots},
             cargo={robot.name: tuple(r.name for r in robots if r.carrier == robot.name) for robot in robots},
             actions=[],
         )
@@ -130,3 +130,7 @@ class Timeline:
         self.actions.append(action)
         for robot in action.robots:
             self.ready_ms[robot] = action.end_ms + EPSILON_MS
+
+
+def _free_at_ms(situation: Situation, robot: RobotState) -> int:
+    return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms

@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
+from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
     Spot,
@@ -357,3 +360,18 @@ def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
     found = check(exploring_only(situation), plan, targets=plan.explored)
     assert found.valid, found.violation
     assert unserved == {target.name for target in situation.targets} - plan.explored
+
+
+@given(situations(), st.data())
+def test_one_way_roads_make_no_invalid_plans(situation: Situation, data: st.DataObject) -> None:
+    closed = data.draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
+    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
+    for table in tables.values():
+        for origin, place in closed:
+            table[origin, place] = UNREACHABLE
+    situation = replace(situation, travel_ms=tables)
+    plans, finished = solve(situation, Budget(steps=3))
+    assert all(check(situation, plan).valid for plan in plans)
+    assert (finished.outcome is Outcome.SATISFICING) == bool(plans)
+    plan, _ = serve(situation)
+    assert check(exploring_only(situation), plan, targets=plan.explored).valid

@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+import pytest
+from situations import SOLVABLE, bring_them_home, full_carrier, out_of_reach, relay
+
+from marsupial.planning.reachability import hopeless_targets, impossible, matching, reach
+
+
+def places_of(name: str, robot: str) -> set[str]:
+    situation = SOLVABLE[name]()
+    return {place for place, yes in zip(situation.places, reach(situation)[robot], strict=True) if yes}
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_nothing_is_called_impossible_that_has_a_plan(name: str) -> None:
+    assert impossible(SOLVABLE[name]()) is None
+
+
+def test_a_carrier_reaches_what_it_can_drive_to() -> None:
+    assert places_of("relay", "c1") == {"c1_start", "m1"}
+
+
+def test_a_rover_reaches_what_carriers_can_take_it_to_one_after_the_other() -> None:
+    assert places_of("relay", "r1") == {"m1", "m2", "m3", "t1"}
+
+
+def test_a_carrier_without_capacity_takes_nobody_anywhere() -> None:
+    assert places_of("no_capacity", "r1") == {"r1_start", "m1", "t2"}
+
+
+def test_hopeless_targets_are_named_with_the_reason() -> None:
+    situation = out_of_reach()
+    assert hopeless_targets(situation, reach(situation)) == {
+        "t2": "no robot of the team is of a type that can explore t2"
+    }
+
+
+def test_without_its_second_carrier_the_relay_is_impossible() -> None:
+    situation = relay().restricted(robots=frozenset({"c1", "r1"}))
+    assert impossible(situation) == "no rover can get to t1, not even carried"
+
+
+def test_the_wrong_rover_alone_can_not_help() -> None:
+    situation = full_carrier().restricted(robots=frozenset({"c1", "r1"}))
+    assert impossible(situation) == "no robot of the team is of a type that can explore t1"
+
+
+def test_one_carrier_with_one_place_can_not_take_two_rovers_home() -> None:
+    situation = bring_them_home().restricted(robots=frozenset({"c1", "r1", "r2"}))
+    assert impossible(situation) == "the carriers have no places for all rovers that each rover could get to"
+
+
+def test_everybody_gets_the_preferred_place_where_there_are_enough() -> None:
+    assert matching([[0, 1], [1, 0], [0]], [2, 1]) == [0, 1, 0]
+
+
+def test_a_rover_that_has_a_choice_gives_way() -> None:
+    assert matching([[0, 1], [0]], [1, 1]) == [1, 0]
+
+
+def test_giving_way_goes_on_along_a_chain() -> None:
+    assert matching([[0, 1], [1, 2], [0]], [1, 1, 1]) == [1, 2, 0]
+
+
+def test_who_finds_no_place_is_left_out() -> None:
+    assert matching([[0], [0], [], [1]], [1, 1]) == [0, -1, -1, 1]
