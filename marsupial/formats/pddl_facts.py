@@ -252,8 +252,9 @@ def _table(situation: Situation) -> Iterator[tuple[tuple[str, str, str], int | N
     """Yield, for each type and pair of places: the PDDL names, the `path_cost` and the travel time in ms."""
     owners = start_of(situation)
     names = {place: encode_name(place) for place in situation.places}
+    manned = _manned(situation)
     for kind in situation.types:
         word = encode_type(kind.name)
         for origin, place in product(situation.places, situation.places):
-            cost = _drive_ms(situation, kind.name, origin, place, owners)
+            cost = _drive_ms(situation, kind.name, origin, place, owners) if kind.name in manned else None
             yield (word, names[origin], names[place]), cost, situation.travel(kind.name, origin, place)

@@ -13,6 +13,9 @@ from marsupial.errors import Problem, SituationError
 
 _TOKENS = re.compile(r";[^\n]*|[()]|[^\s();]+|\n")
 
+_DEEPEST = 100
+"""Nesting beyond this is no PDDL; what works on forms may then be recursive."""
+
 
 @dataclass(frozen=True, slots=True)
 class Word:
@@ -52,7 +55,7 @@ def parse_form(text: str) -> Form:
     Raises
     ------
     SituationError
-        With the line of a bracket that is missing, or of what stands outside the brackets.
+        With the line of a bracket that is missing or too much, or of what stands outside the brackets.
     """
     root: list[Word | Form] = []
     open_items, open_lines = [root], [1]
@@ -61,6 +64,8 @@ def parse_form(text: str) -> Form:
         if token == "\n":
             line += 1
         elif token == "(":
+            if len(open_items) > _DEEPEST:
+                raise SituationError([at_line(line, f"more than {_DEEPEST} brackets inside one another")])
             open_items.append([])
             open_lines.append(line)
         elif token == ")":
