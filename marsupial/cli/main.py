@@ -1,0 +1,119 @@
+"""The program `marsupial`: its commands, and how it ends.
+
+Commands import what they need when they run, so that `marsupial --help` is quick. Whatever they raise is turned here
+into one line per problem on stderr and an exit code (`marsupial.cli.exit_codes`); bad input never shows a traceback.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from marsupial.cli.bench import bench
+from marsupial.cli.demo import demo
+from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED
+from marsupial.cli.export import export
+from marsupial.cli.interrupt import Interrupted, interruptible
+from marsupial.cli.map import describe_map
+from marsupial.cli.plan import plan
+from marsupial.cli.planners import planners
+from marsupial.cli.replay import replay
+from marsupial.cli.run import run
+from marsupial.cli.scenarios import scenarios
+from marsupial.cli.validate import validate
+from marsupial.errors import InternalError, MarsupialError
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@dataclass(slots=True)
+class Settings:
+    """What is said before the command."""
+
+    debug: bool = False
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"marsupial {version('marsupial')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _program(
+    context: typer.Context,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an internal error.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Temporal planning for teams of carriers and rovers that explore unknown maps."""
+    context.obj.debug = debug
+
+
+app.command()(run)
+app.command()(replay)
+app.command()(plan)
+app.command()(export)
+app.command()(validate)
+app.command("map")(describe_map)
+app.command()(planners)
+app.command()(scenarios)
+app.command()(bench)
+app.command()(demo)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the program and return its exit code; `arguments` are those of the process if None."""
+    settings = Settings()
+    try:
+        with interruptible():
+            app(args=arguments, prog_name="marsupial", obj=settings)
+    except SystemExit as leaving:
+        return leaving.code if isinstance(leaving.code, int) else DONE
+    except (Interrupted, KeyboardInterrupt):
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except MarsupialError as error:
+        if not isinstance(error, InternalError):
+            return _refuse(error)
+        return _confess(error, settings.debug)
+    except Exception as error:
+        return _confess(error, settings.debug)
+    return DONE
+
+
+def _refuse(error: MarsupialError) -> int:
+    for line in str(error).splitlines():
+        print(f"error: {line}", file=sys.stderr)
+    return next(ERROR_CODES[kind] for kind in type(error).__mro__ if kind in ERROR_CODES)
+
+
+def _confess(error: Exception, debug: bool) -> int:
+    """Report a bug of ours: shortly, with the traceback where it can be looked at."""
+    text = "".join(traceback.format_exception(error))
+    line = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
+    if debug:
+        print(text, line, sep="", file=sys.stderr)
+        return INTERNAL
+    with tempfile.NamedTemporaryFile("w", prefix="marsupial-", suffix=".txt", delete=False, encoding="utf-8") as file:
+        file.write(text)
+    print(f"{line}; this is a bug, its traceback is in {file.name}", file=sys.stderr)
+    return INTERNAL
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,148 @@
+"""One mission as the command line asks for it: scenario, planner and budget chosen, progress shown, log written."""
+
+from __future__ import annotations
+
+import math
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from marsupial.bench.simulate import MissionSummary, simulate
+from marsupial.cli.interrupt import asked_to_stop
+from marsupial.cli.messages import warn
+from marsupial.cli.outputs import reason
+from marsupial.cli.progress import progress
+from marsupial.cli.sources import load_scenario
+from marsupial.errors import UsageError
+from marsupial.formats.missionlog import LogWriter
+from marsupial.mission.observer import Observer, Observers
+from marsupial.model.mission import MissionEvent
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import Limits, PlanningTime, Scenario
+from marsupial.planning.engines import engine, engine_infos
+
+PREFERRED = ("tamer", "aries", "greedy")
+"""Default planners; the first that can be used here and keeps the kind of budget asked for."""
+
+PLANNING_STRATEGIES = frozenset({"temporal"})
+"""Strategies that ask a planner."""
+
+NO_PLANNER = "none"
+DEFAULT_BUDGET_S = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """A mission as asked for; None takes the default."""
+
+    source: str
+    strategy: str = "temporal"
+    planner: str | None = None
+    carriers: int | None = None
+    rovers: int | None = None
+    seed: int = 1
+    budget_s: float | None = None
+    steps: int | None = None
+    log: Path | None = None
+    planning_time: str | None = None
+    time_limit_s: float | None = None
+
+
+def carry_out(request: Request) -> MissionSummary:
+    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
+
+    Raises
+    ------
+    MarsupialError
+        If the request can't be met.
+    """
+    budget = budget_of(request.budget_s, request.steps)
+    planner = _planner(request, budget)
+    scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
+    scenario = _changed(scenario, request)
+    for text in warnings:
+        warn(text)
+    with ExitStack() as stack:
+        observers: list[Observer] = [stack.enter_context(progress(scenario, request.seed))]
+        if request.log is not None:
+            observers.append(stack.enter_context(_Log(request.log)))
+        return simulate(
+            scenario,
+            strategy_name=request.strategy,
+            planner=planner,
+            budget=budget,
+            seed=request.seed,
+            observer=Observers(observers),
+            cancelled=stack.enter_context(asked_to_stop()),
+        )
+
+
+def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:
+    """Return the budget for each planning; `default_s` seconds where neither is given.
+
+    Raises
+    ------
+    UsageError
+        If both are given, or one that is not positive and finite.
+    """
+    if seconds is not None and not math.isfinite(seconds):
+        raise UsageError(f"--budget: must be finite, got {seconds}")
+    if seconds is None and steps is None:
+        return Budget(seconds=default_s)
+    return Budget(seconds=seconds, steps=steps)
+
+
+def default_planner(budget: Budget) -> str:
+    """Return the first of the preferred planners that can be used here with a budget of that kind."""
+    infos = {info.name: info for info in engine_infos()}
+    return next(
+        name
+        for name in PREFERRED
+        if infos[name].missing is None and (budget.steps is None or infos[name].deterministic_steps)
+    )
+
+
+def _planner(request: Request, budget: Budget) -> str:
+    if request.strategy not in PLANNING_STRATEGIES:
+        if request.planner is not None:
+            warn(f"strategy {request.strategy} asks no planner: --planner {request.planner} is ignored")
+        return NO_PLANNER
+    if request.planner is None:
+        return default_planner(budget)
+    engine(request.planner)  # refuses an unknown name before anything is done
+    return request.planner
+
+
+def _changed(scenario: Scenario, request: Request) -> Scenario:
+    if request.planning_time is not None:
+        if request.planning_time not in list(PlanningTime):
+            raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")
+        scenario = replace(scenario, planning_time=PlanningTime(request.planning_time))
+    if request.time_limit_s is not None:
+        if not (request.time_limit_s > 0 and math.isfinite(request.time_limit_s)):
+            raise UsageError(f"--time-limit: must be positive, got {request.time_limit_s:g}")
+        scenario = replace(scenario, limits=Limits(time_ms=max(1, round(1000 * request.time_limit_s))))
+    return scenario
+
+
+class _Log(Observer):
+    """Writes the log as the mission goes; the file is not touched before the mission starts."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._stack = ExitStack()
+        self._writer: LogWriter | None = None
+
+    def __enter__(self) -> _Log:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def event(self, event: MissionEvent) -> None:
+        try:
+            if self._writer is None:
+                self._writer = self._stack.enter_context(LogWriter(self._path))
+            self._writer.write(event)
+        except OSError as error:
+            raise UsageError(f"can't write {self._path}: {reason(error)}") from error

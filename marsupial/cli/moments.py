@@ -1,0 +1,87 @@
+"""Finds the moment of a mission that `marsupial export` writes down: in a log, or by running a scenario up to it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from marsupial.bench.simulate import simulate
+from marsupial.cli.sources import load_scenario
+from marsupial.errors import UsageError
+from marsupial.formats.missionlog import FORMAT, read_log
+from marsupial.formats.pddl import domain_text, problem_text
+from marsupial.formats.situation import situation_to_json
+from marsupial.maps.builtin import SCENARIOS
+from marsupial.mission.observer import Observer
+from marsupial.mission.rebuild import Moment, moment_at
+from marsupial.model.mission import MissionEvent
+from marsupial.model.planning import Budget
+
+BUDGET = Budget(steps=4)
+"""For the greedy planner on the way: small, and the same on every machine."""
+
+
+def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int) -> Moment:
+    """Return the moment `at_s` seconds into the mission of a log, or of a scenario.
+
+    Raises
+    ------
+    UsageError
+        If the mission is over by then.
+    """
+    if not (math.isfinite(at_s) and at_s >= 0):
+        raise UsageError(f"--at: must be 0 or more, got {at_s:g}")
+    at_ms = round(1000 * at_s)
+    if not _is_log(source):
+        return moment_at(_events_up_to(at_ms, source, carriers, rovers, seed), at_ms)
+    if carriers is not None or rovers is not None:
+        raise UsageError("--carriers and --rovers: the team of a mission log is what it is")
+    return moment_at(read_log(source).events, at_ms)
+
+
+def moment_files(moment: Moment) -> dict[str, str]:
+    """Return the files of a moment, by name."""
+    situation = moment.survey().situation
+    name = f"{moment.mission.scenario}-{moment.t_ms}"
+    return {
+        "situation.json": situation_to_json(situation),
+        "domain.pddl": domain_text(),
+        "problem.pddl": problem_text(situation, name=name),
+    }
+
+
+def _is_log(source: str) -> bool:
+    path = Path(source)
+    if source in SCENARIOS or not path.is_file():
+        return False
+    if path.suffix.lower() == ".jsonl":
+        return True
+    with path.open("rb") as file:
+        return f'"{FORMAT}"'.encode() in file.read(200)
+
+
+class _Recorder(Observer):
+    def __init__(self) -> None:
+        self.events: list[MissionEvent] = []
+
+    def event(self, event: MissionEvent) -> None:
+        self.events.append(event)
+
+
+def _events_up_to(
+    at_ms: int, source: str, carriers: int | None, rovers: int | None, seed: int
+) -> Sequence[MissionEvent]:
+    """Run a scenario until something happens after `at_ms`, or to its end."""
+    scenario, _ = load_scenario(source, carriers, rovers)
+    recorder = _Recorder()
+    simulate(
+        scenario,
+        strategy_name="temporal",
+        planner="greedy",
+        budget=BUDGET,
+        seed=seed,
+        observer=recorder,
+        cancelled=lambda: recorder.events[-1].t_ms > at_ms,
+    )
+    return recorder.events

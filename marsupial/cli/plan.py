@@ -1,0 +1,42 @@
+"""`marsupial plan`: one situation, better and better plans."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+DEFAULT_BUDGET_S = 10.0
+
+
+def plan(
+    situation: Annotated[Path, typer.Argument(help="A situation (.json) or a problem of the domain (.pddl).")],
+    planner: Annotated[
+        str | None, typer.Option("--planner", "-p", help="Engine [default: tamer, else aries, greedy].")
+    ] = None,
+    budget: Annotated[float | None, typer.Option(help="Seconds [default: 10].")] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps instead: reproducible.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan there.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")] = False,
+) -> None:
+    """Plan for one situation: improving plans on stderr as they come, the best on stdout in IPC format.
+
+    Example: marsupial plan situation.json --planner aries --budget 5 -o plan.txt
+    """
+    from marsupial.cli.missions import budget_of, default_planner
+    from marsupial.cli.outputs import write_file
+    from marsupial.cli.planning import read_situation, search, search_json
+    from marsupial.cli.tables import print_json
+    from marsupial.formats.plantext import write_plan_text
+
+    limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
+    found = search(read_situation(situation), planner or default_planner(limit), limit)
+    text = "" if found.plan is None else write_plan_text(found.plan, found.situation)
+    if output is not None and text:
+        write_file(output, text)
+    if json:
+        print_json({**search_json(found), "plan": text or None, "output": str(output) if output and text else None})
+    elif output is None:
+        print(text, end="")
+    raise typer.Exit(found.exit_code)

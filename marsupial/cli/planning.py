@@ -1,0 +1,104 @@
+"""Asks an engine for plans and keeps the best one that the checker accepts; the work of `marsupial plan`."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from marsupial.cli.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
+from marsupial.cli.inputs import about, read_text
+from marsupial.cli.messages import say
+from marsupial.errors import SituationError
+from marsupial.formats.pddl import read_problem
+from marsupial.formats.situation import situation_from_json
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+from marsupial.planning.engines import engine
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """One plan of the engine: when it came, how long it is, and what the checker has against it."""
+
+    elapsed_s: float
+    makespan_ms: int
+    violation: str | None
+
+
+@dataclass(slots=True, kw_only=True)
+class Search:
+    """What came of asking an engine; `plan` is the best plan that was accepted."""
+
+    situation: Situation
+    planner: str
+    plan: Plan | None = None
+    proposals: list[Proposal] = field(default_factory=list)
+    finished: Finished = field(default_factory=lambda: Finished(outcome=Outcome.NO_PLAN))
+
+    @property
+    def exit_code(self) -> int:
+        """0 with a plan, 6 where only invalid ones came, else by the outcome."""
+        if self.plan is not None:
+            return DONE
+        return INVALID_PLAN if self.proposals else PLANNING_CODES[self.finished.outcome]
+
+
+def read_situation(path: Path) -> Situation:
+    """Read a situation from JSON, or from PDDL where the name ends in ``.pddl``.
+
+    Raises
+    ------
+    SituationError
+        With every problem found.
+    """
+    text = read_text(path, SituationError)
+    with about(path):
+        return read_problem(text) if path.suffix.lower() == ".pddl" else situation_from_json(text)
+
+
+def search(situation: Situation, planner: str, budget: Budget) -> Search:
+    """Ask `planner` for plans and say on stderr what comes."""
+    found = Search(situation=situation, planner=planner)
+    with closing(iter(engine(planner).solve(situation, budget))) as events:
+        for event in events:
+            if isinstance(event, Finished):
+                found.finished = event
+            else:
+                _weigh(found, event)
+    detail = f": {found.finished.detail}" if found.finished.detail else ""
+    say(f"{planner}: {found.finished.outcome}{detail}")
+    return found
+
+
+def search_json(found: Search) -> dict[str, Any]:
+    """Return what `plan --json` prints besides the plan itself."""
+    bound = found.finished.lower_bound_ms
+    return {
+        "planner": found.planner,
+        "outcome": str(found.finished.outcome),
+        "detail": found.finished.detail,
+        "makespan_s": None if found.plan is None else found.plan.makespan_ms / 1000,
+        "lower_bound_s": None if bound is None else bound / 1000,
+        "elapsed_s": found.finished.elapsed_s,
+        "proposals": [
+            {"elapsed_s": p.elapsed_s, "makespan_s": p.makespan_ms / 1000, "violation": p.violation}
+            for p in found.proposals
+        ],
+    }
+
+
+def _weigh(found: Search, event: Improved) -> None:
+    verdict = check(found.situation, event.plan)
+    violation = None if verdict.valid else str(verdict.violation)
+    found.proposals.append(Proposal(elapsed_s=event.elapsed_s, makespan_ms=verdict.makespan_ms, violation=violation))
+    words = "" if violation is None else f", refused: {violation}"
+    say(
+        f"{event.elapsed_s:8.3f} s  makespan {verdict.makespan_ms / 1000:.3f} s, "
+        f"{len(event.plan.actions)} actions{words}"
+    )
+    if violation is None and (found.plan is None or event.plan.makespan_ms < found.plan.makespan_ms):
+        found.plan = event.plan

@@ -1,0 +1,56 @@
+"""What SCENARIO on the command line means: a built-in name, a scenario file, or a map with the default team."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+
+from marsupial.errors import ScenarioError
+from marsupial.formats.maps import READERS, read_map
+from marsupial.formats.scenario import is_scenario_file, read_scenario, with_team
+from marsupial.maps.builtin import (
+    DEFAULT_CARRIERS,
+    DEFAULT_ROVERS,
+    SCENARIOS,
+    bare_map_scenario,
+    builtin_scenario,
+)
+from marsupial.model.scenario import Scenario
+
+
+def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> tuple[Scenario, list[str]]:
+    """Return the scenario that `source` names, and warnings about its map.
+
+    Parameters
+    ----------
+    carriers, rovers
+        Another team: carriers, and rovers for each of them; None keeps what the scenario says (2 and 2 without one).
+
+    Raises
+    ------
+    ScenarioError, MapError
+        If there is no such scenario or it can't be used.
+    """
+    path = Path(source)
+    if source in SCENARIOS:
+        return builtin_scenario(source, *_team(carriers, rovers)), []
+    if not path.exists():
+        raise ScenarioError(_unknown(source))
+    if is_scenario_file(path):
+        return with_team(read_scenario(path), carriers, rovers), []
+    reading = read_map(path)
+    warnings = [f"{path}: {text}" for text in reading.warnings]
+    return bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers)), warnings
+
+
+def _team(carriers: int | None, rovers: int | None) -> tuple[int, int]:
+    return DEFAULT_CARRIERS if carriers is None else carriers, DEFAULT_ROVERS if rovers is None else rovers
+
+
+def _unknown(source: str) -> str:
+    path = Path(source)
+    siblings = [] if not path.parent.is_dir() else sorted(path.parent.iterdir())
+    files = {str(entry) for entry in siblings if entry.suffix.lower() in (*READERS, ".json")}
+    close = difflib.get_close_matches(source, sorted({*SCENARIOS, *files}), n=3)
+    hint = f"; did you mean {' or '.join(close)}?" if close else f"; built in: {', '.join(SCENARIOS)}"
+    return f"{source}: neither a built-in scenario nor a file{hint}"

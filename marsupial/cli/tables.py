@@ -1,0 +1,54 @@
+"""Data on stdout: tables for people, JSON for programs.
+
+A table is as wide as the terminal and wraps; where stdout is no terminal it is as wide as its content.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+WIDE = 400
+"""Columns of what is not a terminal: wide enough that nothing wraps."""
+
+
+def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> None:
+    """Print a table with a line of heads; the columns numbered in `right` are aligned to the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for i, head in enumerate(heads):
+        table.add_column(head, justify="right" if i in right else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console(file=sys.stdout, highlight=False, markup=False, width=None if sys.stdout.isatty() else WIDE)
+    console.print(table)
+
+
+def print_facts(facts: Sequence[tuple[str, str]]) -> None:
+    """Print named values, one a line, the values below each other."""
+    widest = max(len(name) for name, _ in facts)
+    for name, value in facts:
+        print(f"{name:<{widest}}  {value}")
+
+
+def print_json(value: Any) -> None:
+    """Print one JSON value; every number in it has to be finite."""
+    print(json.dumps(value, indent=2, allow_nan=False, default=_plain))
+
+
+def clock(seconds: float) -> str:
+    """Return a time as ``1:02:03`` or ``2:03``."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, frozenset):
+        return sorted(value)
+    raise TypeError(f"no JSON for {value!r}")
