@@ -52,7 +52,8 @@ class Greedy:
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
 
-        A round that has begun is finished, so that there is an answer however small the budget.
+        The first round is always finished, so that there is an answer however small the budget; no other is begun that
+        would, at the pace so far, end too late.
         """
         begun = self._clock()
         if start is not None:
@@ -62,13 +63,14 @@ class Greedy:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
             return
         best, complaint = start, ""
-        for draft in islice(_drafts(situation), min(ROUNDS, budget.steps or ROUNDS)):
+        rounds = islice(_drafts(situation), min(ROUNDS, budget.steps or ROUNDS))
+        for n, draft in enumerate(rounds, 1):
             elapsed = self._clock() - begun
             complaint = complaint or draft.complaint
             if not draft.complaint and (best is None or draft.plan.makespan_ms < best.makespan_ms):
                 best = draft.plan
                 yield Improved(plan=best, elapsed_s=elapsed)
-            if budget.seconds is not None and elapsed >= budget.seconds:
+            if budget.seconds is not None and elapsed * (n + 1) / n > budget.seconds:
                 break
         yield Finished(
             outcome=Outcome.NO_PLAN if best is None else Outcome.SATISFICING,

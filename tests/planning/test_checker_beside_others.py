@@ -71,6 +71,7 @@ def test_unified_planning_accepts_what_the_checker_accepts(name: str) -> None:
         assert up_validate(situation, plan).valid
 
 
+@settings(deadline=None)
 @given(situations(), st.data())
 def test_the_checker_agrees_with_a_simulation_on_changed_plans(situation: Situation, data: st.DataObject) -> None:
     plan, _ = serve(situation)
@@ -82,7 +83,7 @@ def test_the_checker_agrees_with_a_simulation_on_changed_plans(situation: Situat
     assert check(situation, mutant, targets=targets).valid == simulate(situation, mutant, targets)
 
 
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 @given(situations(), st.data())
 def test_the_checker_agrees_with_unified_planning(situation: Situation, data: st.DataObject) -> None:
     plan, unserved = serve(situation)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
@@ -345,6 +345,7 @@ def test_a_meeting_off_the_line_is_weighed_by_the_whole_way() -> None:
     assert "(undock r1 c1 m2)" in steps(plan)
 
 
+@settings(deadline=None)
 @given(situations())
 def test_every_plan_passes_the_checker_and_its_absence_is_proven(situation: Situation) -> None:
     """Where all roads lead both ways, greedy finds a plan unless there is none."""
@@ -354,6 +355,7 @@ def test_every_plan_passes_the_checker_and_its_absence_is_proven(situation: Situ
     assert finished.outcome is (Outcome.SATISFICING if plans else Outcome.UNSOLVABLE), finished.detail
 
 
+@settings(deadline=None)
 @given(situations())
 def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
     plan, unserved = serve(situation)
@@ -362,6 +364,7 @@ def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
     assert unserved == {target.name for target in situation.targets} - plan.explored
 
 
+@settings(deadline=None)
 @given(situations(), st.data())
 def test_one_way_roads_make_no_invalid_plans(situation: Situation, data: st.DataObject) -> None:
     closed = data.draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))

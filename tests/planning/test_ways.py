@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from situations import full_carrier, many_rooms, one_room, relay, rover_left_behind, situations
 
 from marsupial.model.situation import Situation
@@ -78,6 +78,7 @@ def test_a_mended_table_equals_a_new_one_on_a_big_situation(seed: int) -> None:
     mended_equals_new(many_rooms(3, 2, 12, 6, seed=seed))
 
 
+@settings(deadline=None)
 @given(situations(goals=False))
 def test_a_mended_table_equals_a_new_one(situation: Situation) -> None:
     mended_equals_new(situation)
