@@ -201,9 +201,9 @@ def _wanted(table: Table, recovers: bool, returns: bool) -> Iterator[Key]:
         for rover in table.of_kind("rover"):
             yield "aboard", rover
     for carrier in table.of_kind("carrier") if returns else ():
-        homes = table.args("home_of", carrier) or [_home_in_goal(table, carrier)]
-        if homes[0] is not None:
-            yield "at", carrier, homes[0]
+        home = next(iter(table.args("home_of", carrier)), _home_in_goal(table, carrier))
+        if home is not None:
+            yield "at", carrier, home
 
 
 def _travel(table: Table, members: Members) -> dict[str, TravelTable]:

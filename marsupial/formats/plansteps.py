@@ -75,15 +75,15 @@ def _step(action: Action, situation: Situation) -> Step:
         raise InvalidPlanError(f"{action} starts before {action.robot} is free: no PDDL plan can say that")
     if action.robot not in situation.robot_by_name:
         raise InvalidPlanError(f"{action}: there is no robot {action.robot!r}")
+    words = [encode_name(action.robot)]
     if action.carrier is not None:
-        args = (encode_name(action.robot), encode_name(action.carrier), encode_name(action.place))
+        words += [encode_name(action.carrier)]
     else:
-        kind = encode_type(situation.type_of(action.robot).name)
-        args = (encode_name(action.robot), kind, encode_name(action.origin or ""), encode_name(action.place))
+        words += [encode_type(situation.type_of(action.robot).name), encode_name(action.origin or "")]
     return Step(
         start=Fraction(action.start_ms - free, 1000),
         name=action.name.value,
-        args=args,
+        args=(*words, encode_name(action.place)),
         duration=Fraction(action.duration_ms + free, 1000),
     )
 
