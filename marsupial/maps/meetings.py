@@ -13,6 +13,7 @@ Wurm et al. 2010, section III-B ("meeting points ... situated between those part
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -131,12 +132,15 @@ class _Pair:
 
     def connections(self, targets: Sequence[Target], points: Sequence[MapMeeting]) -> dict[str, frozenset[str]]:
         """Return per point of this pair the rover-only targets in the areas that it borders on."""
-        areas_of = {t.name: self._areas_near(t.viewpoints[self._rover]) for t in self._rover_only(targets)}
+        cells = {target.name: target.viewpoints[self._rover] for target in self._rover_only(targets)}
+        areas_of = {name: self._areas_near(cell) for name, cell in cells.items()}
+        reach = STRETCH_M / self._territory.grid.resolution_m
         served: dict[str, frozenset[str]] = {}
         for point in points:
             if self._fits(point):
-                mine = self._areas_near(point.rover_cell)
-                near = {t.name for t in self._rover_only(targets) if t.viewpoints[self._rover] == point.rover_cell}
+                mine, here = self._areas_near(point.rover_cell), point.rover_cell
+                # a target at the very border, with no area of its own, belongs to the points on the same stretch
+                near = {n for n, c in cells.items() if not areas_of[n] and math.dist(c, here) <= reach}
                 served[point.name] = frozenset(near | {name for name, areas in areas_of.items() if areas & mine})
         return served
 

@@ -33,7 +33,7 @@ LOOK_MS = 1000
 """Least simulated time between two looks at what newly seen cells mean for the plan."""
 
 MAX_FRUITLESS = 5
-"""Replannings in a row without anything happening in between before a mission counts as stalled."""
+"""Replannings at one and the same moment before a mission counts as stalled."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +84,7 @@ class Mission:
         self._fresh = False
         self._looked_ms = -LOOK_MS
         self._revision = 0
+        self._planned_ms = -1
         self._fruitless = 0
         self._refused = 0
         self._exploration_ms: int | None = None
@@ -124,8 +125,6 @@ class Mission:
         for name, reason in news.lost:
             self._observer.event(RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in news.lost)
-        if news.finished or news.revealed:
-            self._fruitless = 0
         return self._executor.finished(news.finished)
 
     def _look(self, news: News, done: tuple[Action, ...]) -> str:
@@ -152,9 +151,19 @@ class Mission:
         new = [t.name for t in targets if same_target(t, self._known, self._ranges) is None]
         words = [f"gone: {', '.join(gone)}"] if gone else []
         words += [f"new: {', '.join(new)}"] if new else []
-        if not words and targets and self._unemployed():
+        if (
+            not words
+            and self._world.now_ms > self._planned_ms
+            and self._unemployed()
+            and self._left_out(targets, wanted)
+        ):
             words.append("robot free")
         return "; ".join(words)
+
+    def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
+        """Say whether there is a target that nobody is to explore."""
+        served = [target for target in self._known if target.name in wanted]
+        return any(same_target(target, served, self._ranges) is None for target in targets)
 
     def _unemployed(self) -> bool:
         return self._executor.unemployed(
@@ -170,9 +179,10 @@ class Mission:
             return Status.COMPLETE, "no reachable target is left" + self._wishes()
         if not any(not robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
-        self._fruitless += 1
+        self._fruitless = self._fruitless + 1 if self._world.now_ms == self._planned_ms else 0
+        self._planned_ms = self._world.now_ms
         if self._fruitless > MAX_FRUITLESS:
-            return Status.STALLED, "replanning over and over changes nothing"
+            return Status.STALLED, "replanning over and over takes nobody anywhere"
         return self._follow(trigger, survey, self._decide(survey))
 
     def _decide(self, survey: Survey) -> Decision:

@@ -186,9 +186,9 @@ class Surveyor:
         return table
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
-        """Return the carriers' travel times to all targets over cells where any type can stand."""
-        anywhere = np.logical_or.reduce([f.standable for f in self._territory.footprints.values()])
-        search = PathSearch(anywhere)
+        """Return the carriers' travel times to all targets over all ground that any type can drive on."""
+        terrains = frozenset[int]().union(*(kind.terrains for kind in self._territory.kinds.values()))
+        search = PathSearch(self._territory.grid.mask_of(terrains))
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
         direct: dict[str, Mapping[str, int]] = {}
         for carrier in situation.of_role(Role.CARRIER):

@@ -27,8 +27,9 @@ class Briefing:
     previous
         What is left of the plan followed so far, times from now, without what is no longer possible; None at first.
     direct_ms
-        Computes, per carrier and target, the travel time at the carrier's speed over the known cells that any robot
-        type can stand on. Pairs without such a path are absent. (The baseline assigns carriers regardless of access.)
+        Computes, per carrier and target, the travel time at the carrier's speed over the known cells of terrain that
+        any robot type can drive on, whatever its footprint. Pairs without such a path are absent. (The baseline
+        assigns carriers regardless of access.)
     connects
         Per meeting point: the targets in the rover-only areas that it gives access to.
     deployed_at

@@ -1,0 +1,242 @@
+"""The paper's baseline: carriers assigned by travel cost alone, rovers deployed by rule.
+
+Carriers are assigned to targets at the least total travel cost (Hungarian method), whether they can explore them or
+not. A carrier that can't explore its target goes to the nearest meeting point that connects to it and sets a rover
+down there; a carrier without a rover has to retrieve one first. A rover on the ground explores the targets of the
+rover-only areas its meeting point gives access to, nearest first, and returns to that point.
+
+What the text leaves open: a target that a rover on the ground (or about to be set down) will explore is not assigned
+to a carrier; of several rovers that could be retrieved it is one without targets left if there is one, and then the
+one that can be met soonest; once no target is left, rovers are recovered by the greedy planner, as the paper does not
+treat that.
+
+References
+----------
+Wurm et al. 2010, section IV-B; the assignment is that of Stachniss 2009 (their reference 19).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.planning import Outcome
+from marsupial.model.robots import Role
+from marsupial.model.situation import RobotState, Situation
+from marsupial.model.strategy import Briefing, Decision, PlanningReport
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule import retime
+
+_FAR = 1e12
+
+
+class Heuristic:
+    """The deployment heuristic of the paper's evaluation."""
+
+    name = "heuristic"
+
+    def decide(self, briefing: Briefing) -> Decision:
+        """Return the assignment's plan; one target per carrier, all its area's targets per rover."""
+        began = perf_counter()
+        if briefing.situation.targets:
+            plan, detail = _explore(briefing)
+        else:
+            plan, unserved = serve(briefing.situation)
+            detail = f"nobody can serve {', '.join(sorted(unserved))}" if unserved else ""
+        wall = perf_counter() - began
+        outcome = Outcome.SATISFICING if plan.actions else Outcome.NO_PLAN
+        report = PlanningReport(planner=self.name, outcome=outcome, wall_s=wall, first_plan_s=wall, detail=detail)
+        return Decision(plan=plan, report=report)
+
+
+@dataclass(slots=True)
+class _Draft:
+    """Actions chosen so far, where they leave each robot and when, and the targets they take care of."""
+
+    situation: Situation
+    actions: list[Action] = field(default_factory=list)
+    at: dict[str, str] = field(default_factory=dict)
+    free_ms: dict[str, int] = field(default_factory=dict)
+    taken: set[str] = field(default_factory=set)
+
+    def go(self, robot: str, name: ActionName, place: str) -> None:
+        """Let `robot` drive to `place`; to a meeting point it is already at, it need not."""
+        if self.at[robot] == place:
+            return
+        travel = self.situation.travel(self.situation.robot_by_name[robot].type, self.at[robot], place)
+        self._add(name, robot, place, None, self.at[robot], travel or 0)
+        self.at[robot] = place
+
+    def meet(self, name: ActionName, rover: str, carrier: str, meeting: str) -> None:
+        """Let the two dock or undock."""
+        kind = self.situation.type_of(rover)
+        self._add(name, rover, meeting, carrier, None, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms)
+        self.at[rover] = meeting
+
+    def _add(
+        self, name: ActionName, robot: str, place: str, carrier: str | None, origin: str | None, took: int
+    ) -> None:
+        action = Action(
+            name=name, start_ms=0, duration_ms=took, robot=robot, place=place, carrier=carrier, origin=origin
+        )
+        self.actions.append(action)
+        end = max(self.free_ms.get(r, 0) for r in action.robots) + took
+        self.free_ms.update(dict.fromkeys(action.robots, end))
+
+
+def _explore(briefing: Briefing) -> tuple[Plan, str]:
+    situation = briefing.situation
+    draft = _Draft(
+        situation=situation,
+        at={r.name: r.place for r in situation.robots if r.place is not None},
+        free_ms={r.name: r.free_at_ms for r in situation.robots},
+    )
+    ground = [r for r in situation.of_role(Role.ROVER) if r.place is not None]
+    areas = {r.name: _area(briefing, r, briefing.deployed_at.get(r.name)) for r in ground}
+    _rovers_explore(draft, [r.name for r in ground], areas)
+    for rover in ground:
+        _return(draft, rover, briefing.deployed_at.get(rover.name))
+    waiting = {r.name for r in ground}
+    stuck = _send_carriers(briefing, draft, waiting)
+    detail = f"no way to explore {', '.join(sorted(stuck))}" if stuck else ""
+    return retime(situation, draft.actions), detail
+
+
+def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozenset[str]:
+    """Return the targets a rover takes care of from `meeting`: those of the rover-only areas it connects to.
+
+    Where it connects to none, all those that only rovers can explore.
+    """
+    situation = briefing.situation
+    carriers = {kind.name for kind in situation.types if kind.role is Role.CARRIER}
+    mine = {t.name for t in situation.targets if rover.type in t.explorers and not t.explorers & carriers}
+    connected = frozenset() if meeting is None else briefing.connects.get(meeting, frozenset())
+    return frozenset(mine & connected or mine)
+
+
+def _rovers_explore(draft: _Draft, rovers: Sequence[str], areas: dict[str, frozenset[str]]) -> None:
+    """Let rovers explore the targets of their areas; again and again the one that is soonest at a target takes it."""
+    while True:
+        options = [
+            (draft.free_ms[rover] + travel, rover, target)
+            for rover in rovers
+            for target in sorted(areas[rover] - draft.taken)
+            if (travel := _travel(draft, rover, target)) is not None
+        ]
+        if not options:
+            return
+        _, rover, target = min(options)
+        draft.go(rover, ActionName.EXPLORE, target)
+        draft.taken.add(target)
+
+
+def _travel(draft: _Draft, robot: str, place: str) -> int | None:
+    return draft.situation.travel(draft.situation.robot_by_name[robot].type, draft.at[robot], place)
+
+
+def _return(draft: _Draft, rover: RobotState, meeting: str | None) -> None:
+    if meeting is not None and _travel(draft, rover.name, meeting):
+        draft.go(rover.name, ActionName.MOVE, meeting)
+
+
+def _send_carriers(briefing: Briefing, draft: _Draft, waiting: set[str]) -> set[str]:
+    """Assign carriers to targets until one of both runs out; return the targets nobody could be sent to."""
+    situation = briefing.situation
+    direct = briefing.direct_ms()
+    free = [robot.name for robot in situation.of_role(Role.CARRIER) if robot.name in direct]
+    hopeless: set[str] = set()
+    while free:
+        open_targets = [t.name for t in situation.targets if t.name not in draft.taken | hopeless]
+        pair = _cheapest_pair(free, open_targets, direct, draft)
+        if pair is None:
+            break
+        carrier, target = pair
+        if _serve(briefing, draft, carrier, target, waiting):
+            free.remove(carrier)
+        else:
+            hopeless.add(target)
+    return hopeless
+
+
+def _cheapest_pair(
+    carriers: Sequence[str], targets: Sequence[str], direct: Mapping[str, Mapping[str, int]], draft: _Draft
+) -> tuple[str, str] | None:
+    """Return the cheapest pair of the optimal assignment of carriers to targets."""
+    if not targets:
+        return None
+    cost = np.full((len(carriers), len(targets)), _FAR)
+    for i, carrier in enumerate(carriers):
+        for j, target in enumerate(targets):
+            if target in direct[carrier]:
+                cost[i, j] = draft.free_ms[carrier] + direct[carrier][target]
+    rows, columns = linear_sum_assignment(cost)
+    best = min(zip(cost[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
+    return (carriers[best[1]], targets[best[2]]) if best[0] < _FAR else None
+
+
+def _serve(briefing: Briefing, draft: _Draft, carrier: str, target: str, waiting: set[str]) -> bool:
+    """Let `carrier` explore `target` or bring a rover that does; return False if it can't."""
+    situation = briefing.situation
+    explorers = situation.target_by_name[target].explorers
+    if situation.robot_by_name[carrier].type in explorers and _travel(draft, carrier, target) is not None:
+        draft.go(carrier, ActionName.EXPLORE, target)
+        draft.taken.add(target)
+        return True
+    meeting = _nearest_meeting(briefing, draft, carrier, target, explorers)
+    if meeting is None:
+        return False
+    aboard = [r.name for r in situation.robots if r.carrier == carrier and r.type in explorers]
+    rover = aboard[0] if aboard else _retrieve(briefing, draft, carrier, explorers, waiting)
+    if rover is None:
+        return False
+    draft.go(carrier, ActionName.MOVE, meeting)
+    draft.meet(ActionName.UNDOCK, rover, carrier, meeting)
+    state = situation.robot_by_name[rover]
+    _rovers_explore(draft, [rover], {rover: _area(briefing, state, meeting) | {target}})
+    _return(draft, state, meeting)
+    return True
+
+
+def _nearest_meeting(
+    briefing: Briefing, draft: _Draft, carrier: str, target: str, explorers: Iterable[str]
+) -> str | None:
+    """Return the meeting point nearest to the carrier from which a rover gets to the target."""
+    situation = briefing.situation
+    options = [
+        (target not in briefing.connects.get(meeting, frozenset()), travel, meeting)
+        for meeting in situation.meetings
+        if (travel := _travel(draft, carrier, meeting)) is not None
+        and any(situation.travel(kind, meeting, target) is not None for kind in explorers)
+    ]
+    return min(options)[2] if options else None
+
+
+def _retrieve(
+    briefing: Briefing, draft: _Draft, carrier: str, explorers: Iterable[str], waiting: set[str]
+) -> str | None:
+    """Let `carrier` pick a rover up first; return which, or None if there is none to be had."""
+    situation = briefing.situation
+    options = []
+    for rover in sorted(waiting):
+        if situation.robot_by_name[rover].type not in explorers:
+            continue
+        for meeting in situation.meetings:
+            come, drive = _travel(draft, rover, meeting), _travel(draft, carrier, meeting)
+            if come is not None and drive is not None:
+                meet = max(draft.free_ms[rover] + come, draft.free_ms[carrier] + drive)
+                busy = any(a.name is ActionName.EXPLORE and a.robot == rover for a in draft.actions)
+                options.append((busy, meet, rover, meeting))
+    load = sum(robot.carrier == carrier for robot in situation.robots)
+    if load >= situation.type_of(carrier).capacity or not options:
+        return None
+    _, _, rover, meeting = min(options)
+    waiting.remove(rover)
+    draft.go(rover, ActionName.MOVE, meeting)
+    draft.go(carrier, ActionName.MOVE, meeting)
+    draft.meet(ActionName.DOCK, rover, carrier, meeting)
+    return rover
