@@ -1,9 +1,9 @@
 """Aries (up-aries): constraint solving over plans with a growing number of actions, anytime, minimising the makespan.
 
-Aries tries plans with 1, 2, ... instances of each action schema. So its problem has one schema per target to explore, per
-meeting to drive to, and per rover and meeting to dock or undock: nearly every plan then has one instance of each
+Aries tries plans with 1, 2, ... instances of each action schema. So its problem has one schema per target to explore,
+per meeting to drive to, and per rover and meeting to dock or undock: nearly every plan then has one instance of each
 schema at most. What a robot does stands in one state variable per robot, its place. Times are integers; rounded up to
-about 500 units for the longest drive they are searched much faster than in ms, and the plan is timed exactly afterwards.
+about 500 units for the longest drive they are searched much faster than in ms; the plan is timed exactly afterwards.
 
 References
 ----------
@@ -20,6 +20,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from marsupial.model.plan import Action, ActionName, Plan
@@ -58,15 +59,14 @@ INFO = EngineInfo(
 )
 
 
-def aries(finder: Finder | None = None) -> ProcessEngine:
+def aries(finder: Finder = find_spec) -> ProcessEngine:
     """Return the engine; `finder` says which modules are installed."""
     needs = (
         Requirement(module="unified_planning", distribution="unified-planning"),
         Requirement(module="up_aries", distribution="up-aries"),
         Requirement(module="grpc", distribution="grpcio"),
     )
-    extra = {} if finder is None else {"finder": finder}
-    return ProcessEngine(INFO, "marsupial.planning.aries:search", needs, **extra)
+    return ProcessEngine(INFO, "marsupial.planning.aries:search", needs, finder=finder)
 
 
 def search(task: Task) -> Iterator[Plan | Verdict]:
@@ -94,7 +94,7 @@ def _verdict(status: str, found: bool) -> Verdict:
 
 def _ask(problem: Problem, seconds: float) -> Iterator[tuple[str, Any]]:
     """Yield (status, plan or None) as Aries finds them; its server's death is raised as `ToolDied`."""
-    import grpc
+    import grpc  # type: ignore[import-untyped]
     from unified_planning.environment import get_environment
     from up_aries.solver import Aries
 
@@ -166,8 +166,8 @@ class _Writer:
         """Write everything."""
         from unified_planning.model.metrics import MinimizeMakespan
 
-        for kind in self.situation.types:
-            self._drives([robot for robot in self.situation.robots if robot.type == kind.name], kind.name)
+        for name in self.kinds:
+            self._drives([robot for robot in self.situation.robots if robot.type == name], name)
         for rover in self.words.rovers:
             for meeting in self.situation.meetings:
                 for kind in {carrier.type: None for carrier in self.words.carriers}:

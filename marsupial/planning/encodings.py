@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import RobotState, Situation
@@ -123,7 +123,7 @@ class Vocabulary:
         )
 
     def _useless_from(self, robot: RobotState, origin: str) -> tuple[str, ...]:
-        """With one carrier a rover has no reason to drive from meeting to meeting: it could have been set down there."""
+        """Return where not to drive: with one carrier, a rover at a meeting could have been set down at another."""
         rover = self.situation.type_by_name[robot.type].role is Role.ROVER
         meetings = self.situation.meetings
         return meetings if rover and len(self.carriers) == 1 and origin in meetings else ()
@@ -133,5 +133,3 @@ def _meet(name: ActionName, took_ms: int, rover: RobotState, carrier: RobotState
     return Action(
         name=name, start_ms=0, duration_ms=max(1, took_ms), robot=rover.name, carrier=carrier.name, place=meeting
     )
-
-

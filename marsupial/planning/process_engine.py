@@ -1,8 +1,8 @@
 """Engines that run in a child process: the part that Tamer and Aries share.
 
-The child builds the engine's encoding, runs it and sends back plans in our own terms; here they are compared and passed
-on, and the end of the process is put into the words of `Outcome`. What needs no engine is settled here: nothing to do, or
-a goal that can't be reached by anybody.
+The child builds the engine's encoding, runs it and sends back plans in our own terms; here they are compared and
+passed on, and the end of the process is put into the words of `Outcome`. What needs no engine is settled here: nothing
+to do, or a goal that can't be reached by anybody.
 """
 
 from __future__ import annotations
@@ -100,9 +100,7 @@ class Events:
         self._steps.close()
 
     @staticmethod
-    def _follow(
-        run: processes.Run | None, first: tuple[Improved | Finished, ...]
-    ) -> Generator[Improved | Finished]:
+    def _follow(run: processes.Run | None, first: tuple[Improved | Finished, ...]) -> Generator[Improved | Finished]:
         yield from first
         best = min((event.plan.makespan_ms for event in first if isinstance(event, Improved)), default=None)
         verdict: Verdict | None = None
@@ -111,7 +109,7 @@ class Events:
                 yield _finished(event, verdict, best is not None)
             elif isinstance(event.value, Verdict):
                 verdict = event.value
-            elif best is None or event.value.makespan_ms < best:
+            elif isinstance(event.value, Plan) and (best is None or event.value.makespan_ms < best):
                 best = event.value.makespan_ms
                 yield Improved(plan=event.value, elapsed_s=event.elapsed_s)
 

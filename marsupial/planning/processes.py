@@ -48,7 +48,7 @@ class Launcher:
     def __init__(self, preload: tuple[str, ...] = PRELOAD) -> None:
         self.owner = os.getpid()
         self._lock = threading.Lock()
-        self._stderr: IO[bytes] = tempfile.TemporaryFile()
+        self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
         self._line, theirs = socket.socketpair()
         with theirs:
             code = _CODE.format(path=sys.path, fd=theirs.fileno(), preload=preload)

@@ -12,6 +12,7 @@ Valentini, Micheli, Cimatti: Temporal planning with intermediate conditions and 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from marsupial.model.plan import Action, ActionName, Plan
@@ -40,15 +41,14 @@ INFO = EngineInfo(
 )
 
 
-def tamer(finder: Finder | None = None) -> ProcessEngine:
+def tamer(finder: Finder = find_spec) -> ProcessEngine:
     """Return the engine; `finder` says which modules are installed."""
     needs = (
         Requirement(module="unified_planning", distribution="unified-planning"),
         Requirement(module="up_tamer", distribution="up-tamer"),
         Requirement(module="pytamer", distribution="pytamer"),
     )
-    extra = {} if finder is None else {"finder": finder}
-    return ProcessEngine(INFO, "marsupial.planning.tamer:search", needs, **extra)
+    return ProcessEngine(INFO, "marsupial.planning.tamer:search", needs, finder=finder)
 
 
 def search(task: Task) -> Iterator[Plan | Verdict]:
@@ -149,9 +149,7 @@ class _Writer:
         if self.words.goal_aboard:
             durative.add_effect(self._end, self._is("recovered", action.robot), action.name is ActionName.DOCK)
         if load is not None:
-            self._change(
-                durative, self._is("load", action.carrier, load[0]), self._is("load", action.carrier, load[1])
-            )
+            self._change(durative, self._is("load", action.carrier, load[0]), self._is("load", action.carrier, load[1]))
         self.problem.add_action(durative)
 
     def _keep_order(self, durative: DurativeAction, rover: str) -> None:

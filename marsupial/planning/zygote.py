@@ -1,8 +1,8 @@
 """The launcher: a clean, single-threaded Python process that forks one supervisor per job.
 
-It has imported the slow libraries once, so that a job starts in milliseconds instead of seconds, and the asking process,
-which may have threads, never forks. It ends with everything below it when the asker closes its socket or dies; should
-a supervisor be killed, what that leaves behind falls to the launcher, which ends it.
+It has imported the slow libraries once, so that a job starts in milliseconds instead of seconds, and the asking
+process, which may have threads, never forks. It ends with everything below it when the asker closes its socket or dies;
+should a supervisor be killed, what that leaves behind falls to the launcher, which ends it.
 """
 
 from __future__ import annotations

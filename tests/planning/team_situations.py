@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 
@@ -80,4 +81,4 @@ def _length(a: tuple, b: tuple, doors: list) -> float:
     if a[2] == b[2]:
         return math.dist(a[:2], b[:2])
     way = [a[:2], *(doors[p[2]] for p in (a, b) if p[2] is not None), b[:2]]
-    return sum(math.dist(p, q) for p, q in zip(way, way[1:], strict=False))
+    return sum(math.dist(p, q) for p, q in itertools.pairwise(way))

@@ -1,0 +1,61 @@
+"""The engines, by the name the command line and comparisons use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.model.planning import Budget, Engine, EngineInfo
+from marsupial.planning.aries import aries
+from marsupial.planning.decompose import PartSize
+from marsupial.planning.decomposed import Decomposed
+from marsupial.planning.greedy import Greedy
+from marsupial.planning.tamer import tamer
+
+ENGINES: Mapping[str, Callable[[], Engine]] = {
+    "aries": aries,
+    "greedy": Greedy,
+    "tamer": tamer,
+}
+
+PART_SIZES: Mapping[str, PartSize] = {
+    "aries": PartSize(carriers=1, rovers=2, targets=3, meetings=4),
+    "tamer": PartSize(carriers=1, rovers=2, targets=3, meetings=4),
+}
+"""What each engine plans within a second, measured; engines not named here take situations of any size."""
+
+
+def engine(name: str) -> Engine:
+    """Return the engine of that name, which may turn out to be missing when asked (`info.missing`).
+
+    Raises
+    ------
+    UsageError
+        If there is none of that name.
+    """
+    if name not in ENGINES:
+        raise UsageError(f"unknown planner {name!r}; there are {', '.join(sorted(ENGINES))}")
+    return ENGINES[name]()
+
+
+def mission_engine(name: str, budget: Budget) -> Engine:
+    """Return the engine as missions use it: able to keep a budget of that kind, and splitting what is too big for it.
+
+    Raises
+    ------
+    UsageError
+        If there is none of that name, or it can't keep such a budget.
+    EngineUnavailable
+        If it is not installed here.
+    """
+    found = engine(name)
+    if found.info.missing is not None:
+        raise EngineUnavailable(f"planner {name}: {found.info.missing}")
+    if budget.steps is not None and not found.info.deterministic_steps:
+        raise UsageError(f"planner {name} can't count steps: give it a budget in seconds")
+    return Decomposed(found, PART_SIZES[name]) if name in PART_SIZES else found
+
+
+def engine_infos() -> tuple[EngineInfo, ...]:
+    """Return what there is to say of every engine, in the order of their names."""
+    return tuple(ENGINES[name]().info for name in sorted(ENGINES))
