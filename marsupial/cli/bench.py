@@ -17,7 +17,7 @@ def bench(
     seed: Annotated[int, typer.Option(min=0, help="Draws the maps.")] = 1,
     repeats: Annotated[int, typer.Option(min=1, help="How often each job is timed; the least counts.")] = 3,
 ) -> None:
-    """Run a benchmark beside a reference in the same process.
+    """Run a benchmark beside a reference.
 
     paths: path costs on grids beside scipy's csgraph.
 

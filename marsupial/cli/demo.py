@@ -15,7 +15,10 @@ def demo(
     scenario: Annotated[str, typer.Option(help="Scenario, as `marsupial run` takes it.")] = "office",
     seed: Annotated[int, typer.Option(min=0, help="Draws the starts.")] = 1,
 ) -> None:
-    """Run the office with 2 carriers and 2 rovers each, temporal planner against baseline; write logs and a replay.
+    """Run a whole mission beside the baseline, and write a replay.
+
+    2 carriers with 2 rovers each explore the office, once with the temporal planner and once with the heuristic
+    baseline, from the same starts.
 
     Example: marsupial demo --out demo
     """

@@ -16,7 +16,9 @@ def export(
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier (scenarios only).")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Draws the starts (scenarios only).")] = 1,
 ) -> None:
-    """Write situation.json, domain.pddl and problem.pddl of one moment.
+    """Write the planning problem of one moment.
+
+    That is situation.json, domain.pddl and problem.pddl, at which any PDDL 2.1 planner can be pointed.
 
     From a log: that moment of the mission, and where a plan was made at it, what that plan was made for. From a
     scenario: the same after a mission up to that moment with the greedy planner.

@@ -16,9 +16,9 @@ def describe_map(
     file: Annotated[str, typer.Argument(help="A map, a scenario file or a built-in scenario.")],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Say how a map was understood: size, shares, leaks to the border, reach per robot type.
+    """Say how a map was understood.
 
-    A map without a scenario is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
+    Size, shares of free, occupied and unknown, leaks to the border, reach per robot type. A map without a scenario is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
 
     Example: marsupial map office_map.yaml
     """

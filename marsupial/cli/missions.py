@@ -19,7 +19,8 @@ from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Limits, PlanningTime, Scenario
-from marsupial.planning.engines import engine, engine_infos
+from marsupial.planning.engines import engine_infos
+from marsupial.planning.processes import warm_up
 
 PREFERRED = ("tamer", "aries", "greedy")
 """Default planners; the first that can be used here and keeps the kind of budget asked for."""
@@ -28,6 +29,9 @@ PLANNING_STRATEGIES = frozenset({"temporal"})
 """Strategies that ask a planner."""
 
 NO_PLANNER = "none"
+IN_PROCESS = frozenset({NO_PLANNER, "greedy"})
+"""Planners that need no process of their own."""
+
 DEFAULT_BUDGET_S = 1.0
 
 
@@ -58,10 +62,14 @@ def carry_out(request: Request) -> MissionSummary:
     """
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
+    if planner not in IN_PROCESS:
+        warm_up(wait=False)  # its libraries take seconds to import: meanwhile the map is read
     scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
     scenario = _changed(scenario, request)
     for text in warnings:
         warn(text)
+    if planner not in IN_PROCESS:
+        warm_up()
     with ExitStack() as stack:
         observers: list[Observer] = [stack.enter_context(progress(scenario, request.seed))]
         if request.log is not None:
@@ -107,10 +115,7 @@ def _planner(request: Request, budget: Budget) -> str:
         if request.planner is not None:
             warn(f"strategy {request.strategy} asks no planner: --planner {request.planner} is ignored")
         return NO_PLANNER
-    if request.planner is None:
-        return default_planner(budget)
-    engine(request.planner)  # refuses an unknown name before anything is done
-    return request.planner
+    return default_planner(budget) if request.planner is None else request.planner
 
 
 def _changed(scenario: Scenario, request: Request) -> Scenario:

@@ -20,7 +20,9 @@ def plan(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan there.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")] = False,
 ) -> None:
-    """Plan for one situation: improving plans on stderr as they come, the best on stdout in IPC format.
+    """Plan for one situation, better and better.
+
+    Improving plans are told on stderr as they come; the best goes to stdout, or the file named, in IPC format.
 
     Example: marsupial plan situation.json --planner aries --budget 5 -o plan.txt
     """

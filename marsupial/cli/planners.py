@@ -9,7 +9,7 @@ import typer
 
 
 def planners(json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False) -> None:
-    """List the planners: available or not and why, licence, capabilities.
+    """List the planners and what keeps any from being used.
 
     Example: marsupial planners
     """

@@ -75,10 +75,14 @@ class _Picture(Observer):
         self._drawn_s = 0.0
 
     def event(self, event: MissionEvent) -> None:
-        self._watch.event(event)
         if isinstance(event, MissionStarted):
             self._title = f"{event.scenario}: {event.strategy} ({event.planner}), seed {event.seed}"
-        if isinstance(event, MissionEnded) or time.monotonic() - self._drawn_s >= FRAME_EVERY_S:
+        elif event.t_ms > self._watch.t_ms:  # amid the events of one moment robots seem to have nothing to do
+            self._draw()
+        self._watch.event(event)
+
+    def _draw(self) -> None:
+        if time.monotonic() - self._drawn_s >= FRAME_EVERY_S:
             self._live.update(self._frame(), refresh=True)
             self._drawn_s = time.monotonic()
 

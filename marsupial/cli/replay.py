@@ -13,7 +13,7 @@ def replay(
     html: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page there instead.")] = None,
     speed: Annotated[float, typer.Option(min=0.1, help="Simulated seconds in a second.")] = 20.0,
 ) -> None:
-    """Play a mission log in the terminal, or write it as one HTML page.
+    """Play a mission log in the terminal, or write it as a page.
 
     Example: marsupial replay office.jsonl --html office.html
     """

@@ -83,10 +83,18 @@ def facts(summary: MissionSummary) -> list[tuple[str, str]]:
 
 
 def remaining_lines(summary: MissionSummary) -> list[str]:
-    """Return the stop report: a line for each frontier that is left."""
-    left = summary.ended.remaining
-    lines = [f"left: {r.frontier_cells} frontier cells at ({r.cell.x}, {r.cell.y}): {r.reason}" for r in left[:10]]
-    return lines + ([f"... and {len(left) - 10} more"] if len(left) > 10 else [])
+    """Return the stop report in short: a line for each reason why frontiers are left."""
+    groups: dict[str, list[Remaining]] = {}
+    for frontier in summary.ended.remaining:
+        groups.setdefault(frontier.reason, []).append(frontier)
+    return [f"left: {_counted(frontiers)}: {reason}" for reason, frontiers in groups.items()]
+
+
+def _counted(frontiers: list[Remaining]) -> str:
+    cell = frontiers[0].cell
+    if len(frontiers) == 1:
+        return f"a frontier of {frontiers[0].frontier_cells} cells at ({cell.x}, {cell.y})"
+    return f"{len(frontiers)} frontiers of {sum(f.frontier_cells for f in frontiers)} cells, as at ({cell.x}, {cell.y})"
 
 
 def total_m(summary: MissionSummary) -> float:

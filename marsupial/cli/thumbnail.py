@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 import numpy.typing as npt
@@ -64,8 +65,8 @@ def _text(points: Points) -> Text:
         points = np.vstack([points, np.full((1, points.shape[1]), _UNKNOWN, dtype=np.uint8)])
     text = Text()
     for upper, lower in zip(points[0::2], points[1::2], strict=True):
-        for above, below in zip(upper.tolist(), lower.tolist(), strict=True):
-            text.append("\u2580", style=f"{_COLOURS[above]} on {_COLOURS[below]}")
+        for (above, below), run in groupby(zip(upper.tolist(), lower.tolist(), strict=True)):
+            text.append("\u2580" * len(list(run)), style=f"{_COLOURS[above]} on {_COLOURS[below]}")
         text.append("\n")
     text.right_crop(1)
     return text

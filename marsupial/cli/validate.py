@@ -15,7 +15,9 @@ def validate(
     problem: Annotated[Path, typer.Argument(help="A problem of that domain.")],
     plan: Annotated[Path, typer.Argument(help="A plan in IPC format.")],
 ) -> None:
-    """Say whether a plan is valid, and if not the first violation with time and action.
+    """Say whether a plan is valid, or what is wrong with it.
+
+    What is wrong is the first violation, with its time and action.
 
     Example: marsupial validate domain.pddl problem.pddl plan.txt
     """

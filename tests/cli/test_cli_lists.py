@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from marsupial.cli.main import main
+from marsupial.maps.builtin import SCENARIOS
+from marsupial.planning.engines import ENGINES, engine_infos
+
+
+def test_every_built_in_scenario_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scenarios"]) == 0
+    out = capsys.readouterr().out
+    assert all(name in out for name in SCENARIOS)
+
+
+def test_scenarios_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scenarios", "--json"]) == 0
+    assert [entry["name"] for entry in json.loads(capsys.readouterr().out)] == list(SCENARIOS)
+
+
+def test_every_engine_is_listed_with_its_licence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["planners"]) == 0
+    out = capsys.readouterr().out
+    for info in engine_infos():
+        assert info.name in out
+        assert info.licence in out
+
+
+def test_planners_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["planners", "--json"]) == 0
+    listed = {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
+    assert listed.keys() == ENGINES.keys()
+    assert listed["greedy"]["available"] is True
+    assert listed["greedy"]["deterministic_steps"] is True
+
+
+def test_an_engine_that_is_missing_says_why(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    infos = tuple(replace(info, missing="needs a left hand") for info in engine_infos())
+    monkeypatch.setattr("marsupial.planning.engines.engine_infos", lambda: infos)
+    assert main(["planners"]) == 0
+    assert "no: needs a left hand" in capsys.readouterr().out

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from marsupial.cli.main import main
+
+YARD = "type octile\nheight 5\nwidth 6\nmap\n@@@@@@\n@....@\n@.@..@\n@....@\n@@@@@@\n"
+
+
+@pytest.fixture
+def yard(tmp_path: Path) -> str:
+    path = tmp_path / "yard.map"
+    path.write_text(YARD)
+    return str(path)
+
+
+def test_a_map_is_described_for_people(capsys: pytest.CaptureFixture[str], yard: str) -> None:
+    assert main(["map", yard]) == 0
+    captured = capsys.readouterr()
+    assert "6 x 5 cells, 6 m x 5 m, 1 m a cell" in captured.out
+    assert "rover" in captured.out
+    assert "warning: rovers can stand nowhere that carriers can't" in captured.err
+
+
+def test_a_map_is_described_for_programs(capsys: pytest.CaptureFixture[str], yard: str) -> None:
+    assert main(["map", yard, "--json"]) == 0
+    description = json.loads(capsys.readouterr().out)
+    assert (description["width"], description["height"], description["free"][0]["cells"]) == (6, 5, 11)
+    assert [reach["radius_m"] for reach in description["reach"]] == [0.5, 0.15]
+
+
+def test_a_built_in_scenario_is_described_with_its_own_types(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["map", "lobby", "--json"]) == 0
+    assert [reach["radius_m"] for reach in json.loads(capsys.readouterr().out)["reach"]] == [0.3, 0.1]
+
+
+def test_a_map_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["map", "nowhere.map"]) == 3
+    assert capsys.readouterr().err == "error: nowhere.map: no such file\n"
+
+
+def test_a_broken_map_is_invalid_input(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "broken.map"
+    path.write_text("type octile\nheight 2\nwidth 2\nmap\n..\n.\n")
+    assert main(["map", str(path)]) == 3
+    assert capsys.readouterr().err.startswith(f"error: {path}: ")

@@ -1,0 +1,233 @@
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from marsupial.cli.main import main
+from marsupial.formats.missionlog import read_log
+from marsupial.model.mission import Status
+
+QUICK = ("--planner", "greedy", "--steps", "1")
+
+KEYS = {
+    "status": str,
+    "reason": str,
+    "strategy": str,
+    "planner": str,
+    "carriers": int,
+    "rovers": int,
+    "seed": int,
+    "exploration_time_s": float,
+    "coverage": float,
+    "explored_area_m2": float,
+    "reachable_area_m2": float,
+    "distance_m": float,
+    "quality": float,
+    "replans": int,
+    "plans_valid": int,
+    "plans_invalid": int,
+    "planning_s": dict,
+    "deployments": int,
+    "retrievals": int,
+    "remaining": list,
+}
+
+ROOM = """type octile
+height 6
+width 8
+map
+@@@@@@@@
+@......@
+@......@
+@......@
+@......@
+@@@@@@@@
+"""
+
+
+def run_json(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, dict[str, Any], str]:
+    code = main(["run", *arguments, "--json"])
+    captured = capsys.readouterr()
+    return code, json.loads(captured.out), captured.err
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
+    code = main(["run", *arguments])
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    return code, captured.err
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Path:
+    path = tmp_path / "room.map"
+    path.write_text(ROOM)
+    return path
+
+
+def test_json_is_one_object_with_every_key_and_finite_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    code, summary, _ = run_json(capsys, "lobby", *QUICK)
+    assert code == 0
+    assert {key: type(summary[key]) for key in KEYS} == KEYS
+    assert summary["planning_s"].keys() >= {"median", "p95", "max", "total"}
+    numbers = [v for part in (summary, summary["planning_s"]) for v in part.values() if isinstance(v, float)]
+    assert all(math.isfinite(number) for number in numbers)
+    assert summary["log"] is None
+
+
+def test_the_lobby_is_explored_and_the_rovers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
+    _, summary, _ = run_json(capsys, "lobby", *QUICK)
+    assert (summary["status"], summary["coverage"], summary["plans_invalid"]) == ("complete", 1.0, 0)
+    assert (summary["carriers"], summary["rovers"], summary["planner"]) == (2, 4, "greedy")
+    assert summary["aboard"] == ["rover1_1", "rover1_2", "rover2_1", "rover2_2"]
+    assert summary["distance_m"] == pytest.approx(sum(summary["distance_m_per_robot"].values()), abs=1e-3)
+    assert summary["quality"] == pytest.approx(summary["explored_area_m2"] / summary["distance_m"], rel=1e-6)
+
+
+def test_the_team_and_the_seed_are_taken_from_the_options(capsys: pytest.CaptureFixture[str]) -> None:
+    _, summary, _ = run_json(capsys, "lobby", *QUICK, "--carriers", "1", "--rovers", "1", "--seed", "5")
+    assert (summary["carriers"], summary["rovers"], summary["seed"]) == (1, 1, 5)
+
+
+def test_the_same_steps_and_seed_give_the_same_log(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    logs = [tmp_path / "a.jsonl", tmp_path / "b.jsonl"]
+    for log in logs:
+        code, summary, _ = run_json(capsys, "lobby", *QUICK, "--log", str(log))
+        assert (code, summary["log"]) == (0, str(log))
+    assert logs[0].read_bytes() == logs[1].read_bytes()
+    ended = read_log(logs[0]).ended
+    assert ended is not None
+    assert ended.status is Status.COMPLETE
+
+
+def test_a_bare_map_is_a_scenario(capsys: pytest.CaptureFixture[str], room: Path) -> None:
+    code, summary, _ = run_json(capsys, str(room), *QUICK, "--carriers", "1", "--rovers", "0")
+    assert (code, summary["scenario"], summary["coverage"]) == (0, "room", 1.0)
+
+
+def test_the_heuristic_asks_no_planner_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    _, summary, errors = run_json(capsys, "lobby", "--strategy", "heuristic", "--planner", "greedy")
+    assert (summary["strategy"], summary["planner"]) == ("heuristic", "none")
+    assert "--planner greedy is ignored" in errors
+
+
+def test_a_mission_that_runs_out_of_time_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:
+    code, summary, _ = run_json(capsys, "lobby", *QUICK, "--time-limit", "5")
+    assert (code, summary["status"], summary["mission_time_s"]) == (5, "time_limit", 5.0)
+    assert summary["remaining"]
+    assert all(frontier["reason"] for frontier in summary["remaining"])
+
+
+def test_a_summary_for_people_names_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "lobby", *QUICK, "--time-limit", "5"]) == 5
+    out = capsys.readouterr().out
+    assert "time_limit: time limit of 5 s reached" in out
+    assert "\nleft: " in out
+
+
+def test_progress_is_a_few_lines_on_stderr(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["run", "lobby", *QUICK, "--json"])
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "lobby: temporal (greedy), 6 robots, seed 1"
+    assert lines[-1].endswith("100%  complete: no reachable target is left, all rovers are aboard")
+    assert len(lines) < 10
+
+
+def test_planning_can_be_charged_to_the_clock(capsys: pytest.CaptureFixture[str]) -> None:
+    code, summary, _ = run_json(capsys, "lobby", *QUICK, "--planning-time", "charged")
+    assert (code, summary["status"]) == (0, "complete")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("lobby", "--planner", "nobody"), "unknown planner 'nobody'"),
+        (("lobby", "--strategy", "nothing"), "unknown strategy 'nothing'"),
+        (("lobby", "--budget", "1", "--steps", "1"), "either a number of seconds or a number of steps"),
+        (("lobby", "--budget", "0"), "must be positive"),
+        (("lobby", "--budget", "inf"), "must be finite"),
+        (("lobby", "--budget", "nan"), "must be finite"),
+        (("lobby", "--steps", "-3"), "must be positive"),
+        (("lobby", "--planning-time", "later"), "--planning-time: must be instant or charged, got 'later'"),
+        (("lobby", "--time-limit", "-1"), "--time-limit: must be positive, got -1"),
+        (("lobby", "--seed", "-1"), "--seed"),
+        (("lobby", "--carriers", "two"), "--carriers"),
+        ((), "scenario"),
+    ],
+)
+def test_what_makes_no_sense_is_a_usage_error(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str
+) -> None:
+    code, errors = refused(capsys, *arguments)
+    assert code == 2
+    assert message in errors
+    assert "Traceback" not in errors
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("loby",), "did you mean lobby?"),
+        (("nowhere.yaml",), "neither a built-in scenario nor a file"),
+        (("lobby", "--carriers", "0"), "carriers: must be 1 or more, got 0"),
+        (("lobby", "--rovers", "-1"), "rovers: must be 0 or more, got -1"),
+    ],
+)
+def test_a_scenario_that_is_wrong_is_invalid_input(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str
+) -> None:
+    code, errors = refused(capsys, *arguments, *QUICK)
+    assert code == 3
+    assert message in errors
+    assert errors.startswith("error: ")
+
+
+def test_every_problem_of_a_scenario_file_has_its_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "broken.yaml"
+    path.write_text("format: marsupial-scenario\nversion: 1\nspeed: 3\n")
+    log = tmp_path / "log.jsonl"
+    code, errors = refused(capsys, str(path), *QUICK, "--log", str(log))
+    assert code == 3
+    lines = errors.splitlines()
+    assert len(lines) > 2
+    assert all(line.startswith(f"error: {path}: ") for line in lines)
+    assert not log.exists()
+
+
+def test_a_log_that_cannot_be_written_is_named(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    code, errors = refused(capsys, "lobby", *QUICK, "--log", str(tmp_path / "nowhere" / "log.jsonl"))
+    assert code == 2
+    assert "log.jsonl: no such file or directory" in errors
+
+
+def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Path) -> None:
+    log = tmp_path / "log.jsonl"
+    command = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--planner", "aries", "--log", str(log)]
+    with subprocess.Popen([*command, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        while "plan 1" not in process.stderr.readline():
+            assert process.poll() is None
+        engines = children(process.pid)
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert json.loads(out)["status"] == "cancelled"
+    ended = read_log(log).ended
+    assert ended is not None
+    assert ended.status is Status.CANCELLED
+    assert engines
+    assert not [pid for pid in engines if os.path.exists(f"/proc/{pid}")]
+
+
+def children(pid: int) -> list[int]:
+    import psutil
+
+    return [child.pid for child in psutil.Process(pid).children(recursive=True)]
