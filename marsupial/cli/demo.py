@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("demo"),
     scenario: Annotated[str, typer.Option(help="Scenario, as `marsupial run` takes it.")] = "office",
     seed: Annotated[int, typer.Option(min=0, help="Draws the starts.")] = 1,
+    budget: Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")] = None,
 ) -> None:
     """Run a whole mission beside the baseline, and write a replay.
 
@@ -28,13 +30,13 @@ def demo(
     from marsupial.cli.outputs import make_folder
 
     make_folder(out)
+    request = Request(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget)
     summaries, logs = [], []
     for strategy in ("temporal", "heuristic"):
         log = out / f"{strategy}.jsonl"
-        summary = carry_out(Request(source=scenario, strategy=strategy, seed=seed, carriers=2, rovers=2, log=log))
-        summaries.append(summary)
+        summaries.append(carry_out(replace(request, strategy=strategy, log=log)))
         logs.append(log)
-        if summary.ended.status == "cancelled":
+        if summaries[-1].ended.status == "cancelled":
             break
     print_comparison(summaries)
     page = out / "replay.html"

@@ -18,7 +18,8 @@ def describe_map(
 ) -> None:
     """Say how a map was understood.
 
-    Size, shares of free, occupied and unknown, leaks to the border, reach per robot type. A map without a scenario is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
+    Size, shares of free, occupied and unknown, leaks to the border, reach per robot type. A map without a scenario
+    is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
 
     Example: marsupial map office_map.yaml
     """

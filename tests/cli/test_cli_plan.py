@@ -1,0 +1,163 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from situations import one_room, out_of_reach
+
+from marsupial.cli.main import main
+from marsupial.formats.pddl import problem_text
+from marsupial.formats.plantext import read_plan_text
+from marsupial.formats.situation import situation_to_json
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning import engines
+from marsupial.planning.checker import check
+from marsupial.planning.greedy import serve
+
+GREEDY = ("--planner", "greedy", "--steps", "2")
+
+
+class Scripted:
+    """An engine that yields what it was told to."""
+
+    info = EngineInfo(
+        name="scripted",
+        summary="does as it is told",
+        licence="none",
+        anytime=True,
+        proves_optimality=False,
+        deterministic_steps=True,
+    )
+
+    def __init__(self, *events: Improved | Finished) -> None:
+        self._events = events
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        yield from self._events
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> str:
+    path = tmp_path / "situation.json"
+    path.write_text(situation_to_json(one_room()))
+    return str(path)
+
+
+def script(monkeypatch: pytest.MonkeyPatch, *events: Improved | Finished) -> None:
+    monkeypatch.setattr(engines, "ENGINES", {"scripted": lambda: Scripted(*events)})
+
+
+def test_the_best_plan_goes_to_stdout_and_is_valid(capsys: pytest.CaptureFixture[str], room: str) -> None:
+    assert main(["plan", room, *GREEDY]) == 0
+    captured = capsys.readouterr()
+    assert check(one_room(), read_plan_text(captured.out, one_room())).valid
+    assert "makespan" in captured.err
+
+
+def test_a_problem_in_pddl_gives_the_same_plan(capsys: pytest.CaptureFixture[str], room: str, tmp_path: Path) -> None:
+    path = tmp_path / "problem.pddl"
+    path.write_text(problem_text(one_room()))
+    outs = []
+    for source in (room, str(path)):
+        assert main(["plan", source, *GREEDY]) == 0
+        outs.append(capsys.readouterr().out)
+    assert outs[0] == outs[1]
+
+
+def test_the_plan_can_go_to_a_file(capsys: pytest.CaptureFixture[str], room: str, tmp_path: Path) -> None:
+    target = tmp_path / "plan.txt"
+    assert main(["plan", room, *GREEDY, "-o", str(target)]) == 0
+    assert capsys.readouterr().out == ""
+    assert check(one_room(), read_plan_text(target.read_text(), one_room())).valid
+
+
+def test_json_holds_every_proposal_and_the_plan(capsys: pytest.CaptureFixture[str], room: str) -> None:
+    assert main(["plan", room, *GREEDY, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["planner"], answer["outcome"]) == ("greedy", "satisficing")
+    assert answer["makespan_s"] == min(proposal["makespan_s"] for proposal in answer["proposals"])
+    assert read_plan_text(answer["plan"], one_room()).makespan_ms == round(1000 * answer["makespan_s"])
+
+
+def test_what_nobody_can_do_is_proven_unsolvable(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "situation.json"
+    path.write_text(situation_to_json(out_of_reach()))
+    assert main(["plan", str(path), *GREEDY]) == 4
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "greedy: unsolvable" in captured.err
+
+
+@pytest.mark.parametrize(
+    ("outcome", "code"),
+    [(Outcome.UNSOLVABLE, 4), (Outcome.TIMEOUT, 5), (Outcome.MEMORY, 5), (Outcome.CRASHED, 5), (Outcome.NO_PLAN, 5)],
+)
+def test_an_engine_without_a_plan_is_told_by_its_code(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    room: str,
+    tmp_path: Path,
+    outcome: Outcome,
+    code: int,
+) -> None:
+    script(monkeypatch, Finished(outcome=outcome, detail="it was like this"))
+    target = tmp_path / "plan.txt"
+    assert main(["plan", room, "--planner", "scripted", "-o", str(target)]) == code
+    assert f"scripted: {outcome}: it was like this" in capsys.readouterr().err
+    assert not target.exists()
+
+
+def test_a_plan_the_checker_refuses_is_not_given_out(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, room: str
+) -> None:
+    script(
+        monkeypatch,
+        Improved(plan=Plan(actions=()), elapsed_s=0.1),
+        Finished(outcome=Outcome.SATISFICING),
+    )
+    assert main(["plan", room, "--planner", "scripted"]) == 6
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "refused: 0.000 s, at the end: " in captured.err
+
+
+def test_a_valid_plan_among_refused_ones_is_kept(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, room: str
+) -> None:
+    good, _ = serve(one_room())
+    script(
+        monkeypatch,
+        Improved(plan=good, elapsed_s=0.1),
+        Improved(plan=Plan(actions=()), elapsed_s=0.2),
+        Finished(outcome=Outcome.CRASHED),
+    )
+    assert main(["plan", room, "--planner", "scripted"]) == 0
+    assert read_plan_text(capsys.readouterr().out, one_room()) == good
+
+
+@pytest.mark.parametrize("name", ["situation.json", "problem.pddl"])
+def test_a_situation_that_cannot_be_read_is_invalid_input(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, name: str
+) -> None:
+    path = tmp_path / name
+    path.write_text("{ (")
+    assert main(["plan", str(path), *GREEDY]) == 3
+    assert capsys.readouterr().err.startswith(f"error: {path}: ")
+
+
+def test_a_file_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "nowhere.json", *GREEDY]) == 3
+    assert capsys.readouterr().err == "error: nowhere.json: no such file\n"
+
+
+def test_a_file_that_is_no_text_is_invalid_input(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "situation.json"
+    path.write_bytes(b"\xff\xfe\xfa")
+    assert main(["plan", str(path), *GREEDY]) == 3
+    assert capsys.readouterr().err == f"error: {path}: is not UTF-8 text\n"

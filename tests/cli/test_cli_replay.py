@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from marsupial.cli.main import main
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("logs") / "lobby.jsonl"
+    assert main(["run", "lobby", "--strategy", "heuristic", "--time-limit", "20", "--log", str(path)]) == 5
+    return path
+
+
+def test_a_page_is_written(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = tmp_path / "page.html"
+    assert main(["replay", str(log), "--html", str(page)]) == 0
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", f"wrote {page}\n")
+    assert page.read_text().lstrip().lower().startswith("<!doctype html>")
+
+
+def test_a_log_that_was_cut_off_is_replayed_as_far_as_it_goes(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cut = tmp_path / "cut.jsonl"
+    cut.write_bytes(log.read_bytes()[:-40])
+    assert main(["replay", str(cut), "--html", str(tmp_path / "page.html")]) == 0
+    assert "the last line is cut off and left out" in capsys.readouterr().err
+
+
+def test_a_log_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", "nowhere.jsonl"]) == 3
+    assert capsys.readouterr().err.startswith("error: nowhere.jsonl: ")

@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from marsupial.cli.main import main
+
+PDDL = Path(__file__).resolve().parents[2] / "pddl"
+PLANS = sorted((PDDL / "examples").glob("*/*.plan"))
+
+
+def validate(plan: Path) -> int:
+    return main(["validate", str(PDDL / "domain.pddl"), str(plan.parent / "problem.pddl"), str(plan)])
+
+
+@pytest.mark.parametrize("plan", PLANS, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_every_example_plan_is_what_its_name_says(plan: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    valid = plan.stem.startswith("valid")
+    assert validate(plan) == (0 if valid else 6)
+    out = capsys.readouterr().out
+    assert out.startswith("valid: " if valid else "invalid: ")
+
+
+def test_the_first_violation_is_told_with_time_and_action(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert validate(PDDL / "examples" / "deploy" / "invalid-no-gap.plan") == 6
+    out = capsys.readouterr().out
+    assert " s, (" in out
+
+
+@pytest.mark.parametrize("broken", [0, 1, 2])
+def test_the_file_that_is_broken_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], broken: int) -> None:
+    example = PDDL / "examples" / "deploy"
+    files = [str(PDDL / "domain.pddl"), str(example / "problem.pddl"), str(example / "valid-first.plan")]
+    wrong = tmp_path / "wrong"
+    wrong.write_text("(define (what\n")
+    files[broken] = str(wrong)
+    assert main(["validate", *files]) == 3
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"error: {wrong}: line ")
+
+
+def test_another_domain_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    example = PDDL / "examples" / "deploy"
+    domain = tmp_path / "domain.pddl"
+    domain.write_text(
+        (PDDL / "domain.pddl").read_text().replace("(define (domain marsupial)", "(define (domain other)")
+    )
+    assert main(["validate", str(domain), str(example / "problem.pddl"), str(example / "valid-first.plan")]) == 3
+    assert "not the canonical domain" in capsys.readouterr().err
