@@ -1,0 +1,250 @@
+/* The mission as data: who is where, doing what, and what is known, at any moment. Touches no page. */
+
+const UNKNOWN = 255;
+const STEPS = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
+const MOST_KEYFRAMES = 16;
+
+function readLog(text) {
+  return text.split("\n").filter((line) => line.trim()).map((line) => JSON.parse(line));
+}
+
+/** Index of the last of the growing `times` that is not after t, or -1. */
+function lastAt(times, t) {
+  let low = 0, high = times.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t) low = middle + 1; else high = middle;
+  }
+  return low - 1;
+}
+
+/** Values that hold from a moment on, added in order of time. */
+class History {
+  constructor() { this.times = []; this.values = []; }
+  add(t, value) { this.times.push(t); this.values.push(value); }
+  index(t) { return lastAt(this.times, t); }
+  at(t) { const i = this.index(t); return i < 0 ? null : this.values[i]; }
+}
+
+class Mission {
+  constructor(events) {
+    const start = events[0], last = events[events.length - 1];
+    this.start = start;
+    this.width = start.width;
+    this.height = start.height;
+    this.resolution = start.resolution_m;
+    this.from = start.t_ms;
+    this.to = Math.max(last.t_ms, this.from + 1);
+    this.ended = last.event === "ended" ? last : null;
+    this.plans = events.filter((event) => event.event === "plan");
+    this.planTimes = this.plans.map((plan) => plan.t_ms);
+    this.places = new Map();
+    this.robots = start.robots.map((placed) => this.newRobot(placed));
+    this.byName = new Map(this.robots.map((robot) => [robot.name, robot]));
+    for (const event of events) this.record(event);
+    for (const robot of this.robots) {
+      if (robot.running) this.finish(robot, last.t_ms, null);
+      this.measure(robot);
+    }
+    this.reveals = packReveals(events.filter((event) => event.event === "reveal"), this);
+  }
+
+  newRobot(placed) {
+    const kind = this.start.types.find((type) => type.name === placed.type);
+    const robot = {
+      name: placed.name, kind, carrier: kind.role === "carrier", legs: new History(), actions: new History(),
+      segments: [], running: null, lost: null, home: placed.carrier,
+    };
+    robot.legs.add(this.from, placed.cell ? standing(placed.cell) : { aboard: placed.carrier });
+    return robot;
+  }
+
+  record(event) {
+    switch (event.event) {
+      case "drive": {
+        const robot = this.byName.get(event.robot);
+        robot.legs.add(event.t_ms, driving(event, this.resolution, robot.kind.speed_mps));
+        break;
+      }
+      case "stand": this.byName.get(event.robot).legs.add(event.t_ms, standing(event.cell)); break;
+      case "start": this.startAction(event); break;
+      case "end": this.endAction(event); break;
+      case "lost": this.byName.get(event.robot).lost = event; break;
+    }
+  }
+
+  partners(action) {
+    return [action.robot, action.carrier].filter((name) => name !== null).map((name) => this.byName.get(name));
+  }
+
+  startAction(event) {
+    const action = event.action;
+    this.places.set(`${action.robot} ${action.place}`, event.cell);
+    for (const robot of this.partners(action)) {
+      if (robot.running) this.finish(robot, event.t_ms, null);
+      robot.running = event;
+      robot.actions.add(event.t_ms, action);
+    }
+    if (action.name === "dock" || action.name === "undock") {
+      this.byName.get(action.robot).legs.add(event.t_ms, standing(event.cell));
+    }
+  }
+
+  endAction(event) {
+    const action = event.action;
+    for (const robot of this.partners(action)) {
+      if (!robot.running) continue;
+      this.finish(robot, event.t_ms, event.end);
+      robot.actions.add(event.t_ms, null);
+    }
+    if (action.name === "dock" && event.end === "done") {
+      this.byName.get(action.robot).legs.add(event.t_ms, { aboard: action.carrier });
+    }
+  }
+
+  finish(robot, t, end) {
+    const { t_ms: start, action, revision } = robot.running;
+    robot.segments.push({ start, to: t, action, revision, end });
+    robot.running = null;
+  }
+
+  /** Note how far a robot had driven when each of its legs began, and when it was aboard whom. */
+  measure(robot) {
+    let driven = 0;
+    robot.driven = robot.legs.values.map((leg, i) => {
+      const before = driven;
+      const until = i + 1 < robot.legs.times.length ? robot.legs.times[i + 1] : Infinity;
+      if (leg.times) driven += along(leg, until).length;
+      return before;
+    });
+    robot.aboard = [];
+    robot.legs.values.forEach((leg, i) => {
+      if (!leg.aboard) return;
+      const to = i + 1 < robot.legs.times.length ? robot.legs.times[i + 1] : this.to;
+      robot.aboard.push({ start: robot.legs.times[i], to, carrier: leg.aboard });
+    });
+  }
+
+  /** Everything about a robot at t: cell position, carrier, action, metres driven, whether it is lost. */
+  view(robot, t) {
+    const i = robot.legs.index(t), leg = robot.legs.values[i];
+    const carrier = leg.aboard ? this.byName.get(leg.aboard) : null;
+    const point = along(carrier ? carrier.legs.at(t) : leg, t);
+    return {
+      robot, carrier, x: point.x, y: point.y, leg, action: robot.actions.at(t),
+      driven: robot.driven[i] + (leg.times ? point.length : 0),
+      lost: robot.lost !== null && t >= robot.lost.t_ms,
+    };
+  }
+
+  views(t) { return this.robots.map((robot) => this.view(robot, t)); }
+
+  planIndex(t) { return lastAt(this.planTimes, t); }
+
+  /** The cell where `robot` has to be at a place of a plan, or null where the log does not say. */
+  placeCell(plan, place, robot) {
+    const target = plan.targets.find((one) => one.name === place);
+    if (target) return target.cell;
+    const meeting = plan.meetings.find((one) => one.name === place);
+    if (meeting) return robot.carrier ? meeting.carrier_cell : meeting.rover_cell;
+    return this.places.get(`${robot.name} ${place}`) || null;
+  }
+
+  openArea(t) {
+    const i = lastAt(this.reveals.coverTimes, t);
+    return i < 0 ? 0 : this.reveals.cover[i] * this.resolution * this.resolution;
+  }
+}
+
+function standing(cell) { return { x: cell[0], y: cell[1] }; }
+
+function driving(event, resolution, speed) {
+  const n = event.steps.length + 1;
+  const leg = { times: new Float64Array(n), xs: new Int32Array(n), ys: new Int32Array(n), lengths: new Float64Array(n) };
+  let straight = 0, slanted = 0;
+  leg.times[0] = event.t_ms;
+  [leg.xs[0], leg.ys[0]] = event.cell;
+  for (let i = 1; i < n; i++) {
+    const digit = event.steps.charCodeAt(i - 1) - 48;
+    if (digit % 2) slanted++; else straight++;
+    leg.lengths[i] = (straight + slanted * Math.SQRT2) * resolution;
+    leg.times[i] = event.t_ms + Math.round(1000 * leg.lengths[i] / speed);
+    leg.xs[i] = leg.xs[i - 1] + STEPS[digit][0];
+    leg.ys[i] = leg.ys[i - 1] + STEPS[digit][1];
+  }
+  return leg;
+}
+
+/** Where a leg has come to at t: position, metres along it, and the index of the last cell passed. */
+function along(leg, t) {
+  if (!leg.times) return { x: leg.x, y: leg.y, length: 0, i: 0 };
+  const i = Math.max(lastAt(leg.times, t), 0), last = leg.times.length - 1;
+  if (i >= last) return { x: leg.xs[last], y: leg.ys[last], length: leg.lengths[last], i: last };
+  const share = Math.max(0, (t - leg.times[i]) / (leg.times[i + 1] - leg.times[i]));
+  const between = (values) => values[i] + share * (values[i + 1] - values[i]);
+  return { x: between(leg.xs), y: between(leg.ys), length: between(leg.lengths), i };
+}
+
+/** All runs in one flat array, with the time and the first run of each reveal, the area known and its bounds. */
+function packReveals(events, mission) {
+  const count = events.reduce((sum, event) => sum + event.runs.length, 0);
+  const packed = {
+    runs: new Int32Array(count), times: [], ends: [], coverTimes: [mission.from], cover: [0],
+    box: { left: mission.width, right: -1, low: mission.height, high: -1 },
+  };
+  let at = 0, open = 0;
+  for (const event of events) {
+    packed.runs.set(event.runs, at);
+    for (const end = at + event.runs.length; at < end; at += 3) {
+      if (packed.runs[at + 2] !== 0) open += packed.runs[at + 1];
+      stretch(packed.box, packed.runs[at], packed.runs[at + 1], mission.width);
+    }
+    packed.times.push(event.t_ms);
+    packed.ends.push(at);
+    const last = packed.coverTimes.length - 1;
+    if (packed.coverTimes[last] === event.t_ms) packed.cover[last] = open;
+    else { packed.coverTimes.push(event.t_ms); packed.cover.push(open); }
+    event.runs = null;
+  }
+  return packed;
+}
+
+function stretch(box, start, length, width) {
+  const end = start + length - 1, low = Math.floor(start / width), high = Math.floor(end / width);
+  box.low = Math.min(box.low, low);
+  box.high = Math.max(box.high, high);
+  box.left = Math.min(box.left, low === high ? start % width : 0);
+  box.right = Math.max(box.right, low === high ? end % width : width - 1);
+}
+
+/** The known map at a moment. Going on costs only what is new; going back starts from a copy kept on the way. */
+class KnownMap {
+  constructor(mission) {
+    this.reveals = mission.reveals;
+    this.cells = new Uint8Array(mission.width * mission.height).fill(UNKNOWN);
+    this.done = 0;
+    this.frames = [{ done: 0, cells: this.cells.slice() }];
+    this.stride = Math.max(1, Math.ceil(this.reveals.times.length / MOST_KEYFRAMES));
+  }
+
+  /** Go to t. Returns which runs were added (offsets into reveals.runs), or `all` where the map was begun anew. */
+  seek(t) {
+    const wanted = lastAt(this.reveals.times, t) + 1;
+    const frame = this.frames[Math.min(Math.floor(wanted / this.stride), this.frames.length - 1)];
+    const all = wanted < this.done || frame.done > this.done;
+    if (all) { this.cells.set(frame.cells); this.done = frame.done; }
+    const from = this.offset(this.done);
+    while (this.done < wanted) this.step();
+    return { all, from, to: this.offset(this.done) };
+  }
+
+  offset(reveals) { return reveals === 0 ? 0 : this.reveals.ends[reveals - 1]; }
+
+  step() {
+    const { runs } = this.reveals;
+    const end = this.offset(this.done + 1);
+    for (let i = this.offset(this.done); i < end; i += 3) this.cells.fill(runs[i + 2], runs[i], runs[i] + runs[i + 1]);
+    this.done++;
+    if (this.done === this.frames.length * this.stride) this.frames.push({ done: this.done, cells: this.cells.slice() });
+  }
+}
