@@ -255,7 +255,7 @@ class App {
     let driven = 0;
     views.forEach((view, i) => {
       const { row, does, metres } = this.rows[i];
-      setText(does, doing(view, this.mission));
+      setText(does, doing(view));
       setText(metres, view.driven.toFixed(0));
       row.classList.toggle("lost", view.lost);
       driven += view.driven;

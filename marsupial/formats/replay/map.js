@@ -160,12 +160,13 @@ class MapView {
     g.imageSmoothingQuality = "high";
     g.drawImage(this.base, this.left, this.top, mission.width * scale, mission.height * scale);
     g.lineJoin = g.lineCap = "round";
-    const views = mission.views(t), plan = mission.plans[mission.planIndex(t)] || null;
+    const views = mission.views(t), over = mission.ended !== null && t >= mission.to;
+    const plan = over ? null : mission.plans[mission.planIndex(t)] || null;
     if (show.trails) for (const view of views) this.drawTrail(view, t);
     if (show.plan && plan) this.drawPlan(plan, views, t);
     for (const view of views) if (!view.carrier && !view.lost) this.drawRoute(view, t);
     if (show.sensors) for (const view of views) this.drawRange(view);
-    if (mission.ended && t >= mission.to) this.drawRemaining();
+    if (over) this.drawRemaining();
     const outside = views.filter((view) => !view.carrier);
     outside.sort((a, b) => b.robot.kind.radius_m - a.robot.kind.radius_m);
     for (const view of outside) this.drawRobot(view, views, t);
@@ -287,7 +288,7 @@ class MapView {
   }
 
   describe(view, cargo) {
-    const lines = [`${view.robot.name} (${view.robot.kind.name})`, doing(view, this.mission)];
+    const lines = [`${view.robot.name} (${view.robot.kind.name})`, doing(view)];
     if (view.robot.carrier) {
       const names = cargo.map((other) => other.robot.name).join(", ") || "no rover";
       lines.push(`carries ${names}; room for ${view.robot.kind.capacity}`);
@@ -439,11 +440,11 @@ function cross(g, x, y, r, colour, width) {
 function round(value) { return Math.abs(value) >= 100 ? value.toFixed(0) : value.toFixed(1); }
 
 /** What a robot is doing, in words. */
-function doing(view, mission) {
+function doing(view) {
   if (view.lost) return `lost: ${view.robot.lost.reason}`;
   if (view.carrier) return `aboard ${view.carrier.name}`;
   const { action } = view;
-  if (!action) return mission.ended && mission.ended.t_ms <= mission.from ? "stands" : "waits";
+  if (!action) return "waits";
   if (action.carrier === null) return `${action.name} ${action.place}`;
   if (action.robot === view.robot.name) return `${action.name} ${action.name === "dock" ? "on" : "from"} ${action.carrier}`;
   return `${action.name} ${action.robot}`;
