@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -63,7 +64,7 @@ def read_situation(path: Path) -> Situation:
 def search(situation: Situation, planner: str, budget: Budget) -> Search:
     """Ask `planner` for plans and say on stderr what comes."""
     found = Search(situation=situation, planner=planner)
-    with closing(iter(engine(planner).solve(situation, budget))) as events:
+    with closing(_asked(planner, situation, budget)) as events:
         for event in events:
             if isinstance(event, Finished):
                 found.finished = event
@@ -89,6 +90,11 @@ def search_json(found: Search) -> dict[str, Any]:
             for p in found.proposals
         ],
     }
+
+
+def _asked(planner: str, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:
+    """Ask an engine; closing this ends the engine."""
+    yield from engine(planner).solve(situation, budget)
 
 
 def _weigh(found: Search, event: Improved) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Annotated
 
@@ -25,9 +26,11 @@ def replay(
     if mission.truncated:
         warn(f"{log}: the last line is cut off and left out")
     if html is None:
+        from rich.console import Console
+
         from marsupial.cli.terminal_replay import play
 
-        play(mission.events, speed=speed)
+        play(mission.events, Console(), speed, time.monotonic, time.sleep)
         return
     from marsupial.formats.replay_page import replay_page
 

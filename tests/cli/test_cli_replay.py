@@ -14,6 +14,13 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+def test_without_a_terminal_the_plans_are_listed(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(log)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "plan 1" in lines[0]
+    assert "time_limit" in lines[-1]
+
+
 def test_a_page_is_written(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page = tmp_path / "page.html"
     assert main(["replay", str(log), "--html", str(page)]) == 0

@@ -1,0 +1,53 @@
+"""A wheel, installed into a clean environment, does its work from another directory.
+
+The environment is filled from the package index, as a user's would be.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+
+
+def run(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(word) for word in command], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def succeed(*command: str | Path, cwd: Path) -> str:
+    done = run(*command, cwd=cwd)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder far from the checkout that holds ``env``, an environment with nothing but the wheel."""
+    folder = tmp_path_factory.mktemp("elsewhere")
+    succeed(sys.executable, "-m", "build", "--wheel", "--outdir", folder, CHECKOUT, cwd=folder)
+    (wheel,) = folder.glob("*.whl")
+    venv.create(folder / "env", with_pip=True)
+    succeed(folder / "env" / "bin" / "python", "-m", "pip", "install", "--quiet", wheel, cwd=folder)
+    return folder
+
+
+def test_an_installed_wheel_runs_a_mission_and_finds_its_files(elsewhere: Path) -> None:
+    marsupial = elsewhere / "env" / "bin" / "marsupial"
+    mission = ("run", "lobby", "--planner", "greedy", "--steps", "2", "--log", "lobby.jsonl", "--json")
+    summary = json.loads(succeed(marsupial, *mission, cwd=elsewhere))
+    assert (summary["status"], summary["coverage"]) == ("complete", 1.0)
+    succeed(marsupial, "export", "lobby.jsonl", "--at", "5", "-o", "moment", cwd=elsewhere)
+    assert "(domain marsupial)" in (elsewhere / "moment" / "domain.pddl").read_text()
+    succeed(marsupial, "replay", "lobby.jsonl", "--html", "lobby.html", cwd=elsewhere)
+    assert "<script" in (elsewhere / "lobby.html").read_text()
+    assert "not installed" in succeed(marsupial, "planners", cwd=elsewhere)
+    where = succeed(
+        elsewhere / "env" / "bin" / "python", "-c", "import marsupial; print(marsupial.__file__)", cwd=elsewhere
+    )
+    assert str(elsewhere) in where
