@@ -14,13 +14,14 @@ from __future__ import annotations
 
 import contextlib
 import os
+import socket
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib.util import find_spec
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from marsupial.model.plan import Action, ActionName, Plan
@@ -42,6 +43,11 @@ HORIZON_UNITS = 10_000_000
 
 EPSILON = Fraction(1, 10)
 """What up-aries takes for the least gap; with any other value in the problem it drops proofs of its own."""
+
+SMALL_SCHEMAS = 20
+"""Up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once."""
+
+_KNOCK_S = 0.003
 
 _SETTINGS = {
     "ARIES_PLANNING_HORIZON": str(HORIZON_UNITS),
@@ -73,13 +79,12 @@ def search(task: Task) -> Iterator[Plan | Verdict]:
     """Run Aries below this process: yield each of its plans and what it says at the end."""
     os.environ.update(_SETTINGS)
     encoding = encode(task.situation)
-    found = False
-    for status, plan in _ask(encoding.problem, task.seconds):
+    found, status = False, ""
+    for status, plan in _ask(encoding.problem, task.seconds):  # noqa: B007 - the last one counts
         if plan is not None:
             found = True
             yield retime(task.situation, encoding.actions(plan))
-        if status != "INTERMEDIATE":
-            yield _verdict(status, found)
+    yield _verdict(status, found)
 
 
 def _verdict(status: str, found: bool) -> Verdict:
@@ -93,29 +98,62 @@ def _verdict(status: str, found: bool) -> Verdict:
 
 
 def _ask(problem: Problem, seconds: float) -> Iterator[tuple[str, Any]]:
-    """Yield (status, plan or None) as Aries finds them; its server's death is raised as `ToolDied`."""
-    import grpc  # type: ignore[import-untyped]
+    """Yield (status, plan or None) as Aries finds them."""
     from unified_planning.environment import get_environment
-    from up_aries.solver import Aries
+    from unified_planning.grpc.proto_reader import ProtobufReader
+    from unified_planning.grpc.proto_writer import ProtobufWriter
 
     get_environment().credits_stream = None
-    began = time.monotonic()
-    planner = Aries()
-    with tempfile.TemporaryFile("w") as log:
-        server, request = planner._prepare_solving(problem, timeout=seconds, output_stream=log)
-        request.timeout = max(0.01, seconds - (time.monotonic() - began))
+    until = time.monotonic() + seconds
+    text = ProtobufWriter().convert(problem)
+    answers = _answers(text, until, anytime=True)
+    if len(problem.actions) <= SMALL_SCHEMAS:
+        answers = chain(_answers(text, until, anytime=False), answers)
+    for answer in answers:
+        result = ProtobufReader().convert(answer, problem)
+        yield result.status.name, result.plan
+
+
+def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
+    """Ask a server of its own (it serves once) until a moment; its death is raised as `ToolDied`."""
+    import unified_planning.grpc.generated.unified_planning_pb2 as messages
+    from grpc import RpcError  # type: ignore[import-untyped]
+
+    server, planner = _serve()
+    left = max(0.01, until - time.monotonic())
+    request = messages.PlanRequest(problem=text, timeout=left, engine_options={"optimal": "false"})
+    try:
+        if anytime:
+            yield from planner.planAnytime(request)
+        else:
+            yield planner.planOneShot(request)
+    except RpcError as error:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            raise ToolDied("the Aries server", server.wait(0.5)) from error
+        raise
+    finally:
+        server.kill()
+        server.wait()
+
+
+def _serve() -> tuple[subprocess.Popen[bytes], Any]:
+    """Start an Aries server and connect to it.
+
+    The one of up-aries waits 10 ms before it connects; where the server takes longer, the next try is a second later.
+    """
+    import grpc
+    from unified_planning.grpc.generated.unified_planning_pb2_grpc import UnifiedPlanningStub
+    from up_aries import solver
+
+    port = solver._get_available_port()
+    server = subprocess.Popen([solver._find_executable(), "serve", "--address", f"127.0.0.1:{port}"])
+    while server.poll() is None:
         try:
-            for answer in server.planner.planAnytime(request):
-                result = planner._reader.convert(answer, problem)
-                yield result.status.name, result.plan
-                if result.status.name != "INTERMEDIATE":
-                    break
-        except grpc.RpcError as error:
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                raise ToolDied("the Aries server", server._process.wait(0.5)) from error
-            raise
-        finally:
-            server._process.kill()
+            socket.create_connection(("127.0.0.1", port)).close()
+            return server, UnifiedPlanningStub(grpc.insecure_channel(f"127.0.0.1:{port}"))
+        except ConnectionRefusedError:
+            time.sleep(_KNOCK_S)
+    raise ToolDied("the Aries server", server.returncode)
 
 
 @dataclass(kw_only=True)

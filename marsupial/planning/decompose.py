@@ -25,9 +25,6 @@ from marsupial.model.situation import RobotState, Situation
 NEVER = 1 << 50
 """Time in ms that stands for not at all; many of them can be added."""
 
-KEPT_MEETINGS = 2
-"""Meetings a part keeps for each need: a rover to a target, a rover to its carrier, a target back to the carrier."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PartSize:
@@ -43,12 +40,18 @@ class PartSize:
         Targets per part.
     meetings
         Whole situations with more are split.
+    choices
+        Meetings a part keeps for each need: a rover to a target, a rover to its carrier, a target back to the carrier.
+    seconds
+        What an engine needs to find a first plan for such a part, measured.
     """
 
     carriers: int = 1
     rovers: int = 2
     targets: int = 3
     meetings: int = 4
+    choices: int = 2
+    seconds: float = 0.0
 
     def fits(self, situation: Situation) -> bool:
         """Say whether the whole situation is no more than one part may hold."""
@@ -72,7 +75,7 @@ def decompose(situation: Situation, limit: PartSize) -> tuple[Situation, ...]:
     shares = _share_targets(situation, times, crews, limit)
     order = sorted(range(len(crews)), key=lambda i: (_soonest(times, crews[i], shares[i]), i))
     keep_idle = _asks_more(situation)
-    return tuple(_part(situation, times, crews[i], shares[i]) for i in order if shares[i] or keep_idle)
+    return tuple(_part(situation, times, crews[i], shares[i], limit) for i in order if shares[i] or keep_idle)
 
 
 def merge(plans: Iterable[Plan]) -> Plan:
@@ -241,15 +244,15 @@ def _soonest(times: _Times, crew: Crew, share: frozenset[str]) -> int:
     return min((int(reach[names.index(name)]) for name in share), default=NEVER)
 
 
-def _part(situation: Situation, times: _Times, crew: Crew, share: frozenset[str]) -> Situation:
+def _part(situation: Situation, times: _Times, crew: Crew, share: frozenset[str], limit: PartSize) -> Situation:
     return situation.restricted(
         robots=frozenset(robot.name for robot in crew),
         targets=share,
-        meetings=frozenset(_meetings(situation, times, crew, share)),
+        meetings=frozenset(_meetings(situation, times, crew, share, limit.choices)),
     )
 
 
-def _meetings(situation: Situation, times: _Times, crew: Crew, share: frozenset[str]) -> Iterator[str]:
+def _meetings(situation: Situation, times: _Times, crew: Crew, share: frozenset[str], choices: int) -> Iterator[str]:
     """Yield the meetings a part needs, the best ones for each need; a rover by itself needs none."""
     carriers = [robot for robot in crew if situation.type_by_name[robot.type].role is Role.CARRIER]
     columns = [i for i, target in enumerate(situation.targets) if target.name in share]
@@ -261,5 +264,5 @@ def _meetings(situation: Situation, times: _Times, crew: Crew, share: frozenset[
             if _asks_more(situation):
                 needs += list(times.at_meetings(carrier) + times.from_targets(rover.type)[columns])
             for need in needs:
-                best = np.argsort(need, kind="stable")[:KEPT_MEETINGS]
+                best = np.argsort(need, kind="stable")[:choices]
                 yield from (situation.meetings[i] for i in best if need[i] < NEVER)

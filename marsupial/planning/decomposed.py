@@ -19,6 +19,7 @@ from typing import Protocol, runtime_checkable
 from marsupial.errors import UsageError
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.decompose import PartSize, decompose, merge
@@ -37,11 +38,18 @@ class Cancellable(Protocol):
 
 
 class Decomposed:
-    """An engine around `engine` that splits what is above `limit`; budgets are in seconds."""
+    """An engine around `engine` that splits what is too big for it; budgets are in seconds.
 
-    def __init__(self, engine: Engine, limit: PartSize) -> None:
+    Parameters
+    ----------
+    limits
+        Sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices, else
+        the last.
+    """
+
+    def __init__(self, engine: Engine, *limits: PartSize) -> None:
         self._engine = engine
-        self._limit = limit
+        self._limits = limits
 
     @property
     def info(self) -> EngineInfo:
@@ -59,13 +67,20 @@ class Decomposed:
         """
         if budget.seconds is None:
             raise UsageError(f"{self._engine.info.name} in parts can't count steps: give it a budget in seconds")
-        if self._limit.fits(situation):
+        limit = self._limit(situation, budget.seconds)
+        if limit.fits(situation):
             return self._engine.solve(situation, budget, start=start)
-        return self._in_parts(situation, budget.seconds)
+        return self._in_parts(situation, limit, budget.seconds)
 
-    def _in_parts(self, situation: Situation, seconds: float) -> Iterator[Improved | Finished]:
+    def _limit(self, situation: Situation, seconds: float) -> PartSize:
+        """Return the size of parts by what each may use: at least one part per carrier, a few at a time."""
+        rounds = math.ceil(len(situation.of_role(Role.CARRIER)) / AT_A_TIME)
+        share = seconds / max(1, rounds)
+        return next((limit for limit in self._limits if limit.seconds <= share), self._limits[-1])
+
+    def _in_parts(self, situation: Situation, limit: PartSize, seconds: float) -> Iterator[Improved | Finished]:
         began = time.monotonic()
-        parts = decompose(situation, self._limit)
+        parts = decompose(situation, limit)
         proof = None if parts else impossible(situation)
         if not parts:
             outcome = Outcome.NO_PLAN if proof is None else Outcome.UNSOLVABLE

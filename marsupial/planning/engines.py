@@ -18,11 +18,20 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
     "tamer": tamer,
 }
 
-PART_SIZES: Mapping[str, PartSize] = {
-    "aries": PartSize(carriers=1, rovers=2, targets=3, meetings=4),
-    "tamer": PartSize(carriers=1, rovers=2, targets=3, meetings=4),
+PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
+    "aries": (
+        PartSize(rovers=3, targets=4, seconds=2.0),
+        PartSize(rovers=2, targets=3, seconds=0.9),
+        PartSize(rovers=2, targets=2, seconds=0.5),
+        PartSize(rovers=2, targets=2, choices=1),
+    ),
+    "tamer": (
+        PartSize(rovers=3, targets=4, seconds=1.0),
+        PartSize(rovers=2, targets=3, seconds=0.4),
+        PartSize(rovers=2, targets=2, choices=1),
+    ),
 }
-"""What each engine plans within a second, measured; engines not named here take situations of any size."""
+"""How big the parts are that an engine plans within how many seconds; those not named here take any size."""
 
 
 def engine(name: str) -> Engine:
@@ -53,7 +62,7 @@ def mission_engine(name: str, budget: Budget) -> Engine:
         raise EngineUnavailable(f"planner {name}: {found.info.missing}")
     if budget.steps is not None and not found.info.deterministic_steps:
         raise UsageError(f"planner {name} can't count steps: give it a budget in seconds")
-    return Decomposed(found, PART_SIZES[name]) if name in PART_SIZES else found
+    return Decomposed(found, *PART_SIZES[name]) if name in PART_SIZES else found
 
 
 def engine_infos() -> tuple[EngineInfo, ...]:
