@@ -256,6 +256,7 @@ class App {
     views.forEach((view, i) => {
       const { row, does, metres } = this.rows[i];
       setText(does, doing(view));
+      does.title = does.textContent;
       setText(metres, view.driven.toFixed(0));
       row.classList.toggle("lost", view.lost);
       driven += view.driven;

@@ -141,7 +141,7 @@ class Lanes {
     g.rect(LANE.gutter, top, right - LANE.gutter, LANE.height);
     g.clip();
     for (const span of robot.aboard) this.drawAboard(span, middle);
-    for (const segment of robot.segments) this.drawSegment(segment, top);
+    for (const segment of robot.segments) if (segment.to > segment.start) this.drawSegment(segment, top);
     if (robot.lost) cross(g, this.x(robot.lost.t_ms), middle, 5, this.ink.bad, 2.5);
     g.restore();
   }

@@ -218,20 +218,26 @@ class MapView {
 
   drawPlan(plan, views, t) {
     const g = this.context;
+    g.globalAlpha = 0.85;
     for (const view of views) {
-      const later = plan.actions.filter((a) => a.start_ms > t && (a.robot === view.robot.name || a.carrier === view.robot.name));
-      const leg = view.carrier ? view.carrier.legs.at(t) : view.leg;
-      const points = [leg.times ? this.toScreen(leg.xs[leg.xs.length - 1], leg.ys[leg.ys.length - 1]) : this.toScreen(leg.x, leg.y)];
-      for (const action of later) {
-        const cell = this.mission.placeCell(plan, action.place, view.robot);
-        if (cell) points.push(this.toScreen(...cell));
-      }
-      g.globalAlpha = 0.85;
-      if (points.length > 1) this.line(points, this.colours.get(view.robot.name), 1.75, [1, 5]);
-      g.globalAlpha = 1;
+      for (const points of this.plannedWays(plan, view, t)) this.line(points, this.colours.get(view.robot.name), 1.75, [1, 5]);
     }
+    g.globalAlpha = 1;
     for (const meeting of plan.meetings) this.drawMeeting(meeting);
     for (const target of plan.targets) this.drawTarget(target);
+  }
+
+  /** Where a robot will go by the plan after what it does now: a way for each stretch that it is not aboard. */
+  plannedWays(plan, view, t) {
+    const { leg, robot } = view, ways = [[]];
+    if (!view.carrier) ways[0].push(leg.times ? [leg.xs[leg.xs.length - 1], leg.ys[leg.ys.length - 1]] : [leg.x, leg.y]);
+    for (const action of plan.actions) {
+      if (action.start_ms <= t || (action.robot !== robot.name && action.carrier !== robot.name)) continue;
+      if (action.name === "undock" && !robot.carrier) ways.push([]);
+      const cell = this.mission.placeCell(plan, action.place, robot);
+      if (cell) ways[ways.length - 1].push(cell);
+    }
+    return ways.filter((way) => way.length > 1).map((way) => way.map((cell) => this.toScreen(...cell)));
   }
 
   drawTarget(target) {
