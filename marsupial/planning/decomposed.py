@@ -43,8 +43,8 @@ class Decomposed:
     Parameters
     ----------
     limits
-        Sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices, else
-        the last.
+        Sizes of parts, the biggest first; the first is taken for which a part's share of the budget suffices. With
+        less than the last one needs, the parts that can begin soonest get that much and the others nothing.
     """
 
     def __init__(self, engine: Engine, *limits: PartSize) -> None:
@@ -86,7 +86,7 @@ class Decomposed:
             outcome = Outcome.NO_PLAN if proof is None else Outcome.UNSOLVABLE
             yield Finished(outcome=outcome, detail=proof or "no part has a target that it can reach")
             return
-        work = _Work(engine=self._engine, parts=parts, until=began + seconds)
+        work = _Work(engine=self._engine, parts=parts, until=began + seconds, least_s=limit.seconds)
         try:
             yield from work.improvements(situation, began)
         finally:
@@ -101,6 +101,7 @@ class _Work:
     engine: Engine
     parts: tuple[Situation, ...]
     until: float
+    least_s: float
     waiting: int = 0
     best: dict[int, Plan] = field(default_factory=dict)
     ends: dict[int, Finished] = field(default_factory=dict)
@@ -147,7 +148,8 @@ class _Work:
     def _share(self) -> Budget | None:
         """Return what the next part may use: what is left of the time, shared by the rounds that are left."""
         with self.lock:
-            seconds = (self.until - time.monotonic()) / math.ceil(self.waiting / AT_A_TIME)
+            left = self.until - time.monotonic()
+            seconds = min(left, max(self.least_s, left / math.ceil(self.waiting / AT_A_TIME)))
             self.waiting -= 1
         return Budget(seconds=seconds) if seconds > 0 else None
 

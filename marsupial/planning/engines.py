@@ -20,15 +20,15 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
 
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (
-        PartSize(rovers=3, targets=4, seconds=2.0),
-        PartSize(rovers=2, targets=3, seconds=0.9),
-        PartSize(rovers=2, targets=2, seconds=0.5),
-        PartSize(rovers=2, targets=2, choices=1),
+        PartSize(rovers=3, targets=4, seconds=3.0),
+        PartSize(rovers=2, targets=3, seconds=1.5),
+        PartSize(rovers=2, targets=2, seconds=0.8),
+        PartSize(rovers=2, targets=2, choices=1, seconds=0.4),
     ),
     "tamer": (
-        PartSize(rovers=3, targets=4, seconds=1.0),
-        PartSize(rovers=2, targets=3, seconds=0.4),
-        PartSize(rovers=2, targets=2, choices=1),
+        PartSize(rovers=3, targets=4, seconds=2.0),
+        PartSize(rovers=2, targets=3, seconds=0.7),
+        PartSize(rovers=2, targets=2, choices=1, seconds=0.3),
     ),
 }
 """How big the parts are that an engine plans within how many seconds; those not named here take any size."""
