@@ -134,7 +134,7 @@ class SimulatedWorld:
     def dock(self, rover: str, carrier: str) -> None:
         """Let a free rover dock on a free carrier; the rover counts as aboard from now on."""
         guest, host = self._free(rover), self._free(carrier)
-        load = sum(other.carrier == carrier for other in self._robots.values())
+        load = sum(other.carrier == carrier and not other.lost for other in self._robots.values())
         if guest.cell is None or host.cell is None or load >= host.kind.capacity:
             raise InternalError(f"{rover} can't dock on {carrier}")
         guest.cell, guest.carrier = None, carrier
@@ -181,7 +181,7 @@ class SimulatedWorld:
             cell=robot.route[robot.step] if driving else robot.cell,
             carrier=robot.carrier,
             free_at_ms=int(robot.times_ms[robot.step]) if driving else max(robot.free_at_ms, self._now_ms),
-            lost=robot.lost or (robot.carrier is not None and self._robots[robot.carrier].lost),
+            lost=robot.lost,
         )
 
     def _push(self, t_ms: int, name: str, errand: int) -> None:
@@ -230,7 +230,10 @@ class SimulatedWorld:
                 one.free_at_ms = self._now_ms
 
     def _lose(self, robot: _Robot) -> list[tuple[str, str]]:
-        """Let `robot` fail: it and, if it is a carrier, the rovers aboard act no more."""
+        """Let `robot` fail: it and, if it is a carrier, the rovers aboard act no more.
+
+        A lost rover takes up no place aboard.
+        """
         if robot.lost:
             return []
         partner = robot.partner
@@ -240,8 +243,11 @@ class SimulatedWorld:
         news = [(robot.name, "failed")]
         if partner is not None:
             self._robots[partner].errand += 1
-        aboard = [r.name for r in self._robots.values() if r.carrier == robot.name]
-        return news + [(name, f"aboard {robot.name}, which failed") for name in aboard]
+        for other in self._robots.values():
+            if other.carrier == robot.name and not other.lost:
+                other.lost = True
+                news.append((other.name, f"aboard {robot.name}, which failed"))
+        return news
 
     def _sense(self, robot: _Robot, cell: Cell) -> npt.NDArray[np.int64]:
         """Reveal what `robot` sees from `cell`; return the row-major indices of what is new."""
