@@ -1,14 +1,15 @@
 """Drawn maps with point robots on them, and a watcher that holds a mission to what robots can physically do.
 
-``#`` is an obstacle, ``.`` floor, ``,`` rough ground (for rovers only), ``?`` unknown even to the truth; the last line of
-a drawing is row 0. A cell is 1 m. Carriers drive 1 m/s (a cell a second), rovers half that; carriers see 3 cells far,
-rovers 2; docking takes 10 s, undocking 5 s.
+``#`` is an obstacle, ``.`` floor, ``,`` rough ground (for rovers only), ``?`` unknown even to the truth; the last line
+of a drawing is row 0. A cell is 1 m. Carriers drive 1 m/s (a cell a second), rovers half that; carriers see 3 cells
+far, rovers 2; docking takes 10 s, undocking 5 s.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -185,7 +186,7 @@ class Watcher(Observer):
         allowed = standable(grid, self._kinds[name])
         route = route_of(event.cell, event.steps)
         self._check(event, all(allowed[c.y, c.x] for c in route), "leads over cells it can't stand on")
-        corners = [(Cell(a.x, b.y), Cell(b.x, a.y)) for a, b in zip(route, route[1:], strict=False)]
+        corners = [(Cell(a.x, b.y), Cell(b.x, a.y)) for a, b in pairwise(route)]
         self._check(event, all(allowed[c.y, c.x] for pair in corners for c in pair), "cuts a corner")
         self._drives[name] = event
 

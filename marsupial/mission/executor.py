@@ -69,12 +69,12 @@ class Executor:
         """Follow `plan` (absolute times) from now on; `poses` says where its places are."""
         self._poses, self._revision = poses, revision
         self._queues = {name: deque(plan.of_robot(name)) for name in self._types}
-        for name, (number, action) in list(self._running.items()):
+        for name, (_, action) in list(self._running.items()):
             if action.carrier is not None:
                 continue
             queue = self._queues[name]
             if queue and name not in self._superseded and self._same_drive(name, action, queue[0]):
-                self._running[name] = (number, queue.popleft())
+                self._running[name] = (revision, queue.popleft())  # from now on it is the new plan's
             else:
                 self._superseded.add(name)
                 self._world.stop(name)
@@ -82,16 +82,12 @@ class Executor:
     def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
         """Start every action whose robots are all free; return the robots that found their way blocked."""
         blocked: list[str] = []
-        started = True
-        while started:
-            started = False
-            for robot in self._world.robots():
-                action = self._startable(robot.name)
-                if action is None or (drives_only and action.carrier is not None):
-                    continue
-                started = self._start(robot, action)
-                if not started:
-                    blocked.append(robot.name)
+        for robot in self._world.robots():
+            action = self._startable(robot.name)
+            if action is None or (drives_only and action.carrier is not None):
+                continue
+            if not self._start(robot, action):
+                blocked.append(robot.name)
         return tuple(blocked)
 
     def finished(self, robots: Iterable[str]) -> tuple[Action, ...]:
@@ -121,6 +117,8 @@ class Executor:
                 revision, action = running
                 for partner in action.robots:
                     self._running.pop(partner, None)
+                if action.carrier is None:
+                    self._stand(name)
                 self._end(action, revision, ActionEnd.LOST)
             self._queues[name].clear()
 
