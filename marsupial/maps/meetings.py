@@ -21,9 +21,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from marsupial.maps.reach import parts
+from marsupial.maps.reach import groups, parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
+from marsupial.maps.window import Window
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.robots import Role
@@ -61,9 +62,9 @@ def find_meetings(
     points = [point for point in keep if _still_good(point, reach)]
     connects: dict[str, frozenset[str]] = {}
     for (carrier, rover), docking in sorted(reach.docking.items()):
-        pair = _Pair(territory, reach, docking, carrier, rover)
         if not any(robot.type == rover for robot in robots):
             continue
+        pair = _Pair(territory, reach, docking, carrier, rover)
         points += pair.on_borders(targets, robots, points)
         points += pair.on_the_spot(targets, robots, points)
         for name, served in pair.connections(targets, points).items():
@@ -91,22 +92,23 @@ class _Pair:
         self._width = territory.grid.width
         self._rover_reach = reach.by_type[rover]
         self._dock = docking.cells & self._rover_reach
-        self._areas, _ = parts(self._rover_reach & ~docking.cells)
+        self._window = territory.known.cut
+        self._areas = np.zeros(self._dock.shape, dtype=np.int32)
+        self._areas[self._window], self._area_count = parts(
+            self._rover_reach[self._window] & ~docking.cells[self._window]
+        )
 
     def on_borders(
         self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
     ) -> list[MapMeeting]:
         """Return a point for each stretch of border of the rover-only areas that matter."""
-        wanted = self._areas_of_interest(targets, robots)
-        border = self._dock & ndimage.binary_dilation(np.isin(self._areas, sorted(wanted)))
+        border = self._border(self._areas_of_interest(targets, robots))
         for target in self._rover_only(targets):
             cell = target.viewpoints[self._rover]
             border[cell.y, cell.x] |= self._dock[cell.y, cell.x]
         stretch = STRETCH_M / self._territory.grid.resolution_m
         found: list[MapMeeting] = []
-        labels, count = ndimage.label(border, structure=np.ones((3, 3), dtype=np.int64))
-        for label in range(1, count + 1):
-            cells = np.flatnonzero(labels == label)
+        for cells in groups(np.flatnonzero(border), border.shape):
             taken = [self._index(p.rover_cell) for p in (*points, *found) if self._fits(p)]
             for index in _spread(cells, taken, stretch, self._width):
                 found.append(self._point(index))
@@ -144,6 +146,16 @@ class _Pair:
                 served[point.name] = frozenset(near | {name for name, areas in areas_of.items() if areas & mine})
         return served
 
+    def _border(self, areas: set[int]) -> Mask:
+        """Return the mask of the cells where docking is possible beside one of these areas."""
+        border = np.zeros_like(self._dock)
+        if areas:
+            wanted = np.zeros(self._area_count + 1, dtype=np.bool_)
+            wanted[sorted(areas)] = True
+            border[self._window] = ndimage.binary_dilation(wanted[self._areas[self._window]])
+            border &= self._dock
+        return border
+
     def _rover_only(self, targets: Sequence[Target]) -> list[Target]:
         carriers = {kind.name for kind in self._territory.of_role(Role.CARRIER)}
         return [t for t in targets if self._rover in t.viewpoints and not carriers & t.viewpoints.keys()]
@@ -168,12 +180,14 @@ class _Pair:
         """Return the point where a carrier standing there sets a rover down, if there is room for one."""
         carrier, rover = self._territory.kinds[self._carrier], self._territory.kinds[self._rover]
         limit = dock_range_cells(carrier, rover, self._territory.grid.resolution_m)
-        distance, _ = grow(self._territory.see_through, [carrier_cell], limit)
-        distance = np.where(self._dock, distance, np.inf)
-        best = int(np.argmin(distance))
+        window = Window.around(carrier_cell, carrier_cell, int(limit) + 1, self._dock.shape)
+        here = Cell(carrier_cell.x - window.left, carrier_cell.y - window.bottom)
+        distance, _ = grow(self._territory.see_through[window.cut], [here], limit)
+        distance = np.where(self._dock[window.cut], distance, np.inf)
+        best = np.argmin(distance)
         if not np.isfinite(distance.ravel()[best]):
             return []
-        return [self._named(self._cell(best), carrier_cell)]
+        return [self._named(self._cell(int(window.on_map(best, self._width))), carrier_cell)]
 
     def _fits(self, point: MapMeeting) -> bool:
         return (point.carrier_type, point.rover_type) == (self._carrier, self._rover)

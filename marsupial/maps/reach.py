@@ -18,13 +18,36 @@ from marsupial.maps.footprint import standable
 from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.robots import RobotType
 
-__all__ = ["flood", "largest_reach", "parts", "standable"]
+__all__ = ["flood", "groups", "largest_reach", "parts", "standable"]
+
+Indices = npt.NDArray[np.int64]
 
 
 def parts(mask: Mask) -> tuple[npt.NDArray[np.int32], int]:
     """Return the labels (height, width) of the connected parts of `mask`, from 1, and how many there are."""
     labels, count = ndimage.label(mask)
     return labels.astype(np.int32, copy=False), int(count)
+
+
+def groups(cells: Indices, shape: tuple[int, int]) -> list[Indices]:
+    """Return the groups of `cells` that touch each other, corners included.
+
+    Parameters
+    ----------
+    cells
+        Row-major indices on a map of that shape (height, width), each once.
+
+    Returns
+    -------
+    list of ndarray
+        The indices of each group in ascending order; groups in the order of their first cells.
+    """
+    left = np.zeros(shape[0] * shape[1], dtype=np.bool_)
+    left[cells] = True
+    found = np.empty(len(cells), dtype=np.int64)
+    ends = np.empty(len(cells), dtype=np.int64)
+    count = _group(left, np.sort(cells), shape[1], found, ends)
+    return [np.sort(group) for group in np.split(found, ends[: count - 1])] if count else []
 
 
 def largest_reach(grid: Grid, kind: RobotType) -> Mask:
@@ -44,11 +67,34 @@ def flood(mask: Mask, seeds: Iterable[Cell]) -> Mask:
     return flood_indices(mask, starts)
 
 
-def flood_indices(mask: Mask, starts: npt.NDArray[np.int64]) -> Mask:
+def flood_indices(mask: Mask, starts: Indices) -> Mask:
     """Do as `flood`, from row-major indices that all lie in `mask`."""
     out = np.zeros(mask.shape, dtype=np.bool_)
     _flood(mask, starts, out, np.empty(mask.size, dtype=np.int64))
     return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _group(left: Any, cells: Any, width: int, found: Any, ends: Any) -> int:
+    head = tail = count = 0
+    for cell in cells:
+        if not left[cell]:
+            continue
+        left[cell] = False
+        found[tail] = cell
+        tail += 1
+        while head < tail:
+            y, x = found[head] // width, found[head] % width
+            head += 1
+            for v in range(max(y - 1, 0), min(y + 2, left.size // width)):
+                for u in range(max(x - 1, 0), min(x + 2, width)):
+                    if left[v * width + u]:
+                        left[v * width + u] = False
+                        found[tail] = v * width + u
+                        tail += 1
+        ends[count] = tail
+        count += 1
+    return count
 
 
 @numba.njit(cache=True, nogil=True)

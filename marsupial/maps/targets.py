@@ -21,8 +21,8 @@ from typing import Any
 import numba
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
+from marsupial.maps.reach import groups
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import UNKNOWN, Cell, Mask
@@ -70,43 +70,37 @@ class TargetFinder:
         grid = territory.grid
         hopeful = grid.opaque_codes()
         hopeful[UNKNOWN] = 0
-        self._sight = Sight(grid.cells, grid.opaque_codes())
-        self._hopeful_sight = Sight(grid.cells, hopeful)
+        self._sight = Sight(grid.cells, hopeful)
+        self._drivable = np.zeros(256, dtype=np.bool_)
+        self._drivable[sorted(frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values())))] = True
 
     def frontier(self) -> Mask:
         """Return the mask of the known cells that some type can drive on and that have an unknown neighbour."""
         grid = self._territory.grid
-        drivable = frozenset().union(*(kind.terrains for kind in self._territory.kinds.values()))
-        table = np.zeros(256, dtype=np.bool_)
-        table[sorted(drivable)] = True
         out = np.zeros((grid.height, grid.width), dtype=np.bool_)
-        _frontier(grid.cells, table, out)
+        _frontier(grid.cells, self._drivable, *self._territory.known, out)
         return out
 
     def find(self, reach: Reach) -> tuple[Target, ...]:
-        """Return the targets for a team with that reach, largest clusters first within each set of explorers."""
+        """Return the targets for a team with that reach.
+
+        Those of the same explorers stand together, and among them those of the longest frontiers come first.
+        """
         grid = self._territory.grid
         kinds = sorted(self._territory.kinds)
-        frontier = self.frontier()
-        origins: dict[str, npt.NDArray[np.int64]] = {}
-        access = np.zeros(frontier.shape, dtype=np.int64)
+        frontier = np.flatnonzero(self.frontier())
+        approaches = {name: self._approaches(name, reach.by_type[name], frontier) for name in kinds}
+        cells = np.unique(np.concatenate([near for near, _ in approaches.values()]))
+        access = np.zeros(len(cells), dtype=np.int64)
         for bit, name in enumerate(kinds):
-            viewpoints, origin = self._viewpoints(name, reach.by_type[name])
-            near = frontier & (origin >= 0)
-            claimed = np.unique(origin[near])
-            lone = np.setdiff1d(viewpoints, claimed, assume_unique=True)
-            if len(claimed) == 0:  # no frontier cell near any: each viewpoint stands for itself
-                near.ravel()[lone] = True
-                origin.ravel()[lone] = lone
-            origins[name] = origin
-            access[near] |= 1 << bit
+            access[np.searchsorted(cells, approaches[name][0])] |= 1 << bit
         targets: list[Target] = []
-        for code in np.unique(access[access > 0]).tolist():
+        for code in np.unique(access).tolist():
             explorers = [name for bit, name in enumerate(kinds) if code >> bit & 1]
             range_cells = min(self._territory.kinds[n].sensor_range_m for n in explorers) / grid.resolution_m
-            for seed, members in self._clusters(access == code, range_cells):
-                viewpoints_of = {n: _cell(int(origins[n].ravel()[seed]), grid.width) for n in explorers}
-                targets.append(self._target(seed, members, viewpoints_of))
+            for seed, members in self._clusters(cells[access == code], range_cells):
+                viewpoints = {n: _approach(approaches[n], seed, grid.width) for n in explorers}
+                targets.append(self._target(seed, members, viewpoints))
         return tuple(targets)
 
     def refused(self, targets: Sequence[Target]) -> tuple[Remaining, ...]:
@@ -114,34 +108,38 @@ class TargetFinder:
         frontier = self.frontier()
         for target in targets:
             frontier.ravel()[target.cells] = False
-        labels, count = ndimage.label(frontier, structure=np.ones((3, 3), dtype=np.int64))
-        groups = _members(labels, count)
-        return tuple(self._refusal(group) for group in groups)
+        return tuple(self._refusal(group) for group in groups(np.flatnonzero(frontier), frontier.shape))
 
-    def _viewpoints(self, name: str, reach: Mask) -> tuple[Indices, npt.NDArray[np.int64]]:
-        """Return the viewpoints of a type and, per cell near one, the index of the nearest (-1 elsewhere)."""
-        footprint = self._territory.footprints[name]
-        mask = np.zeros(reach.shape, dtype=np.bool_)
-        _viewpoints(reach, footprint.standable, footprint.possible, mask)
+    def _approaches(self, name: str, reach: Mask, frontier: Indices) -> tuple[Indices, Indices]:
+        """Return the cells a type can explore, ascending, and the viewpoint nearest to each.
+
+        They are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves.
+        """
+        footprint, window = self._territory.footprints[name], self._territory.known
+        viewpoints = np.zeros(reach.shape, dtype=np.bool_)
+        _viewpoints(reach, footprint.standable, footprint.possible, *window, viewpoints)
         radius = footprint.kind.radius_m / self._territory.grid.resolution_m
-        _, origin = grow(self._territory.see_through, mask, 1.1 * radius + 2.5)
-        return np.flatnonzero(mask), origin
+        near = self._territory.see_through[window.cut], viewpoints[window.cut]
+        _, origin = grow(*near, 1.1 * radius + 2.5)
+        nearest = origin.ravel()[window.inside(frontier, reach.shape[1])]
+        if (nearest < 0).all():
+            lone = np.flatnonzero(viewpoints)
+            return lone, lone
+        return frontier[nearest >= 0], window.on_map(nearest[nearest >= 0], reach.shape[1])
 
-    def _clusters(self, mask: Mask, range_cells: float) -> list[tuple[int, Indices]]:
-        """Split a mask into clusters whose cells all see the cluster's seed; return (seed, cells) of each."""
-        width = mask.shape[1]
-        labels, count = ndimage.label(mask, structure=np.ones((3, 3), dtype=np.int64))
-        groups = sorted(_members(labels, count), key=lambda g: (-len(g), int(g[0])))
-        free = mask.copy().ravel()
+    def _clusters(self, cells: Indices, range_cells: float) -> list[tuple[int, Indices]]:
+        """Split cells into clusters whose members all see the cluster's seed; return (seed, members) of each."""
+        grid = self._territory.grid
+        free = np.zeros(grid.cells.size, dtype=np.bool_)
+        free[cells] = True
         clusters: list[tuple[int, Indices]] = []
-        for group in groups:
+        for group in sorted(groups(cells, grid.cells.shape), key=lambda g: (-len(g), int(g[0]))):
             rest = group[free[group]]
             while len(rest):
-                seed = _middle(rest, width)
-                seen = self._sight.visible(_cell(seed, width), range_cells)
+                seed = _middle(rest, grid.width)
+                # the unknown between two cells is no reason to keep them apart; known walls are
+                seen = self._sight.visible(_cell(seed, grid.width), range_cells)
                 members = np.sort(seen[free[seen]])
-                if seed not in members:
-                    members = np.append(members, seed)
                 free[members] = False
                 clusters.append((seed, members))
                 rest = rest[free[rest]]
@@ -152,7 +150,7 @@ class TargetFinder:
         cell = _cell(seed, grid.width)
         best = max(viewpoints, key=lambda name: (self._territory.kinds[name].sensor_range_m, name))
         range_cells = self._territory.kinds[best].sensor_range_m / grid.resolution_m
-        seen = self._hopeful_sight.visible(viewpoints[best], range_cells)
+        seen = self._sight.visible(viewpoints[best], range_cells)
         hidden = int(np.count_nonzero(grid.cells.ravel()[seen] == UNKNOWN))
         return Target(
             name=f"t_{cell.x}_{cell.y}",
@@ -190,33 +188,33 @@ def _middle(group: Indices, width: int) -> int:
     return int(group[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))])
 
 
-def _members(labels: npt.NDArray[Any], count: int) -> list[Indices]:
-    """Return the row-major indices of each label from 1 to `count`."""
-    where = np.flatnonzero(labels)
-    values = labels.ravel()[where]
-    order = np.argsort(values, kind="stable")
-    return np.split(where[order], np.cumsum(np.bincount(values, minlength=count + 1)[1:])[:-1]) if count else []
+def _approach(approaches: tuple[Indices, Indices], cell: int, width: int) -> Cell:
+    """Return the viewpoint from which a cell is explored."""
+    cells, viewpoints = approaches
+    return _cell(int(viewpoints[np.searchsorted(cells, cell)]), width)
 
 
 @numba.njit(cache=True, nogil=True)
-def _frontier(cells: Any, drivable: Any, out: Any) -> None:
+def _frontier(cells: Any, drivable: Any, bottom: int, top: int, left: int, right: int, out: Any) -> None:
     height, width = cells.shape
-    for y in range(height):
-        for x in range(width):
+    for y in range(bottom, top):
+        for x in range(left, right):
             if drivable[cells[y, x]]:
                 out[y, x] = (
-                    (x > 0 and cells[y, x - 1] == 255)
-                    or (x + 1 < width and cells[y, x + 1] == 255)
-                    or (y > 0 and cells[y - 1, x] == 255)
-                    or (y + 1 < height and cells[y + 1, x] == 255)
+                    (x > 0 and cells[y, x - 1] == UNKNOWN)
+                    or (x + 1 < width and cells[y, x + 1] == UNKNOWN)
+                    or (y > 0 and cells[y - 1, x] == UNKNOWN)
+                    or (y + 1 < height and cells[y + 1, x] == UNKNOWN)
                 )
 
 
 @numba.njit(cache=True, nogil=True)
-def _viewpoints(reach: Any, standable: Any, possible: Any, out: Any) -> None:
+def _viewpoints(
+    reach: Any, standable: Any, possible: Any, bottom: int, top: int, left: int, right: int, out: Any
+) -> None:
     height, width = reach.shape
-    for y in range(height):
-        for x in range(width):
+    for y in range(bottom, top):
+        for x in range(left, right):
             if reach[y, x]:
                 for direction in range(4):
                     u = x + (1 if direction == 0 else -1 if direction == 1 else 0)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from marsupial.maps.footprint import Footprint
 from marsupial.maps.reach import flood_indices
+from marsupial.maps.window import Window
 from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType, Role
@@ -62,13 +63,26 @@ class Territory:
         self.footprints = {kind.name: Footprint((grid.height, grid.width), kind, grid.resolution_m) for kind in kinds}
         self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
         self._opaque = grid.opaque_codes()
+        self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
         self.reveal(np.flatnonzero(grid.cells != UNKNOWN))
 
     def reveal(self, indices: npt.NDArray[np.int64]) -> None:
         """Take in cells (row-major indices) that were unknown until now."""
+        if not len(indices):
+            return
         self.see_through.ravel()[indices] = self._opaque[self.grid.cells.ravel()[indices]] == 0
+        y, x = np.divmod(indices, self.grid.width)
+        self._lowest = Cell(min(self._lowest.x, int(x.min())), min(self._lowest.y, int(y.min())))
+        self._highest = Cell(max(self._highest.x, int(x.max())), max(self._highest.y, int(y.max())))
         for footprint in self.footprints.values():
             footprint.reveal(indices, self.grid.cells)
+
+    @property
+    def known(self) -> Window:
+        """The window that holds every known cell and its neighbours; empty as long as nothing is known."""
+        if self._highest.x < 0:
+            return Window(0, 0, 0, 0)
+        return Window.around(self._lowest, self._highest, 1, (self.grid.height, self.grid.width))
 
     def of_role(self, role: Role) -> tuple[RobotType, ...]:
         """Return the robot types of a role."""
@@ -104,7 +118,11 @@ class Territory:
 
     def _docking(self, carrier: RobotType, rover: RobotType, reach: Mask) -> Docking:
         limit = dock_range_cells(carrier, rover, self.grid.resolution_m)
+        cells, carrier_at = np.zeros_like(reach), np.full(reach.shape, -1, dtype=np.int64)
+        window = self.known
         # a carrier's own cell may be one that a rover can't drive on, and the other way round
-        distance, origin = grow(self.see_through, reach, limit)
-        cells = np.isfinite(distance) & self.footprints[rover.name].standable
-        return Docking(cells=cells, carrier_at=np.where(cells, origin, -1))
+        distance, origin = grow(self.see_through[window.cut], reach[window.cut], limit)
+        cells[window.cut] = np.isfinite(distance) & self.footprints[rover.name].standable[window.cut]
+        at = np.flatnonzero(cells)
+        carrier_at.ravel()[at] = window.on_map(origin.ravel()[window.inside(at, self.grid.width)], self.grid.width)
+        return Docking(cells=cells, carrier_at=carrier_at)

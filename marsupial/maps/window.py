@@ -1,0 +1,49 @@
+"""A rectangle of a map, so that work goes with what is known and not with the size of the map.
+
+Masks and grids are cut with `window.cut`; row-major indices are carried over with `on_map` and `inside`. Both keep
+the order of cells, so what is found in a window is what would have been found on the whole map.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import Cell
+
+Indices = npt.NDArray[np.int64]
+
+
+class Window(NamedTuple):
+    """Rows `bottom` to before `top`, columns `left` to before `right`; may be empty."""
+
+    bottom: int
+    top: int
+    left: int
+    right: int
+
+    @classmethod
+    def around(cls, low: Cell, high: Cell, margin: int, shape: tuple[int, int]) -> Window:
+        """Return the cells from `low` to `high` (both included) and `margin` more, as far as the map (shape) goes."""
+        height, width = shape
+        return cls(
+            max(0, low.y - margin), min(height, high.y + margin + 1),
+            max(0, low.x - margin), min(width, high.x + margin + 1),
+        )  # fmt: skip
+
+    @property
+    def cut(self) -> tuple[slice, slice]:
+        """The window as a numpy index: ``mask[window.cut]`` is a view."""
+        return slice(self.bottom, self.top), slice(self.left, self.right)
+
+    def on_map(self, indices: npt.ArrayLike, width: int) -> Indices:
+        """Return the indices, on a map of that width, of cells given by their index in the window."""
+        y, x = np.divmod(np.asarray(indices, dtype=np.int64), max(1, self.right - self.left))
+        return (y + self.bottom) * width + x + self.left
+
+    def inside(self, indices: Indices, width: int) -> Indices:
+        """Return the indices in the window of cells of a map of that width, all of which lie in it."""
+        y, x = np.divmod(indices, width)
+        return (y - self.bottom) * (self.right - self.left) + x - self.left
