@@ -1,0 +1,242 @@
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import psutil
+import pytest
+from situations import SOLVABLE, in_flight, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
+
+from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning import processes
+from marsupial.planning.aries import aries
+from marsupial.planning.checker import check
+from marsupial.planning.engines import ENGINES, PART_SIZES, engine, engine_infos, mission_engine
+from marsupial.planning.jobs import GIB
+from marsupial.planning.process_engine import ProcessEngine
+from marsupial.planning.tamer import tamer
+
+AMPLE = Budget(seconds=30)
+NEEDING_PROCESSES = ("aries", "tamer")
+INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=False, deterministic_steps=False)
+
+
+def available(name: str) -> Engine:
+    found = engine(name)
+    if found.info.missing is not None:
+        pytest.skip(f"{name}: {found.info.missing}")
+    return found
+
+
+def below_launcher() -> list[psutil.Process]:
+    return [
+        process
+        for launcher in psutil.Process().children()
+        if "marsupial.planning.zygote" in " ".join(launcher.cmdline())
+        for process in launcher.children(recursive=True)
+        if process.status() != psutil.STATUS_ZOMBIE
+    ]
+
+
+@pytest.fixture(autouse=True)
+def nothing_left() -> Iterator[None]:
+    yield
+    until = time.monotonic() + 5
+    while below_launcher() and time.monotonic() < until:
+        time.sleep(0.01)
+    assert below_launcher() == []
+
+
+def first_plan(solver: Engine, situation: Situation) -> Plan:
+    events = solver.solve(situation, AMPLE)
+    event = next(iter(events))
+    close = getattr(events, "close", None)
+    if close is not None:
+        close()
+    assert isinstance(event, Improved), event
+    return event.plan
+
+
+@pytest.mark.parametrize("case", SOLVABLE)
+@pytest.mark.parametrize("name", ENGINES)
+def test_every_engine_finds_a_valid_plan_where_one_can_be_seen_by_eye(name: str, case: str) -> None:
+    situation = SOLVABLE[case]()
+    verdict = check(situation, first_plan(available(name), situation))
+    assert verdict.valid, verdict.violation
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_plans_get_better_and_one_end_comes_last(name: str) -> None:
+    *improved, last = available(name).solve(one_room(), Budget(seconds=0.8))
+    assert isinstance(last, Finished)
+    makespans = [event.plan.makespan_ms for event in improved if isinstance(event, Improved)]
+    assert len(makespans) == len(improved) >= 1
+    assert makespans == sorted(set(makespans), reverse=True)
+    assert last.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_what_nobody_can_reach_is_proven_unsolvable(name: str) -> None:
+    (end,) = available(name).solve(out_of_reach(), AMPLE)
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.UNSOLVABLE
+    assert "t2" in end.detail
+
+
+@pytest.mark.parametrize("name", NEEDING_PROCESSES)
+def test_where_nothing_is_to_do_the_empty_plan_is_optimal(name: str) -> None:
+    nothing = situation_of([], {}, {}, {})
+    improved, end = available(name).solve(nothing, AMPLE)
+    assert isinstance(improved, Improved)
+    assert improved.plan.actions == ()
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.OPTIMAL
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_known_plan_comes_first(name: str) -> None:
+    solver = available(name)
+    known = first_plan(engine("greedy"), one_room())
+    events = iter(solver.solve(one_room(), Budget(seconds=0.3), start=known))
+    event = next(events)
+    assert isinstance(event, Improved)
+    assert event.plan == known
+    *_, last = events
+    assert isinstance(last, Finished)
+    assert last.outcome is Outcome.SATISFICING
+
+
+@pytest.mark.parametrize(("case", "makespan_ms"), [(one_hall, 30_001), (one_room, 19_002), (two_rooms, 72_007)])
+def test_aries_finds_the_best_plan(case: object, makespan_ms: int) -> None:
+    assert callable(case)
+    found = []
+    events = available("aries").solve(case(), AMPLE)
+    for event in events:
+        found.append(event.plan.makespan_ms if isinstance(event, Improved) else event)
+        if found[-1] == makespan_ms:
+            break
+    assert found[-1] == makespan_ms
+    events.close()  # type: ignore[attr-defined]
+
+
+def test_running_actions_are_waited_for() -> None:
+    plan = first_plan(available("tamer"), in_flight())
+    assert plan.of_robot("c1")[0].start_ms >= 7_000
+    assert plan.of_robot("r2")[0].start_ms >= 3_000
+
+
+@pytest.mark.parametrize("name", NEEDING_PROCESSES)
+def test_these_engines_refuse_to_count_steps(name: str) -> None:
+    with pytest.raises(UsageError, match="seconds"):
+        available(name).solve(one_room(), Budget(steps=10))
+    with pytest.raises(UsageError, match="seconds"):
+        mission_engine(name, Budget(steps=10))
+
+
+@pytest.mark.parametrize(("make", "distribution"), [(tamer, "up-tamer"), (aries, "up-aries")])
+def test_an_engine_that_is_not_installed_says_what_to_install(make: object, distribution: str) -> None:
+    assert callable(make)
+    solver = make(lambda module: None if module.startswith("up_") else object())
+    assert f"pip install {distribution}" in solver.info.missing
+    with pytest.raises(EngineUnavailable, match=distribution):
+        solver.solve(one_room(), AMPLE)
+
+
+def test_an_engine_without_time_says_so() -> None:
+    (end,) = available("tamer").solve(many_rooms(6, 3, 20, 8), Budget(seconds=0.3))
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.TIMEOUT
+
+
+@pytest.mark.parametrize("name", NEEDING_PROCESSES)
+def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
+    situation = many_rooms(3, 2, 8, 4)
+    events = available(name).solve(situation, AMPLE)
+    time.sleep(0.3)
+    for process in sorted(below_launcher(), key=lambda process: process.pid)[1:]:  # the first one is the supervisor
+        process.kill()
+    *_, end = events
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.KILLED
+
+
+def test_an_aries_server_killed_from_outside_is_told_apart() -> None:
+    events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
+    until = time.monotonic() + 10
+    while not (servers := [p for p in below_launcher() if "serve" in p.cmdline()]) and time.monotonic() < until:
+        time.sleep(0.01)
+    time.sleep(0.2)
+    servers[0].kill()
+    *_, end = events
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.KILLED
+    assert "Aries server" in end.detail
+
+
+def test_closing_early_leaves_nothing_running() -> None:
+    events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
+    time.sleep(0.2)
+    events.close()  # type: ignore[attr-defined]
+    assert below_launcher() == []
+
+
+@pytest.mark.parametrize(
+    ("search", "outcome"),
+    [
+        ("never_answer", Outcome.TIMEOUT),
+        ("segfault", Outcome.CRASHED),
+        ("raise_error", Outcome.CRASHED),
+        ("lose_its_tool", Outcome.KILLED),
+        ("give_up", Outcome.NO_PLAN),
+    ],
+)
+def test_how_a_planner_ends_is_told_apart(search: str, outcome: Outcome) -> None:
+    solver = ProcessEngine(INFO, f"unruly_planners:{search}", ())
+    (end,) = solver.solve(one_room(), Budget(seconds=0.5))
+    assert isinstance(end, Finished)
+    assert end.outcome is outcome
+
+
+def test_a_planner_that_eats_memory_is_told_apart() -> None:
+    solver = ProcessEngine(INFO, "unruly_planners:eat_memory", (), memory_bytes=GIB // 2)
+    (end,) = solver.solve(one_room(), AMPLE)
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.MEMORY
+
+
+def test_a_crash_after_a_plan_is_still_a_crash() -> None:
+    solver = ProcessEngine(INFO, "unruly_planners:crash_after_a_plan", ())
+    improved, end = solver.solve(one_hall(), AMPLE)
+    assert isinstance(improved, Improved)
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.CRASHED
+
+
+def test_an_unknown_engine_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(UsageError, match="aries, greedy, tamer"):
+        engine("oracle")
+
+
+def test_the_list_of_engines_tells_licence_and_name() -> None:
+    infos = {info.name: info for info in engine_infos()}
+    assert sorted(infos) == sorted(ENGINES)
+    assert infos["tamer"].licence == "free for educational use"
+    assert all(info.summary and info.licence for info in infos.values())
+
+
+@pytest.mark.parametrize("name", PART_SIZES)
+def test_missions_get_big_situations_planned_in_parts(name: str) -> None:
+    situation = many_rooms(2, 2, 8, 4)
+    available(name)
+    plan = first_plan(mission_engine(name, AMPLE), situation)
+    assert plan.explored
+    assert check(situation, plan, targets=plan.explored).valid
+
+
+def test_the_launcher_can_be_warmed_up_beforehand() -> None:
+    processes.warm_up(wait=False)
+    processes.warm_up()
+    assert below_launcher() == []
