@@ -1,0 +1,63 @@
+"""What every strategy and every built-in scenario has to hold; a new one is tested as soon as it is listed."""
+
+from __future__ import annotations
+
+import pytest
+
+from marsupial.bench.simulate import MissionSummary, simulate
+from marsupial.formats.missionlog import encode_event
+from marsupial.maps.builtin import SCENARIOS, builtin_scenario
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import MissionEvent, Status
+from marsupial.model.planning import Budget
+from marsupial.model.robots import Role
+from marsupial.strategies.registry import STRATEGIES
+
+
+class Recorder(Observer):
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def event(self, event: MissionEvent) -> None:
+        self.lines.append(encode_event(event))
+
+
+def explore(scenario: str, strategy: str, seed: int = 1) -> tuple[MissionSummary, list[str]]:
+    recorder = Recorder()
+    summary = simulate(
+        builtin_scenario(scenario),
+        strategy_name=strategy,
+        planner="greedy",
+        budget=Budget(steps=1),
+        seed=seed,
+        observer=recorder,
+    )
+    return summary, recorder.lines
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_every_strategy_explores_the_lobby_and_recovers_its_rovers(strategy: str, seed: int) -> None:
+    summary, _ = explore("lobby", strategy, seed)
+    ended = summary.ended
+    assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
+    assert len(ended.aboard) == summary.rovers == 4
+    assert ended.deployments == ended.retrievals > 0
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_every_strategy_does_the_same_again(strategy: str) -> None:
+    assert explore("lobby", strategy)[1] == explore("lobby", strategy)[1]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_built_in_scenario_can_be_explored(name: str) -> None:
+    summary, _ = explore(name, "temporal")
+    assert (summary.ended.status, summary.ended.coverage) == (Status.COMPLETE, 1.0), summary.ended.reason
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_built_in_scenario_has_carriers_that_hold_its_rovers(name: str) -> None:
+    scenario = builtin_scenario(name, 1, 3)
+    capacities = [kind.capacity for kind in scenario.robot_types if kind.role is Role.CARRIER]
+    assert min(capacities) >= 3
