@@ -7,11 +7,10 @@ plan is put on the clock anew, and only what the checker accepts comes out.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from marsupial.maps.targets import Target
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.schedule import retime
@@ -49,26 +48,59 @@ def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mappi
     renamed
         New names of the targets that still exist, by old name. Meetings and homes keep theirs.
     """
-    at = {robot.name: robot.place for robot in situation.robots}
-    on = {robot.name: robot.carrier for robot in situation.robots}
-    roles = {robot.name: situation.type_of(robot.name).role for robot in situation.robots}
+    team = _Team(
+        situation=situation,
+        at={robot.name: robot.place for robot in situation.robots},
+        on={robot.name: robot.carrier for robot in situation.robots},
+    )
+    places = situation.meetings + situation.homes
     kept: list[Action] = []
     for action in actions:
-        place = action.place if action.place in situation.meetings + situation.homes else renamed.get(action.place)
-        if place is None or not at.keys() >= set(action.robots):
+        place = action.place if action.place in places else renamed.get(action.place)
+        if place is None or not team.at.keys() >= set(action.robots):
             continue
-        if action.carrier is None:
-            if at[action.robot] in (None, place):
-                continue
-            kept.append(replace(action, place=place, origin=at[action.robot]))
-            at[action.robot] = place
-        elif action.name is ActionName.DOCK and on[action.robot] is None and roles[action.carrier] is Role.CARRIER:
-            kept.append(replace(action, place=place))
-            at[action.robot], on[action.robot] = None, action.carrier
-        elif action.name is ActionName.UNDOCK and on[action.robot] == action.carrier:
-            kept.append(replace(action, place=place))
-            at[action.robot], on[action.robot] = place, None
+        origin = None if action.origin is None else team.at[action.robot]
+        fitted = replace(action, place=place, origin=origin)
+        if team.can(fitted):
+            team.do(fitted)
+            kept.append(fitted)
     plan = retime(situation, kept)
     if not kept or not check(situation, plan, targets=plan.explored).valid:
         return None
     return plan
+
+
+@dataclass(slots=True)
+class _Team:
+    """Where everybody is after the actions kept so far, and what has been explored."""
+
+    situation: Situation
+    at: dict[str, str | None]
+    on: dict[str, str | None]
+    explored: set[str] = field(default_factory=set)
+
+    def can(self, action: Action) -> bool:
+        """Say whether `action` makes sense now."""
+        robot, carrier = action.robot, action.carrier
+        if carrier is None:
+            return self._can_drive(action)
+        if self.at[carrier] != action.place:
+            return False
+        if action.name is ActionName.UNDOCK:
+            return self.on[robot] == carrier
+        load = sum(on == carrier for on in self.on.values())
+        return self.at[robot] == action.place and load < self.situation.type_of(carrier).capacity
+
+    def do(self, action: Action) -> None:
+        """Enter the effects of `action`."""
+        docked = action.name is ActionName.DOCK
+        self.at[action.robot] = None if docked else action.place
+        self.on[action.robot] = action.carrier if docked else None
+        if action.name is ActionName.EXPLORE:
+            self.explored.add(action.place)
+
+    def _can_drive(self, action: Action) -> bool:
+        if action.origin in (None, action.place) or action.place in self.explored:
+            return False
+        kind = self.situation.robot_by_name[action.robot].type
+        return self.situation.travel(kind, str(action.origin), action.place) is not None

@@ -7,7 +7,7 @@ lost; never because time passes. Every plan is checked before it is followed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,7 +75,9 @@ class Mission:
         self._assignment = assignment
         self._observer = observer
         self._territory = Territory(world.grid, tuple(kinds.values()))
-        self._homes = {r.name: r.cell for r in world.robots() if r.cell is not None}
+        self._homes = {
+            r.name: r.cell for r in world.robots() if r.cell is not None and kinds[r.type].role is Role.CARRIER
+        }
         self._surveyor = Surveyor(self._territory, self._homes, assignment.goal)
         self._executor = Executor(world, self._surveyor.route, observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
@@ -88,6 +90,7 @@ class Mission:
         self._fruitless = 0
         self._refused = 0
         self._exploration_ms: int | None = None
+        self._lost_meanwhile: list[str] = []
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> MissionEnded:
         """Run until the mission ends; `cancelled` is asked between events."""
@@ -106,7 +109,7 @@ class Mission:
                 return self._end(Status.TIME_LIMIT, f"time limit of {self._world.now_ms / 1000:g} s reached")
             if cancelled is not None and cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
-            trigger = self._look(*self._wait())
+            trigger = self._overtaken() or self._look(*self._wait())
 
     def _wait(self) -> tuple[News, tuple[Action, ...]]:
         until = self._assignment.limits.time_ms
@@ -144,8 +147,7 @@ class Mission:
         """Compare the targets there are now with those the plan knew."""
         self._fresh, self._looked_ms = False, self._world.now_ms
         targets = self._surveyor.targets(self._world.robots())
-        if not targets and self._exploration_ms is None:
-            self._exploration_ms = self._world.now_ms
+        self._note_explored(targets)
         wanted = {a.place for a in self._executor.remainder() if a.name is ActionName.EXPLORE}
         gone = [t.name for t in self._known if t.name in wanted and same_target(t, targets, self._ranges) is None]
         new = [t.name for t in targets if same_target(t, self._known, self._ranges) is None]
@@ -172,13 +174,12 @@ class Mission:
 
     def _replan(self, trigger: str) -> tuple[Status, str] | None:
         """Make a new plan and follow it; return how the mission ends if it does."""
+        if all(robot.lost for robot in self._world.robots()):
+            return Status.FAILED, "every robot is lost"
         survey = self._survey()
-        if not survey.targets and self._exploration_ms is None:
-            self._exploration_ms = self._world.now_ms
+        self._note_explored(survey.targets)
         if not survey.targets and self._satisfied(survey):
             return Status.COMPLETE, "no reachable target is left" + self._wishes()
-        if not any(not robot.lost for robot in self._world.robots()):
-            return Status.FAILED, "every robot is lost"
         self._fruitless = self._fruitless + 1 if self._world.now_ms == self._planned_ms else 0
         self._planned_ms = self._world.now_ms
         if self._fruitless > MAX_FRUITLESS:
@@ -210,25 +211,41 @@ class Mission:
         if not verdict.valid:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
-        plan = decision.plan
-        if self._assignment.planning_time is PlanningTime.CHARGED and plan.actions:
-            self._follow_old_plan_for(round(decision.report.wall_s * 1000))
-            later = self._survey()
-            self._known = survey.targets
-            plan = carried_over(plan.actions, later.situation, self._renamed(later)) or Plan(actions=())
-            survey = later
-        self._adopt(trigger, survey, replace(decision, plan=plan))
-        if self._executor.idle and not plan.actions:
+        if self._assignment.planning_time is PlanningTime.CHARGED:
+            self._adopt_late(trigger, survey, decision)
+        else:
+            self._adopt(trigger, survey, decision.plan)
+        if self._executor.idle and not decision.plan.actions:
             return Status.STALLED, decision.report.detail or "the strategy knows nothing to do"
         return None
 
-    def _adopt(self, trigger: str, survey: Survey, decision: Decision) -> None:
+    def _adopt_late(self, trigger: str, survey: Survey, decision: Decision) -> None:
+        """Let the time that planning took pass, then follow what of the plan still makes sense."""
+        self._follow_old_plan_for(round(decision.report.wall_s * 1000))
+        self._known = survey.targets
+        self._meetings = {point.name: point for point in survey.meetings}
+        later = self._survey(decision.plan.actions)
+        physical = replace(later.situation, goal=SituationGoal())
+        plan = carried_over(decision.plan.actions, physical, self._renamed(later))
+        self._adopt(trigger, later, plan or Plan(actions=()))
+        # what has turned up meanwhile is news to this plan
+        self._known = tuple(t for t in later.targets if same_target(t, survey.targets, self._ranges) is not None)
+        self._fresh = True
+
+    def _overtaken(self) -> str:
+        """Return what has happened while a plan was being made that asks for another one."""
+        lost, self._lost_meanwhile = self._lost_meanwhile, []
+        if lost:
+            return f"lost: {', '.join(lost)}"
+        return "plan overtaken" if self._executor.idle else ""
+
+    def _adopt(self, trigger: str, survey: Survey, plan: Plan) -> None:
         now = self._world.now_ms
         self._revision += 1
         self._known = survey.targets
         self._meetings = {point.name: point for point in survey.meetings}
         self._fresh, self._looked_ms = False, now
-        plan = shifted(decision.plan, now)
+        plan = shifted(plan, now)
         self._observer.event(
             Planned(
                 t_ms=now,
@@ -243,20 +260,31 @@ class Mission:
 
     def _follow_old_plan_for(self, duration_ms: int) -> None:
         """Let time pass while robots drive on as planned; no new docking or undocking is begun."""
-        until = self._world.now_ms + duration_ms
+        until = min(self._world.now_ms + duration_ms, self._assignment.limits.time_ms)
         while self._world.now_ms < until:
             self._executor.start_due(drives_only=True)
-            self._take_in(self._world.advance(until))
+            news = self._world.advance(until)
+            self._take_in(news)
+            self._lost_meanwhile += [name for name, _ in news.lost]
 
-    def _survey(self) -> Survey:
+    def _survey(self, planned: Iterable[Action] = ()) -> Survey:
+        """Return the moment's survey; meeting points in use, or to be used by `planned`, are kept."""
         robots = self._world.robots()
-        used = {action.place for action in self._executor.remainder()} | set(self._executor.deployed_at.values())
+        used = {action.place for action in (*self._executor.remainder(), *planned)}
+        used |= set(self._executor.deployed_at.values())
         keep = [point for name, point in self._meetings.items() if name in used]
         return self._surveyor.survey(robots, self._world.now_ms, keep)
 
     def _renamed(self, survey: Survey) -> dict[str, str]:
         pairs = ((target.name, same_target(target, survey.targets, self._ranges)) for target in self._known)
         return {old: new.name for old, new in pairs if new is not None}
+
+    def _note_explored(self, targets: Sequence[Target]) -> None:
+        """Remember when the last target was gone, unless another one turns up."""
+        if targets:
+            self._exploration_ms = None
+        elif self._exploration_ms is None:
+            self._exploration_ms = self._world.now_ms
 
     def _satisfied(self, survey: Survey) -> bool:
         """Say whether the mission's wishes beyond exploring are met (running actions included)."""
