@@ -15,13 +15,12 @@ from rich.text import Text
 
 from marsupial.bench.simulate import reachable_area
 from marsupial.cli.messages import say
+from marsupial.cli.picture import Picture, printable
 from marsupial.cli.tables import clock
-from marsupial.cli.thumbnail import Mark, thumbnail
 from marsupial.cli.watch import Watch
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
-from marsupial.model.robots import Role
 from marsupial.model.scenario import Scenario
 
 LINE_EVERY_MS = 180_000
@@ -36,11 +35,11 @@ def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
     """Yield an observer that shows a mission of this scenario as it goes."""
     watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
     console = Console(file=sys.stderr)
-    if not console.is_terminal:
+    if not console.is_terminal or console.is_dumb_terminal or console.no_color:
         yield _Lines(watch)
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
-        yield _Picture(watch, live, console)
+        yield _Moving(watch, live, console)
 
 
 class _Lines(Observer):
@@ -64,56 +63,37 @@ class _Lines(Observer):
         return f"{clock(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
 
 
-class _Picture(Observer):
+class _Moving(Observer):
     """Redraws the map, the clock and what every robot does, a few times a second."""
 
     def __init__(self, watch: Watch, live: Live, console: Console) -> None:
         self._watch = watch
         self._live = live
         self._console = console
+        self._picture: Picture | None = None
         self._title = ""
         self._drawn_s = 0.0
 
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, MissionStarted):
             self._title = f"{event.scenario}: {event.strategy} ({event.planner}), seed {event.seed}"
+            self._picture = Picture(event, self._watch.reachable, self._console)
         elif event.t_ms > self._watch.t_ms:  # amid the events of one moment robots seem to have nothing to do
             self._draw()
         self._watch.event(event)
 
     def _draw(self) -> None:
-        if time.monotonic() - self._drawn_s >= FRAME_EVERY_S:
-            self._live.update(self._frame(), refresh=True)
+        if self._picture is not None and time.monotonic() - self._drawn_s >= FRAME_EVERY_S:
+            self._live.update(self._frame(self._picture), refresh=True)
             self._drawn_s = time.monotonic()
 
-    def _frame(self) -> Group:
-        watch = self._watch
-        rows = self._console.height - len(watch.robots) - 4
-        head = Text(f"{self._title}   {clock(watch.t_ms / 1000)}   plan {watch.revision} ({watch.trigger})")
-        head.truncate(self._console.width, overflow="ellipsis")
+    def _frame(self, picture: Picture) -> Group:
+        watch, robots = self._watch, self._watch.views()
+        words = f"{clock(watch.t_ms / 1000)}  {self._title}  plan {watch.revision}: {watch.trigger}"
+        headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
         bar = Table.grid(padding=(0, 1))
         bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")
-        parts: list[Text | Table] = [head, bar]
-        if rows >= 4:
-            parts.append(thumbnail(watch.cells, self._marks(), self._console.width - 1, rows))
-        return Group(*parts, self._robots())
-
-    def _marks(self) -> list[Mark]:
-        marks = []
-        for name, robot in self._watch.robots.items():
-            if robot.carrier is None:
-                cell = self._watch.cell_of(name)
-                marks.append(Mark(cell.x, cell.y, robot.kind.role is Role.CARRIER))
-        return marks
-
-    def _robots(self) -> Table:
-        table = Table.grid(padding=(0, 2))
-        for name, robot in self._watch.robots.items():
-            cargo = self._watch.aboard(name)
-            style = "bold red" if robot.lost else "cyan" if robot.kind.role is Role.CARRIER else "yellow"
-            words = self._watch.doing(name) + (f", with {', '.join(cargo)}" if cargo else "")
-            table.add_row(Text(name, style=style), Text(words))
-        return table
+        return Group(picture.map(watch.cells, robots), headline, bar, picture.team(robots))
 
 
 def _counted(number: int, noun: str) -> str:

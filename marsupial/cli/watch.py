@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.mission.observer import Observer
+from marsupial.mission.playback import RobotView
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask
 from marsupial.model.mission import (
     ActionEnd,
@@ -28,25 +29,21 @@ from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import RobotType
 from marsupial.paths.routes import passing_times_ms, route_of
 
-_DOING = {
-    ActionName.MOVE: "driving to {place}",
-    ActionName.EXPLORE: "exploring {place}",
-    ActionName.DOCK: "docking on {partner}",
-    ActionName.UNDOCK: "leaving {partner}",
-}
-_DOING_AS_CARRIER = {ActionName.DOCK: "picking up {partner}", ActionName.UNDOCK: "setting down {partner}"}
-
 
 @dataclass(slots=True)
-class WatchedRobot:
+class _Robot:
     """One robot: where it is, on whom and what it does."""
 
-    kind: RobotType
+    type: RobotType
     carrier: str | None
     route: Sequence[Cell]
     times_ms: Sequence[int] = (0,)
     action: Action | None = None
     lost: bool = False
+
+    def cell_at(self, t_ms: int) -> Cell:
+        """Return the cell it has passed last."""
+        return self.route[max(bisect_right(self.times_ms, t_ms) - 1, 0)]
 
 
 @dataclass(slots=True)
@@ -65,9 +62,10 @@ class Watch(Observer):
     trigger: str = ""
     targets: int = 0
     ended: MissionEnded | None = None
-    robots: dict[str, WatchedRobot] = field(default_factory=dict)
     cells: CellArray = field(init=False)
+    _robots: dict[str, _Robot] = field(default_factory=dict)
     _known: int = 0
+    _resolution_m: float = 1.0
 
     def __post_init__(self) -> None:
         self.cells = np.full(self.reachable.shape, UNKNOWN, dtype=np.uint8)
@@ -78,29 +76,9 @@ class Watch(Observer):
         wanted = int(np.count_nonzero(self.reachable))
         return self._known / wanted if wanted else 1.0
 
-    def cell_of(self, robot: str) -> Cell:
-        """Return the cell that a robot, or who carries it, has passed last."""
-        watched = self.robots[robot]
-        if watched.carrier is not None:
-            return self.cell_of(watched.carrier)
-        return watched.route[max(bisect_right(watched.times_ms, self.t_ms) - 1, 0)]
-
-    def doing(self, robot: str) -> str:
-        """Return what a robot does, in words."""
-        watched = self.robots[robot]
-        action = watched.action
-        if watched.lost:
-            return "lost"
-        if action is None:
-            return "waiting" if watched.carrier is None else f"aboard {watched.carrier}"
-        words, partner = (
-            (_DOING_AS_CARRIER, action.robot) if robot == action.carrier else (_DOING, action.carrier or "")
-        )
-        return words[action.name].format(place=action.place, partner=partner)
-
-    def aboard(self, carrier: str) -> list[str]:
-        """Return the robots on a carrier."""
-        return [name for name, robot in self.robots.items() if robot.carrier == carrier]
+    def views(self) -> tuple[RobotView, ...]:
+        """Return every robot as it is now, in the order of the team."""
+        return tuple(self._view(name, robot) for name, robot in self._robots.items())
 
     def event(self, event: MissionEvent) -> None:
         """Take in what happened."""
@@ -108,7 +86,7 @@ class Watch(Observer):
         match event:
             case MissionStarted():
                 kinds = {kind.name: kind for kind in event.types}
-                self.robots = {robot.name: _placed(robot, kinds[robot.type]) for robot in event.robots}
+                self._robots = {robot.name: _placed(robot, kinds[robot.type]) for robot in event.robots}
                 self._resolution_m = event.resolution_m
             case Revealed():
                 self._reveal(event.runs)
@@ -121,13 +99,11 @@ class Watch(Observer):
             case ActionEnded():
                 self._end(event)
             case RobotLost():
-                self.robots[event.robot].lost = True
+                self._robots[event.robot].lost = True
             case Planned():
                 self.revision, self.trigger, self.targets = event.revision, event.trigger, len(event.targets)
             case MissionEnded():
                 self.ended = event
-
-    _resolution_m: float = 1.0
 
     def _reveal(self, runs: Sequence[int]) -> None:
         flat, wanted = self.cells.reshape(-1), self.reachable.reshape(-1)
@@ -136,29 +112,42 @@ class Watch(Observer):
             flat[start : start + length] = code
             self._known += int(np.count_nonzero(wanted[start : start + length]))
 
+    def _view(self, name: str, robot: _Robot) -> RobotView:
+        cell = (robot if robot.carrier is None else self._robots[robot.carrier]).cell_at(self.t_ms)
+        return RobotView(
+            name=name,
+            type=robot.type.name,
+            x=cell.x,
+            y=cell.y,
+            carrier=robot.carrier,
+            cargo=tuple(other for other, rider in self._robots.items() if rider.carrier == name),
+            action=robot.action,
+            lost=robot.lost,
+        )
+
     def _drive(self, event: DriveStarted) -> None:
-        robot = self.robots[event.robot]
+        robot = self._robots[event.robot]
         robot.route = route_of(event.cell, event.steps)
-        times = passing_times_ms(robot.route, self._resolution_m, robot.kind.speed_mps)
+        times = passing_times_ms(robot.route, self._resolution_m, robot.type.speed_mps)
         robot.times_ms = (event.t_ms + times).tolist()
 
     def _stand(self, robot: str, cell: Cell) -> None:
-        self.robots[robot].route, self.robots[robot].times_ms = (cell,), (self.t_ms,)
+        self._robots[robot].route, self._robots[robot].times_ms = (cell,), (self.t_ms,)
 
     def _start(self, event: ActionStarted) -> None:
         for name in event.action.robots:
-            self.robots[name].action = event.action
+            self._robots[name].action = event.action
         if event.action.name is ActionName.UNDOCK:
-            self.robots[event.action.robot].carrier = None
+            self._robots[event.action.robot].carrier = None
             self._stand(event.action.robot, event.cell)
 
     def _end(self, event: ActionEnded) -> None:
         for name in event.action.robots:
-            self.robots[name].action = None
+            self._robots[name].action = None
         if event.action.name is ActionName.DOCK and event.end is ActionEnd.DONE:
-            self.robots[event.action.robot].carrier = event.action.carrier
+            self._robots[event.action.robot].carrier = event.action.carrier
 
 
-def _placed(robot: PlacedRobot, kind: RobotType) -> WatchedRobot:
+def _placed(robot: PlacedRobot, kind: RobotType) -> _Robot:
     cell = Cell(0, 0) if robot.cell is None else robot.cell
-    return WatchedRobot(kind=kind, carrier=robot.carrier, route=(cell,))
+    return _Robot(type=kind, carrier=robot.carrier, route=(cell,))

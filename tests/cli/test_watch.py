@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from marsupial.cli.picture import doing
 from marsupial.cli.watch import Watch
+from marsupial.mission.playback import RobotView
 from marsupial.model.grid import FLOOR, TERRAINS, Cell
 from marsupial.model.mission import (
     ActionEnd,
@@ -47,6 +49,14 @@ def watch() -> Watch:
     return seen
 
 
+def robot(seen: Watch, name: str) -> RobotView:
+    return next(view for view in seen.views() if view.name == name)
+
+
+def place(seen: Watch, name: str) -> tuple[float, float]:
+    return robot(seen, name).x, robot(seen, name).y
+
+
 def dock(name: ActionName) -> Action:
     return Action(name=name, start_ms=0, duration_ms=5000, robot="rover1", carrier="carrier1", place="m")
 
@@ -61,8 +71,8 @@ def test_a_driving_robot_is_at_the_cell_it_passed_last() -> None:
     seen = watch()
     seen.event(DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(0, 1), steps="00"))
     seen.t_ms = 2500
-    assert seen.cell_of("carrier1") == Cell(1, 1)
-    assert seen.cell_of("rover1") == Cell(1, 1)
+    assert place(seen, "carrier1") == (1, 1)
+    assert place(seen, "rover1") == (1, 1)
 
 
 def test_a_robot_that_was_stopped_stands_where_it_was_stopped() -> None:
@@ -70,27 +80,27 @@ def test_a_robot_that_was_stopped_stands_where_it_was_stopped() -> None:
     seen.event(DriveStarted(t_ms=0, robot="carrier1", cell=Cell(0, 1), steps="00"))
     seen.event(DriveEnded(t_ms=1000, robot="carrier1", cell=Cell(1, 1)))
     seen.t_ms = 9000
-    assert seen.cell_of("carrier1") == Cell(1, 1)
+    assert place(seen, "carrier1") == (1, 1)
 
 
 def test_both_robots_say_what_they_do_in_a_docking() -> None:
     seen = watch()
-    assert seen.doing("rover1") == "aboard carrier1"
-    assert seen.aboard("carrier1") == ["rover1"]
+    assert doing(robot(seen, "rover1")) == "aboard carrier1"
+    assert robot(seen, "carrier1").cargo == ("rover1",)
     undock = dock(ActionName.UNDOCK)
     seen.event(ActionStarted(t_ms=0, revision=1, action=undock, cell=Cell(1, 1)))
-    assert (seen.doing("rover1"), seen.doing("carrier1")) == ("leaving carrier1", "setting down rover1")
+    assert (doing(robot(seen, "rover1")), doing(robot(seen, "carrier1"))) == ("undock from carrier1", "undock rover1")
     seen.event(ActionEnded(t_ms=5000, revision=1, action=undock, end=ActionEnd.DONE))
-    assert (seen.doing("rover1"), seen.doing("carrier1")) == ("waiting", "waiting")
-    assert (seen.cell_of("rover1"), seen.aboard("carrier1")) == (Cell(1, 1), [])
+    assert (doing(robot(seen, "rover1")), doing(robot(seen, "carrier1"))) == ("waits", "waits")
+    assert (place(seen, "rover1"), robot(seen, "carrier1").cargo) == ((1, 1), ())
     back = dock(ActionName.DOCK)
     seen.event(ActionStarted(t_ms=6000, revision=1, action=back, cell=Cell(1, 1)))
-    assert (seen.doing("rover1"), seen.doing("carrier1")) == ("docking on carrier1", "picking up rover1")
+    assert (doing(robot(seen, "rover1")), doing(robot(seen, "carrier1"))) == ("dock on carrier1", "dock rover1")
     seen.event(ActionEnded(t_ms=9000, revision=1, action=back, end=ActionEnd.DONE))
-    assert seen.doing("rover1") == "aboard carrier1"
+    assert doing(robot(seen, "rover1")) == "aboard carrier1"
 
 
 def test_a_lost_robot_says_so() -> None:
     seen = watch()
     seen.event(RobotLost(t_ms=10, robot="carrier1", reason="failed"))
-    assert seen.doing("carrier1") == "lost"
+    assert doing(robot(seen, "carrier1")) == "lost"

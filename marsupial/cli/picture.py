@@ -1,0 +1,150 @@
+"""A moment of a mission as text: the map with its robots, and who does what.
+
+Two cells of the picture share a character (an upper half block, in two colours). Each cell of the picture stands for
+a square of map cells: a wall where a wall crosses it, else what most of it is. Robots are letters, carriers capital
+ones, in the colour of the carrier they started on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import groupby
+from string import ascii_lowercase, ascii_uppercase
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from marsupial.mission.playback import RobotView
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray, Mask
+from marsupial.model.mission import MissionStarted
+from marsupial.model.plan import ActionName
+from marsupial.model.robots import Role
+
+_COLOURS = {UNKNOWN: "#59616d", OBSTACLE: "#16181c", FLOOR: "#f2f3f5", ROUGH: "#eeb0aa"}
+_OTHER_TERRAIN = "#c3b1e1"
+_FAMILIES = ("#1d63c4", "#c4520f", "#7a35b8", "#1f7a45", "#b3245f", "#8a6a00", "#00707d", "#5a5f66")
+_LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the prompt
+
+
+class Picture:
+    """Draws the moments of one mission for one console.
+
+    Parameters
+    ----------
+    shown
+        Mask (height, width) of the cells that have to be in the picture; all of them where it is empty.
+    """
+
+    def __init__(self, mission: MissionStarted, shown: Mask, console: Console) -> None:
+        self._console = console
+        self._box = _box(shown)
+        self._colours = {terrain.code: _COLOURS.get(terrain.code, _OTHER_TERRAIN) for terrain in mission.terrains}
+        self._colours[UNKNOWN] = _COLOURS[UNKNOWN]
+        self._marks = _marks(mission)
+
+    def map(self, cells: CellArray, robots: Sequence[RobotView]) -> Text:
+        """Return the map, as large as the console has room for."""
+        bottom, top, left, right = self._box
+        rows = max(3, self._console.height - len(robots) - _LINES_BESIDE_MAP)
+        block = max(1, math.ceil((right - left) / self._console.width), math.ceil((top - bottom) / (2 * rows)))
+        picture = coarse(cells[bottom:top, left:right], block)
+        marks = {}
+        for robot in sorted(robots, key=lambda robot: self._marks[robot.name][0].isupper()):  # carriers on top
+            if robot.carrier is None:
+                spot = (int((robot.y - bottom) // (2 * block)), int((robot.x - left) // block))
+                marks[spot] = self._marks[robot.name]
+        return self._picture_text(picture, marks)
+
+    def team(self, robots: Sequence[RobotView]) -> Table:
+        """Return a row for each robot: its letter, name, what it does and whom it carries."""
+        table = Table.grid(padding=(0, 2))
+        for robot in robots:
+            mark, style = self._marks[robot.name]
+            cargo = f"carries {', '.join(robot.cargo)}" if robot.cargo else ""
+            table.add_row(Text(f" {mark} ", style=style), *map(_cell, (robot.name, doing(robot), cargo)))
+        return table
+
+    def _picture_text(self, picture: CellArray, marks: dict[tuple[int, int], tuple[str, str]]) -> Text:
+        """Return the picture, its uppermost rows first; a mark replaces the character it stands on."""
+        if len(picture) % 2:
+            picture = np.vstack([picture, np.full((1, picture.shape[1]), UNKNOWN, dtype=np.uint8)])
+        lines = []
+        for row in reversed(range(len(picture) // 2)):
+            pairs = zip(picture[2 * row + 1], picture[2 * row], strict=True)
+            letters = [
+                marks.get((row, x), ("▀", f"{self._colours[int(upper)]} on {self._colours[int(lower)]}"))
+                for x, (upper, lower) in enumerate(pairs)
+            ]
+            runs = [
+                (style, "".join(letter for letter, _ in run)) for style, run in groupby(letters, key=lambda m: m[1])
+            ]
+            lines.append(Text.assemble(*((text, style) for style, text in runs), no_wrap=True))
+        return Text("\n").join(lines)
+
+
+def coarse(cells: CellArray, block: int) -> CellArray:
+    """Return the picture of `cells` with one cell for each `block` x `block` of them.
+
+    A picture cell is an obstacle where obstacles would cross it from side to side, unknown where nothing in it is
+    known, and else the commonest of what is known in it.
+    """
+    height, width = cells.shape
+    padded = np.pad(cells, ((0, -height % block), (0, -width % block)), constant_values=UNKNOWN)
+    squares = padded.reshape(padded.shape[0] // block, block, padded.shape[1] // block, block)
+    codes = [int(code) for code in np.unique(cells) if code not in (UNKNOWN, OBSTACLE)]
+    counts = np.stack([np.count_nonzero(squares == code, axis=(1, 3)) for code in [OBSTACLE, *codes]])
+    ground = np.array([*codes, UNKNOWN], dtype=np.uint8)[np.argmax(counts[1:], axis=0) if codes else 0]
+    picture = np.where(counts.sum(axis=0) == 0, UNKNOWN, ground)
+    walls = (counts[0] >= block) | ((counts[0] > 0) & (counts[1:].sum(axis=0) == 0))
+    return np.where(walls, OBSTACLE, picture).astype(np.uint8)
+
+
+def doing(robot: RobotView) -> str:
+    """Say what a robot does."""
+    if robot.lost:
+        return "lost"
+    if robot.carrier is not None:
+        return f"aboard {robot.carrier}"
+    action = robot.action
+    if action is None:
+        return "waits"
+    if action.carrier is None:
+        return f"{action.name} {action.place}"
+    if action.robot == robot.name:
+        return f"{action.name} {'on' if action.name is ActionName.DOCK else 'from'} {action.carrier}"
+    return f"{action.name} {action.robot}"
+
+
+def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:
+    """Return each robot's letter and style: capitals for carriers, the colour of the carrier for its rovers."""
+    carrying = {kind.name for kind in mission.types if kind.role is Role.CARRIER}
+    carriers = [robot.name for robot in mission.robots if robot.type in carrying]
+    rovers = [robot.name for robot in mission.robots if robot.type not in carrying]
+    marks = {}
+    for robot in mission.robots:
+        lead = robot.name in carriers
+        letters, among = (ascii_uppercase, carriers) if lead else (ascii_lowercase, rovers)
+        family = carriers.index(robot.carrier) if robot.carrier in carriers else among.index(robot.name)
+        colour = _FAMILIES[family % len(_FAMILIES)]
+        marks[robot.name] = (letters[among.index(robot.name) % 26], f"bold white on {colour}")
+    return marks
+
+
+def _box(shown: Mask) -> tuple[int, int, int, int]:
+    """Return bottom, top, left and right of what is shown, upper bounds exclusive."""
+    rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
+    if not rows.size:
+        return 0, shown.shape[0], 0, shown.shape[1]
+    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
+
+
+def _cell(text: str) -> Text:
+    return Text(printable(text), no_wrap=True, overflow="ellipsis")
+
+
+def printable(text: str) -> str:
+    """Return `text` without what would steer the terminal."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)

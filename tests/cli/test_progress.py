@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+from synthetic_mission import synthetic_mission
+
+from marsupial.cli import progress as module
+from marsupial.cli.progress import progress
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import MissionStarted
+
+
+def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
+    """Show the made-up mission as if it were one in the lobby, whose map is larger."""
+    monkeypatch.setattr(module, "Console", lambda **_: console)
+    monkeypatch.setattr(module, "FRAME_EVERY_S", 0.0)
+    with progress(builtin_scenario("lobby"), 1) as observer:
+        assert isinstance(observer, Observer)
+        for event in synthetic_mission():
+            observer.event(event)
+
+
+def test_a_terminal_shows_map_clock_coverage_and_robots(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = io.StringIO()
+    console = Console(file=file, force_terminal=True, color_system="truecolor", width=100, height=40, _environ={})
+    watch_lobby(monkeypatch, console)
+    text = file.getvalue()
+    assert "▀" in text
+    assert "% known" in text
+    first = synthetic_mission()[0]
+    assert isinstance(first, MissionStarted)
+    assert all(robot.name in text for robot in first.robots)
+
+
+def test_without_colours_nothing_moves(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    file = io.StringIO()
+    watch_lobby(monkeypatch, Console(file=file, force_terminal=True, no_color=True, _environ={}))
+    assert file.getvalue() == ""
+    lines = capsys.readouterr().err.splitlines()
+    assert "robots, seed" in lines[0]
+    assert all("\x1b" not in line for line in lines)
