@@ -23,12 +23,12 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
         PartSize(rovers=3, targets=4, seconds=3.0),
         PartSize(rovers=2, targets=3, seconds=1.5),
         PartSize(rovers=2, targets=2, seconds=0.8),
-        PartSize(rovers=2, targets=2, choices=1, seconds=0.4),
+        PartSize(rovers=2, targets=2, choices=1, seconds=0.5),
     ),
     "tamer": (
         PartSize(rovers=3, targets=4, seconds=2.0),
         PartSize(rovers=2, targets=3, seconds=0.7),
-        PartSize(rovers=2, targets=2, choices=1, seconds=0.3),
+        PartSize(rovers=2, targets=2, choices=1, seconds=0.4),
     ),
 }
 """How big the parts are that an engine plans within how many seconds; those not named here take any size."""

@@ -14,7 +14,6 @@ from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
 from marsupial.model.situation import Situation
 
 
-
 def duration_ms(situation: Situation, action: Action) -> int | None:
     """Return how long `action` takes in `situation`, whatever duration it bears; None where there is no path."""
     if action.origin is not None:

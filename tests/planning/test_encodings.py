@@ -17,7 +17,6 @@ from situations import (
     rover,
     situation_of,
     situations,
-    two_rooms,
 )
 
 from marsupial.model.plan import ActionName
