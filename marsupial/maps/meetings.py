@@ -14,12 +14,11 @@ Wurm et al. 2010, section III-B ("meeting points ... situated between those part
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.targets import Target
@@ -34,6 +33,17 @@ STRETCH_M = 6.0
 """Length of border, in metres, that one meeting point serves."""
 
 Indices = npt.NDArray[np.int64]
+
+_NO_AREA = 0
+
+# slices that put each cell of a mask beside its neighbour in one of the four directions
+_LOW, _HIGH, _ALL = slice(None, -1), slice(1, None), slice(None)
+_NEIGHBOURS = (
+    ((_ALL, _LOW), (_ALL, _HIGH)),
+    ((_ALL, _HIGH), (_ALL, _LOW)),
+    ((_LOW, _ALL), (_HIGH, _ALL)),
+    ((_HIGH, _ALL), (_LOW, _ALL)),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,13 +83,13 @@ def find_meetings(
 
 
 def _still_good(point: MapMeeting, reach: Reach) -> bool:
+    pair = (point.carrier_type, point.rover_type)
+    return pair in reach.docking and _within_reach(point, reach.by_type[pair[0]], reach.by_type[pair[1]])
+
+
+def _within_reach(point: MapMeeting, carrier_reach: Mask, rover_reach: Mask) -> bool:
     carrier, rover = point.carrier_cell, point.rover_cell
-    docking = reach.docking.get((point.carrier_type, point.rover_type))
-    return (
-        docking is not None
-        and bool(reach.by_type[point.carrier_type][carrier.y, carrier.x])
-        and bool(reach.by_type[point.rover_type][rover.y, rover.x])
-    )
+    return bool(carrier_reach[carrier.y, carrier.x] and rover_reach[rover.y, rover.x])
 
 
 class _Pair:
@@ -90,29 +100,28 @@ class _Pair:
         self._docking = docking
         self._carrier, self._rover = carrier, rover
         self._width = territory.grid.width
-        self._rover_reach = reach.by_type[rover]
+        self._carrier_reach, self._rover_reach = reach.by_type[carrier], reach.by_type[rover]
         self._dock = docking.cells & self._rover_reach
-        self._window = territory.known.cut
+        self._window = territory.known
         self._areas = np.zeros(self._dock.shape, dtype=np.int32)
-        self._areas[self._window], self._area_count = parts(
-            self._rover_reach[self._window] & ~docking.cells[self._window]
-        )
+        cut = self._window.cut
+        self._areas[cut], self._area_count = parts(self._rover_reach[cut] & ~docking.cells[cut])
 
     def on_borders(
         self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
     ) -> list[MapMeeting]:
         """Return a point for each stretch of border of the rover-only areas that matter."""
-        border = self._border(self._areas_of_interest(targets, robots))
-        for target in self._rover_only(targets):
-            cell = target.viewpoints[self._rover]
-            border[cell.y, cell.x] |= self._dock[cell.y, cell.x]
         stretch = STRETCH_M / self._territory.grid.resolution_m
+        names = {point.name for point in points}
+        served = [(self._index(p.rover_cell), self._areas_near(p.rover_cell)) for p in points if self._fits(p)]
         found: list[MapMeeting] = []
-        for cells in groups(np.flatnonzero(border), border.shape):
-            taken = [self._index(p.rover_cell) for p in (*points, *found) if self._fits(p)]
-            for index in _spread(cells, taken, stretch, self._width):
-                found.append(self._point(index))
-        return found
+        for area, border in self._borders(targets, robots):
+            for cells in groups(border, self._dock.shape):
+                taken = [index for index, areas in served if area in areas or area == _NO_AREA]
+                for index in _spread(cells, taken, stretch, self._width):
+                    found.append(self._point(index))
+                    served.append((index, self._areas_near(found[-1].rover_cell)))
+        return [point for point in found if point.name not in names]
 
     def on_the_spot(
         self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
@@ -127,34 +136,48 @@ class _Pair:
             loaded = any(other.carrier == robot.name and other.type == self._rover for other in robots)
             if robot.type == self._carrier and loaded and self._useful_rover(targets):
                 spots += self._beside(robot.cell)
-        taken = {(p.carrier_cell, p.rover_cell) for p in points}
-        unique = {(p.carrier_cell, p.rover_cell): p for p in spots if (p.carrier_cell, p.rover_cell) not in taken}
-        names = {p.name for p in points}
-        return [p for p in unique.values() if p.name not in names]
+        names = {point.name for point in points}
+        return list({spot.name: spot for spot in spots if spot.name not in names}.values())
 
     def connections(self, targets: Sequence[Target], points: Sequence[MapMeeting]) -> dict[str, frozenset[str]]:
-        """Return per point of this pair the rover-only targets in the areas that it borders on."""
+        """Return per point both can get to the rover-only targets in the areas that it borders on."""
         cells = {target.name: target.viewpoints[self._rover] for target in self._rover_only(targets)}
         areas_of = {name: self._areas_near(cell) for name, cell in cells.items()}
         reach = STRETCH_M / self._territory.grid.resolution_m
         served: dict[str, frozenset[str]] = {}
         for point in points:
-            if self._fits(point):
+            if _within_reach(point, self._carrier_reach, self._rover_reach):
                 mine, here = self._areas_near(point.rover_cell), point.rover_cell
                 # a target at the very border, with no area of its own, belongs to the points on the same stretch
                 near = {n for n, c in cells.items() if not areas_of[n] and math.dist(c, here) <= reach}
                 served[point.name] = frozenset(near | {name for name, areas in areas_of.items() if areas & mine})
         return served
 
-    def _border(self, areas: set[int]) -> Mask:
-        """Return the mask of the cells where docking is possible beside one of these areas."""
-        border = np.zeros_like(self._dock)
-        if areas:
-            wanted = np.zeros(self._area_count + 1, dtype=np.bool_)
-            wanted[sorted(areas)] = True
-            border[self._window] = ndimage.binary_dilation(wanted[self._areas[self._window]])
-            border &= self._dock
-        return border
+    def _borders(self, targets: Sequence[Target], robots: Sequence[PlacedRobot]) -> Iterator[tuple[int, Indices]]:
+        """Yield the border of each rover-only area that matters: the cells beside it where docking is possible.
+
+        Last, as those of `_NO_AREA`, come the cells of the targets that are at no area but where docking is possible.
+        """
+        wanted = np.zeros(self._area_count + 1, dtype=np.bool_)
+        wanted[sorted(self._areas_of_interest(targets, robots))] = True
+        near, areas = self._beside_areas(wanted)
+        for area in np.flatnonzero(wanted).tolist():
+            yield area, np.unique(near[areas == area])
+        cells = [target.viewpoints[self._rover] for target in self._rover_only(targets)]
+        lone = {self._index(c) for c in cells if self._dock[c.y, c.x] and not self._areas_near(c)}
+        yield _NO_AREA, np.array(sorted(lone), dtype=np.int64)
+
+    def _beside_areas(self, wanted: Mask) -> tuple[Indices, npt.NDArray[np.int32]]:
+        """Return the cells next to wanted areas where docking is possible and, beside them, which area it is."""
+        areas, dock = self._areas[self._window.cut], self._dock[self._window.cut]
+        cells, labels = [], []
+        for here, there in _NEIGHBOURS:
+            beside = np.zeros_like(areas)
+            beside[here] = areas[there]
+            near = np.flatnonzero(dock & wanted[beside])
+            cells.append(self._window.on_map(near, self._width))
+            labels.append(beside.ravel()[near])
+        return np.concatenate(cells), np.concatenate(labels)
 
     def _rover_only(self, targets: Sequence[Target]) -> list[Target]:
         carriers = {kind.name for kind in self._territory.of_role(Role.CARRIER)}

@@ -103,12 +103,18 @@ class TargetFinder:
                 targets.append(self._target(seed, members, viewpoints))
         return tuple(targets)
 
-    def refused(self, targets: Sequence[Target]) -> tuple[Remaining, ...]:
-        """Return the groups of frontier cells that belong to no target, each with the reason."""
+    def refused(self, targets: Sequence[Target], reach: Reach) -> tuple[Remaining, ...]:
+        """Return the groups of frontier cells that belong to no target, each with the reason.
+
+        Parameters
+        ----------
+        targets, reach
+            What `find` returned, and for which reach.
+        """
         frontier = self.frontier()
         for target in targets:
             frontier.ravel()[target.cells] = False
-        return tuple(self._refusal(group) for group in groups(np.flatnonzero(frontier), frontier.shape))
+        return tuple(self._refusal(group, reach) for group in groups(np.flatnonzero(frontier), frontier.shape))
 
     def _approaches(self, name: str, reach: Mask, frontier: Indices) -> tuple[Indices, Indices]:
         """Return the cells a type can explore, ascending, and the viewpoint nearest to each.
@@ -160,17 +166,14 @@ class TargetFinder:
             reveal_m2=round(hidden * grid.cell_area_m2, 6),
         )
 
-    def _refusal(self, group: Indices) -> Remaining:
+    def _refusal(self, group: Indices, reach: Reach) -> Remaining:
         grid = self._territory.grid
-        rows, columns = group // grid.width, group % grid.width
-        window = (
-            slice(max(0, rows.min() - 1), rows.max() + 2),
-            slice(max(0, columns.min() - 1), columns.max() + 2),
-        )
+        y, x = _around(group, grid.cells.shape)
         prints = self._territory.footprints.values()
-        if any(footprint.standable[window].any() for footprint in prints):
+        fits = any(footprint.standable[y, x].any() for footprint in prints)
+        if fits and not any(mask[y, x].any() for mask in reach.by_type.values()):
             reason = "no robot that fits there can get there: not connected to the reach of the team"
-        elif any(footprint.possible[window].any() for footprint in prints):
+        elif any((footprint.possible[y, x] & ~footprint.standable[y, x]).any() for footprint in prints):
             reason = "not reached: no robot can stand close enough to reveal more"
         else:
             reason = "too narrow for every robot type of the team"
@@ -180,6 +183,14 @@ class TargetFinder:
 
 def _cell(index: int, width: int) -> Cell:
     return Cell(index % width, index // width)
+
+
+def _around(group: Indices, shape: tuple[int, int]) -> tuple[Indices, Indices]:
+    """Return rows and columns of the cells of a group and their eight neighbours; some come more than once."""
+    near = np.arange(-1, 2)
+    y = np.clip((group // shape[1])[:, None] + np.repeat(near, 3), 0, shape[0] - 1)
+    x = np.clip((group % shape[1])[:, None] + np.tile(near, 3), 0, shape[1] - 1)
+    return y, x
 
 
 def _middle(group: Indices, width: int) -> int:

@@ -63,7 +63,7 @@ class Surveyor:
     territory
         Kept up to date by the mission.
     homes
-        The cell each carrier has to come home to, by carrier.
+        The cell each carrier has to come home to, by carrier; other robots' cells are of no account.
     goal
         What the mission asks for once no target is left.
     """
@@ -73,16 +73,21 @@ class Surveyor:
         self._finder = TargetFinder(territory)
         self._homes = homes
         self._goal = goal
+        self._reach = territory.reach(())
         self._searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
-        return self._finder.find(self._territory.reach(placed(robots)))
+        self._reach = self._territory.reach(placed(robots))
+        return self._finder.find(self._reach)
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
-        """Return every frontier that is left: `targets` with `reason`, the others with why they are none."""
+        """Return every frontier that is left: `targets` with `reason`, the others with why they are none.
+
+        They are those of the last look: `targets` or `survey`.
+        """
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
-        return left + self._finder.refused(targets)
+        return left + self._finder.refused(targets, self._reach)
 
     def route(self, kind: str, start: Cell, goal: Cell) -> tuple[Cell, ...] | None:
         """Return the cheapest route of a robot type over the known map."""
@@ -92,7 +97,7 @@ class Surveyor:
         """Return the situation of `robots`; lost ones are left out."""
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
-        reach = self._territory.reach(where)
+        self._reach = reach = self._territory.reach(where)
         targets = self._finder.find(reach)
         meetings = find_meetings(self._territory, reach, targets, where, keep)
         states = tuple(self._state(robot, now_ms) for robot in active)
@@ -108,14 +113,15 @@ class Surveyor:
         )
 
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
-        home = robot.name if self._goal.return_home and robot.name in self._homes else None
+        carrier = self._territory.kinds[robot.type].role is Role.CARRIER
+        home = carrier and self._goal.return_home and robot.name in self._homes
         return RobotState(
             name=robot.name,
             type=robot.type,
             place=None if robot.cell is None else f"s_{robot.name}",
             carrier=robot.carrier,
             free_at_ms=0 if robot.cell is None else max(0, robot.free_at_ms - now_ms),
-            home=None if home is None else f"h_{home}",
+            home=f"h_{robot.name}" if home else None,
         )
 
     def _poses(
