@@ -54,6 +54,11 @@ class Executor:
         """Whether nothing runs and nothing waits to run."""
         return not self._running and not any(self._queues.values())
 
+    @property
+    def running(self) -> bool:
+        """Whether something runs."""
+        return bool(self._running)
+
     def unemployed(self, robots: Iterable[str]) -> bool:
         """Say whether one of `robots` has nothing left to do."""
         return any(name not in self._running and not self._queues[name] for name in robots)

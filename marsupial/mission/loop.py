@@ -211,11 +211,12 @@ class Mission:
         if not verdict.valid:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
+        stalled = not decision.plan.actions and not self._executor.running
         if self._assignment.planning_time is PlanningTime.CHARGED:
             self._adopt_late(trigger, survey, decision)
         else:
             self._adopt(trigger, survey, decision.plan)
-        if self._executor.idle and not decision.plan.actions:
+        if stalled:
             return Status.STALLED, decision.report.detail or "the strategy knows nothing to do"
         return None
 
@@ -287,8 +288,8 @@ class Mission:
             self._exploration_ms = self._world.now_ms
 
     def _satisfied(self, survey: Survey) -> bool:
-        """Say whether the mission's wishes beyond exploring are met (running actions included)."""
-        if not self._executor.idle:
+        """Say whether the mission's wishes beyond exploring are met and nothing runs any more."""
+        if self._executor.running:
             return False
         goal = survey.situation.goal
         robots = [robot for robot in self._world.robots() if not robot.lost]

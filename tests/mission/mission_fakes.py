@@ -95,13 +95,13 @@ class Timed:
     def __init__(self, inner: Strategy, wall_s: float) -> None:
         self.name = inner.name
         self._inner = inner
-        self._wall_s = wall_s
+        self.wall_s = wall_s
         self.briefings: list[Briefing] = []
 
     def decide(self, briefing: Briefing) -> Decision:
         self.briefings.append(briefing)
         decision = self._inner.decide(briefing)
-        return replace(decision, report=replace(decision.report, wall_s=self._wall_s))
+        return replace(decision, report=replace(decision.report, wall_s=self.wall_s))
 
 
 def plan_of(actions: Iterable[Action]) -> Plan:

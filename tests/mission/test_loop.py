@@ -1,0 +1,372 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from mission_fakes import Scripted, Timed, drive
+from small_missions import (
+    ANNEX,
+    CORRIDOR,
+    TWO_ANNEXES,
+    Watcher,
+    carrier_at,
+    drawn_grid,
+    fly,
+    greedy_strategy,
+    kinds_of,
+    rover_at,
+    rover_on,
+)
+
+from marsupial.mission.loop import LOOK_MS, MAX_FRUITLESS, runs_of
+from marsupial.model.grid import Cell
+from marsupial.model.mission import (
+    ActionEnd,
+    ActionEnded,
+    ActionStarted,
+    DriveEnded,
+    DriveStarted,
+    MissionEnded,
+    Planned,
+    RobotLost,
+    Status,
+)
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.scenario import Goal, PlanningTime
+from marsupial.model.strategy import Briefing, Decision
+from marsupial.strategies.heuristic import Heuristic
+from marsupial.strategies.temporal import Temporal
+
+LEAVE = Goal(recover_rovers=False)
+HOME = Goal(return_home=True)
+LONG_HALL = ("#" * 42, "#" + "." * 40 + "#", "#" * 42)
+
+
+def nothing(_briefing: Briefing) -> Plan:
+    return Plan(actions=())
+
+
+def nearest_target(briefing: Briefing) -> Plan:
+    """Send the first carrier to the target nearest to it, nobody else anywhere."""
+    situation = briefing.situation
+    if not situation.targets:
+        return Plan(actions=())
+    robot = situation.robots[0]
+    travel = {t.name: situation.travel(robot.type, str(robot.place), t.name) for t in situation.targets}
+    took, name = min((ms, name) for name, ms in travel.items() if ms is not None)
+    action = drive(ActionName.EXPLORE, robot.name, name, str(robot.place))
+    return Plan(actions=(_timed(action, robot.free_at_ms, took),))
+
+
+def _timed(action: Action, start_ms: int, took_ms: int) -> Action:
+    return replace(action, start_ms=start_ms, duration_ms=max(1, took_ms))
+
+
+def plans_of(watcher: Watcher) -> list[Planned]:
+    return [event for event in watcher.events if isinstance(event, Planned)]
+
+
+def test_a_carrier_alone_explores_a_hall() -> None:
+    ended, watcher = fly(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy())
+    assert (ended.status, ended.coverage, ended.remaining) == (Status.COMPLETE, 1.0, ())
+    assert (ended.exploration_ms, ended.t_ms) == (4000, 5000)  # at x = 5 it sees the wall at x = 8, at x = 6 it stands
+    assert ended.distance_m == (("c1", 5.0),)
+    assert watcher.faults == []
+    assert watcher.events[-1] == ended
+
+
+def test_a_map_that_is_seen_at_once_is_complete_at_once() -> None:
+    ended, watcher = fly(drawn_grid("####", "#..#", "####"), [carrier_at(1, 1)], greedy_strategy())
+    assert (ended.status, ended.t_ms, ended.replans) == (Status.COMPLETE, 0, 0)
+    assert not watcher.of(Planned)
+
+
+def test_a_rover_is_set_down_explores_and_is_picked_up_again() -> None:
+    ended, watcher = fly(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_on("c1")], greedy_strategy())
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert ended.aboard == ("r1",)
+    assert ended.deployments == ended.retrievals == 1
+    assert ended.reason.endswith("all rovers are aboard")
+    assert ended.exploration_ms is not None
+    assert ended.exploration_ms < ended.t_ms
+    assert watcher.faults == []
+
+
+def test_without_the_wish_to_recover_a_mission_is_over_when_all_is_seen() -> None:
+    ended, _ = fly(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_on("c1")], greedy_strategy(), goal=LEAVE)
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert (ended.aboard, ended.retrievals) == ((), 0)
+    # whoever drives stops at the next cell first
+    assert ended.exploration_ms is not None
+    assert ended.t_ms - ended.exploration_ms < 3000
+
+
+@pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
+def test_a_team_that_has_to_return_home_does(strategy: Callable[[], Temporal | Heuristic]) -> None:
+    ended, watcher = fly(drawn_grid(*TWO_ANNEXES), [carrier_at(5, 1), rover_on("c1")], strategy(), goal=HOME)
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert ended.aboard == ("r1",)
+    assert watcher.cell["c1"] == Cell(5, 1)
+    assert watcher.faults == []
+
+
+def test_robots_may_start_on_the_ground_and_rovers_have_no_home_to_return_to() -> None:
+    ended, watcher = fly(drawn_grid(*ANNEX), [carrier_at(1, 3), rover_at(9, 3)], greedy_strategy(), goal=HOME)
+    assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
+    assert watcher.cell["c1"] == Cell(1, 3)
+    assert watcher.faults == []
+
+
+def test_a_mission_is_complete_though_a_robot_that_just_stopped_had_been_given_one_more_thing_to_do() -> None:
+    # at x = 36 the carrier is told to stop; at x = 38, where it stands at last, it sees the end of the hall
+    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], Scripted(nearest_target))
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert watcher.faults == []
+
+
+def test_a_strategy_that_does_nothing_stalls_and_every_frontier_is_named() -> None:
+    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(20, 1)], Scripted(nothing))
+    assert (ended.status, ended.t_ms) == (Status.STALLED, 0)
+    assert ended.reason == "the strategy knows nothing to do"
+    assert {left.cell for left in ended.remaining} == {Cell(17, 1), Cell(23, 1)}
+    assert all(ended.reason in left.reason for left in ended.remaining)
+
+
+def test_ground_that_nobody_can_get_to_is_named_even_when_complete() -> None:
+    ended, _ = fly(drawn_grid(*ANNEX), [carrier_at(4, 3)], greedy_strategy())
+    assert ended.status is Status.COMPLETE
+    assert ended.coverage < 1.0
+    assert {left.cell.y for left in ended.remaining} == {1}
+    assert all("no robot that fits there can get there" in left.reason for left in ended.remaining)
+
+
+def test_a_rover_that_nobody_can_fetch_stalls_the_mission() -> None:
+    grid = drawn_grid("#######", "#..#,,#", "#######")
+    ended, _ = fly(grid, [carrier_at(1, 1), rover_at(4, 1)], greedy_strategy())
+    assert (ended.status, ended.coverage) == (Status.STALLED, 1.0)
+    assert "rover" in ended.reason
+
+
+@pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
+def test_the_rovers_that_can_be_fetched_are_fetched_before_a_mission_stalls(
+    strategy: Callable[[], Temporal | Heuristic],
+) -> None:
+    grid = drawn_grid("##########", "#......#,#", "##########")
+    team = [carrier_at(1, 1), rover_at(6, 1, 1), rover_at(8, 1, 2)]
+    for planning_time in PlanningTime:
+        ended, _ = fly(grid, team, strategy(), planning_time=planning_time, kinds=kinds_of(capacity=2))
+        assert (ended.status, ended.aboard) == (Status.STALLED, ("r1",))
+        assert ended.t_ms < 60_000
+
+
+def test_a_mission_ends_exactly_at_its_time_limit() -> None:
+    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy(), time_ms=2500)
+    assert (ended.status, ended.t_ms) == (Status.TIME_LIMIT, 2500)
+    assert ended.reason == "time limit of 2.5 s reached"
+    assert len(ended.remaining) == 1
+    assert 0 < ended.coverage < 1
+
+
+def test_planning_that_is_charged_does_not_overrun_the_time_limit() -> None:
+    slow = Timed(greedy_strategy(), wall_s=60.0)
+    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], slow, time_ms=2500, planning_time=PlanningTime.CHARGED)
+    assert (ended.status, ended.t_ms) == (Status.TIME_LIMIT, 2500)
+
+
+def test_a_mission_that_completes_at_its_time_limit_is_complete() -> None:
+    ended, _ = fly(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy(), time_ms=5000)
+    assert (ended.status, ended.t_ms) == (Status.COMPLETE, 5000)
+
+
+def test_a_cancelled_mission_ends_with_a_report() -> None:
+    asked: list[bool] = []
+
+    def cancelled() -> bool:
+        asked.append(True)
+        return len(asked) > 3
+
+    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy(), cancelled=cancelled)
+    assert ended.status is Status.CANCELLED
+    assert len(ended.remaining) == 1
+    assert isinstance(watcher.events[-1], MissionEnded)
+
+
+def test_an_invalid_plan_is_never_followed() -> None:
+    def broken(briefing: Briefing) -> Plan:
+        return Plan(actions=(drive(ActionName.EXPLORE, "c1", "nowhere", "s_c1"),))
+
+    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], Scripted(broken))
+    assert (ended.status, ended.plans_invalid, ended.plans_valid) == (Status.FAILED, 1, 0)
+    assert "scripted made an invalid plan" in ended.reason
+    assert not watcher.of(ActionStarted)
+    assert not watcher.of(Planned)
+
+
+def test_a_strategy_that_runs_on_the_spot_stalls() -> None:
+    def on_the_spot(briefing: Briefing) -> Plan:
+        """Move between the meeting points of one and the same place, which takes no time."""
+        situation = briefing.situation
+        here = [m for m in situation.meetings if situation.travel("carrier", "s_c1", m) == 0]
+        return Plan(actions=(_timed(drive(ActionName.MOVE, "c1", here[0], "s_c1"), 0, 0),))
+
+    strategy = Scripted(on_the_spot)
+    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(20, 1), rover_on("c1")], strategy)
+    assert (ended.status, ended.t_ms) == (Status.STALLED, 0)
+    assert "over and over" in ended.reason
+    assert len(strategy.briefings) == MAX_FRUITLESS + 1
+
+
+def test_nothing_is_replanned_merely_because_time_passes() -> None:
+    # from the west end the carrier has to come back over 20 known cells to see more of the east
+    strategy = Scripted(nearest_target)
+    ended, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], strategy)
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    turned = next(e for e in watcher.of(DriveStarted) if len(e.steps) > 15)  # type: ignore[attr-defined]
+    quiet = [p for p in plans_of(watcher) if turned.t_ms < p.t_ms < turned.t_ms + 15_000]  # type: ignore[attr-defined]
+    assert quiet == []
+    assert len(strategy.briefings) == len(plans_of(watcher))
+
+
+def test_replanning_waits_for_a_second_of_news_unless_something_ends() -> None:
+    _, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], greedy_strategy())
+    times = [plan.t_ms for plan in plans_of(watcher)]
+    ends = {event.t_ms for event in watcher.of(ActionEnded)}  # type: ignore[attr-defined]
+    assert all(b - a >= LOOK_MS or b in ends for a, b in pairwise(times))
+
+
+def test_every_plan_says_what_asked_for_it() -> None:
+    _, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], greedy_strategy())
+    triggers = [plan.trigger for plan in plans_of(watcher)]
+    assert triggers[0] == "start"
+    assert all(t.startswith(("new: ", "gone: ", "plan carried out", "robot free")) for t in triggers[1:])
+
+
+def test_what_a_lost_robot_was_to_do_is_given_to_another() -> None:
+    team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
+    ended, watcher = fly(drawn_grid(*LONG_HALL), team, greedy_strategy(), failures={"c1": 4500})
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert [(e.t_ms, e.robot) for e in watcher.of(RobotLost)] == [(4500, "c1")]  # type: ignore[attr-defined]
+    after = [plan for plan in plans_of(watcher) if plan.t_ms >= 4500]
+    assert after[0].t_ms == 4500
+    assert after[0].trigger == "lost: c1"
+    assert all(action.robot != "c1" for plan in after for action in plan.actions)
+    assert [e.end for e in watcher.of(ActionEnded) if e.action.robot == "c1"][-1] is ActionEnd.LOST  # type: ignore[attr-defined]
+    assert watcher.faults == []
+
+
+def test_a_robot_lost_while_a_plan_is_made_asks_for_the_next_one() -> None:
+    team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
+    slow = Timed(greedy_strategy(), wall_s=2.0)
+    ended, watcher = fly(drawn_grid(*LONG_HALL), team, slow, failures={"c1": 1000}, planning_time=PlanningTime.CHARGED)
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert [plan.trigger for plan in plans_of(watcher)][:2] == ["start", "lost: c1"]
+    assert watcher.faults == []
+
+
+def test_a_mission_whose_robots_are_all_lost_has_failed() -> None:
+    team = [carrier_at(1, 3), rover_on("c1")]
+    for planning_time in PlanningTime:
+        ended, _ = fly(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"c1": 1500}, planning_time=planning_time)
+        assert (ended.status, ended.reason, ended.t_ms) == (Status.FAILED, "every robot is lost", 1500)
+        assert ended.remaining
+
+
+def test_a_lost_rover_is_not_waited_for() -> None:
+    team = [carrier_at(1, 3), rover_on("c1", 1), rover_on("c1", 2)]
+    ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"r1": 0}, kinds=kinds_of(capacity=2))
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert ended.deployments == ended.retrievals == 1
+    assert watcher.faults == []
+
+
+@pytest.mark.parametrize("t_ms", range(500, 60_000, 3_500))
+def test_whenever_the_only_carrier_is_lost_the_mission_comes_to_an_end(t_ms: int) -> None:
+    team = [carrier_at(1, 3), rover_on("c1")]
+    ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy(), failures={"c1": t_ms})
+    assert ended.status in {Status.COMPLETE, Status.STALLED, Status.FAILED}
+    assert watcher.faults == []
+
+
+def test_targets_that_vanish_while_a_dock_runs_leave_it_running() -> None:
+    # c2 sees the rest of the hall while c1 is busy with its rover
+    team = [carrier_at(3, 3, 1), carrier_at(7, 3, 2), rover_on("c1")]
+    ended, watcher = fly(drawn_grid(*ANNEX), team, greedy_strategy())
+    ends = [e for e in watcher.of(ActionEnded) if e.action.carrier is not None]  # type: ignore[attr-defined]
+    assert ends
+    assert all(e.end is ActionEnd.DONE for e in ends)  # type: ignore[attr-defined]
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert watcher.faults == []
+
+
+def test_carriers_without_a_place_and_rovers_explore_side_by_side() -> None:
+    ended, watcher = fly(
+        drawn_grid(*ANNEX),
+        [carrier_at(1, 3), rover_at(1, 1)],
+        greedy_strategy(),
+        goal=LEAVE,
+        kinds=kinds_of(capacity=0),
+    )
+    assert (ended.status, ended.coverage, ended.deployments) == (Status.COMPLETE, 1.0, 0)
+    assert watcher.faults == []
+
+
+class TestChargedPlanning:
+    WALL_MS = 2000
+
+    def fly(self, *lines: str) -> tuple[MissionEnded, Watcher, Timed]:
+        team = [carrier_at(1, len(lines) - 2) if lines == ANNEX else carrier_at(5, 1), rover_on("c1")]
+        slow = Timed(greedy_strategy(), wall_s=self.WALL_MS / 1000)
+        ended, watcher = fly(drawn_grid(*lines), team, slow, planning_time=PlanningTime.CHARGED)
+        return ended, watcher, slow
+
+    def test_the_clock_advances_by_the_time_planning_took(self) -> None:
+        _, watcher, slow = self.fly(*ANNEX)
+        times = [plan.t_ms for plan in plans_of(watcher)]
+        assert times[0] == self.WALL_MS
+        assert all(b - a >= self.WALL_MS for a, b in pairwise(times))
+        assert len(times) == len(slow.briefings)
+
+    def test_meanwhile_robots_follow_the_old_plan_but_begin_no_docking(self) -> None:
+        _, watcher, _ = self.fly(*TWO_ANNEXES)
+        windows = [(plan.t_ms - self.WALL_MS, plan.t_ms) for plan in plans_of(watcher)]
+        drives = [(e.t_ms, e.robot) for e in watcher.of(DriveStarted)]  # type: ignore[attr-defined]
+        stops = [(e.t_ms, e.robot) for e in watcher.of(DriveEnded)]  # type: ignore[attr-defined]
+        spans = [(t, min(s for s, other in stops if other == robot and s >= t)) for t, robot in drives]
+        assert any(t < begun < s or begun <= t < ready for begun, ready in windows[1:] for t, s in spans)
+        docks = [e.t_ms for e in watcher.of(ActionStarted) if e.action.carrier is not None]  # type: ignore[attr-defined]
+        assert docks
+        assert not any(begun < t < ready for begun, ready in windows for t in docks)
+
+    @pytest.mark.parametrize("lines", [ANNEX, TWO_ANNEXES])
+    def test_the_mission_is_carried_out_all_the_same(self, lines: tuple[str, ...]) -> None:
+        ended, watcher, _ = self.fly(*lines)
+        assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
+        assert watcher.faults == []
+
+    def test_a_plan_that_was_overtaken_is_made_anew(self) -> None:
+        # the loss of c1 asks for a second plan, which takes so long that c2 has seen the last cells meanwhile
+        strategy = Timed(greedy_strategy(), 0.0)
+
+        class Slower:
+            name = "slower"
+
+            def decide(self, briefing: Briefing) -> Decision:
+                decision = strategy.decide(briefing)
+                strategy.wall_s = 100.0
+                return decision
+
+        team = [carrier_at(1, 1, 1), carrier_at(2, 1, 2)]
+        ended, watcher = fly(
+            drawn_grid(*CORRIDOR), team, Slower(), failures={"c1": 500}, planning_time=PlanningTime.CHARGED
+        )
+        assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+        assert "plan overtaken" in [plan.trigger for plan in plans_of(watcher)]
+
+
+def test_runs_join_neighbouring_cells_of_one_code() -> None:
+    cells = np.array([1, 1, 0, 1, 1, 1], dtype=np.uint8)
+    assert runs_of(np.array([0, 1, 2, 4, 5]), cells) == (0, 2, 1, 2, 1, 0, 4, 2, 1)
+    assert runs_of(np.array([3]), cells) == (3, 1, 1)
