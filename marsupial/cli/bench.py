@@ -26,5 +26,6 @@ def bench(
     if name not in BENCHES:
         raise UsageError(f"unknown benchmark {name!r}; there are {', '.join(BENCHES)}")
     from marsupial.bench.paths import bench_paths, table
+    from marsupial.cli.tables import print_text
 
-    print(table(bench_paths(size=size, seed=seed, repeats=repeats)))
+    print_text(table(bench_paths(size=size, seed=seed, repeats=repeats)) + "\n")

@@ -10,7 +10,7 @@ from pathlib import Path
 from marsupial.bench.simulate import MissionSummary, simulate
 from marsupial.cli.interrupt import asked_to_stop
 from marsupial.cli.messages import warn
-from marsupial.cli.outputs import reason
+from marsupial.cli.outputs import writing
 from marsupial.cli.progress import progress
 from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
@@ -142,12 +142,11 @@ class _Log(Observer):
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stack.close()
+        with writing(self._path):
+            self._stack.close()
 
     def event(self, event: MissionEvent) -> None:
-        try:
+        with writing(self._path):
             if self._writer is None:
                 self._writer = self._stack.enter_context(LogWriter(self._path))
             self._writer.write(event)
-        except OSError as error:
-            raise UsageError(f"can't write {self._path}: {reason(error)}") from error

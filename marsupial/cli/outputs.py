@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from marsupial.errors import UsageError
@@ -21,10 +23,8 @@ def write_file(path: Path, text: str) -> None:
     UsageError
         If it can't be written there.
     """
-    try:
+    with writing(path):
         _replace(path, text)
-    except OSError as error:
-        raise UsageError(f"can't write {path}: {reason(error)}") from error
 
 
 def make_folder(path: Path) -> None:
@@ -38,11 +38,21 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise UsageError(f"can't make the folder {path}: {reason(error)}") from error
+        raise UsageError(f"can't make the folder {path}: {_reason(error)}") from error
 
 
-def reason(error: OSError) -> str:
-    """Return what the system says, in lower case."""
+@contextmanager
+def writing(path: Path | str) -> Iterator[None]:
+    """Turn what the system says against writing to `path` inside into a `UsageError`."""
+    try:
+        yield
+    except BrokenPipeError:  # who reads has read enough
+        raise
+    except OSError as error:
+        raise UsageError(f"can't write {path}: {_reason(error)}") from error
+
+
+def _reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 

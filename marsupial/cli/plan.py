@@ -29,7 +29,7 @@ def plan(
     from marsupial.cli.missions import budget_of, default_planner
     from marsupial.cli.outputs import write_file
     from marsupial.cli.planning import read_situation, search, search_json
-    from marsupial.cli.tables import print_json
+    from marsupial.cli.tables import print_json, print_text
     from marsupial.formats.plantext import write_plan_text
 
     limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
@@ -40,5 +40,5 @@ def plan(
     if json:
         print_json({**search_json(found), "plan": text or None, "output": str(output) if output and text else None})
     elif output is None:
-        print(text, end="")
+        print_text(text)
     raise typer.Exit(found.exit_code)

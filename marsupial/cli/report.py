@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from marsupial.bench.simulate import MissionSummary
-from marsupial.cli.tables import clock, print_facts
+from marsupial.cli.tables import clock, print_facts, print_text
 from marsupial.model.mission import Remaining
 
 
@@ -55,8 +55,7 @@ def summary_json(summary: MissionSummary, log: Path | None) -> dict[str, Any]:
 def print_summary(summary: MissionSummary, log: Path | None) -> None:
     """Print the summary of a mission and its stop report."""
     print_facts(facts(summary) + ([] if log is None else [("log", str(log))]))
-    for line in remaining_lines(summary):
-        print(line)
+    print_text("".join(f"{line}\n" for line in remaining_lines(summary)))
 
 
 def facts(summary: MissionSummary) -> list[tuple[str, str]]:

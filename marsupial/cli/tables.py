@@ -14,6 +14,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from marsupial.cli.outputs import writing
+
 WIDE = 400
 """Columns of what is not a terminal: wide enough that nothing wraps."""
 
@@ -26,19 +28,32 @@ def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, right: S
     for row in rows:
         table.add_row(*row)
     console = Console(file=sys.stdout, highlight=False, markup=False, width=None if sys.stdout.isatty() else WIDE)
-    console.print(table)
+    with writing("to stdout"):
+        console.print(table)
+        sys.stdout.flush()
 
 
 def print_facts(facts: Sequence[tuple[str, str]]) -> None:
     """Print named values, one a line, the values below each other."""
     widest = max(len(name) for name, _ in facts)
-    for name, value in facts:
-        print(f"{name:<{widest}}  {value}")
+    print_text("".join(f"{name:<{widest}}  {value}\n" for name, value in facts))
+
+
+def print_text(text: str) -> None:
+    """Print `text` as it is, at once.
+
+    Raises
+    ------
+    UsageError
+        If stdout can't be written to.
+    """
+    with writing("to stdout"):
+        print(text, end="", flush=True)
 
 
 def print_json(value: Any) -> None:
     """Print one JSON value; every number in it has to be finite."""
-    print(json.dumps(value, indent=2, allow_nan=False, default=_plain))
+    print_text(json.dumps(value, indent=2, allow_nan=False, default=_plain) + "\n")
 
 
 def clock(seconds: float) -> str:

@@ -22,6 +22,7 @@ def validate(
     Example: marsupial validate domain.pddl problem.pddl plan.txt
     """
     from marsupial.cli.inputs import about, read_text
+    from marsupial.cli.tables import print_text
     from marsupial.errors import PlanTextError, SituationError
     from marsupial.formats.pddl import check_domain, read_problem
     from marsupial.formats.plantext import read_plan_text
@@ -37,7 +38,7 @@ def validate(
         actions = read_plan_text(plan_text, situation)
     verdict = check(situation, actions)
     if verdict.valid:
-        print(f"valid: {len(actions.actions)} actions, makespan {verdict.makespan_ms / 1000:.3f} s")
+        print_text(f"valid: {len(actions.actions)} actions, makespan {verdict.makespan_ms / 1000:.3f} s\n")
         return
-    print(f"invalid: {verdict.violation}")
+    print_text(f"invalid: {verdict.violation}\n")
     raise typer.Exit(INVALID_PLAN)

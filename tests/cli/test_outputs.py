@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from marsupial.cli import outputs
+from marsupial.cli.main import main
 from marsupial.errors import UsageError
 
 
@@ -44,3 +47,21 @@ def test_a_file_where_a_folder_should_be_is_named(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("")
     with pytest.raises(UsageError, match=r"can't make the folder .*out: file exists"):
         outputs.make_folder(tmp_path / "out")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("command", [["scenarios"], ["scenarios", "--json"], ["map", "lobby"]])
+def test_a_full_disk_is_told_in_a_line(command: list[str]) -> None:
+    with open("/dev/full", "w") as full:
+        program = [sys.executable, "-m", "marsupial.cli.main", *command]
+        done = subprocess.run(program, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[0] == "error: can't write to stdout: no space left on device"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_log_on_a_full_disk_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "lobby", "--planner", "greedy", "--steps", "1", "--log", "/dev/full"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.splitlines()[-1] == "error: can't write /dev/full: no space left on device"
