@@ -363,7 +363,10 @@ class TestChargedPlanning:
             drawn_grid(*CORRIDOR), team, Slower(), failures={"c1": 500}, planning_time=PlanningTime.CHARGED
         )
         assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-        assert "plan overtaken" in [plan.trigger for plan in plans_of(watcher)]
+        assert [(plan.t_ms, plan.trigger, plan.actions) for plan in plans_of(watcher)][1:] == [
+            (100_500, "lost: c1", ())
+        ]
+        assert ended.t_ms == 100_500
 
 
 def test_runs_join_neighbouring_cells_of_one_code() -> None:
