@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.maps.reach import largest_reach
-from marsupial.model.grid import Cell
+from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Scenario
 from marsupial.paths.fields import PathSearch
@@ -37,11 +37,7 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
         if cell is None and member.carrier is None:
             kind = scenario.type_of(member)
             room = np.flatnonzero(reach[kind.name])
-            if anchor is not None:
-                distance = PathSearch(reach[kind.name]).field(anchor).ravel()[room]
-                room = room[np.argsort(distance, kind="stable")]
-            else:
-                room = rng.permutation(room)
+            room = _nearest_first(room, anchor, reach[kind.name]) if anchor is not None else rng.permutation(room)
             cell = _first_free(room, grid.width, taken, kind.radius_m / grid.resolution_m)
             if cell is None:
                 raise ScenarioError([Problem(f"team[{i}].start", f"no room on the map for {member.name} to start")])
@@ -50,6 +46,14 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
             taken.append((cell, scenario.type_of(member).radius_m / grid.resolution_m))
         placed.append(PlacedRobot(name=member.name, type=member.type, cell=cell, carrier=member.carrier))
     return tuple(placed)
+
+
+def _nearest_first(room: npt.NDArray[np.int64], anchor: Cell, reach: Mask) -> npt.NDArray[np.int64]:
+    """Return `room` (row-major indices) by length of the way from `anchor`; where there is none, as the crow flies."""
+    way = PathSearch(reach).field(anchor).ravel()[room]
+    width = reach.shape[1]
+    straight = np.hypot(room % width - anchor.x, room // width - anchor.y)
+    return room[np.lexsort((straight, way))]
 
 
 def _first_free(room: npt.NDArray[np.int64], width: int, taken: list[tuple[Cell, float]], radius: float) -> Cell | None:
