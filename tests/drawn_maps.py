@@ -1,0 +1,75 @@
+"""Maps drawn as rows of text, top row first, and robots for them: one metre a cell unless said otherwise."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from hypothesis import strategies as st
+
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType, Role
+
+CODES = {"#": OBSTACLE, ".": FLOOR, ",": ROUGH, "?": UNKNOWN}
+
+
+def draw(*rows: str, resolution_m: float = 1.0) -> Grid:
+    """Return the grid of a drawing; any letter not in `CODES` stands on floor."""
+    cells = [[CODES.get(sign, FLOOR) for sign in row] for row in reversed(rows)]
+    return Grid(cells=np.array(cells, dtype=np.uint8), resolution_m=resolution_m)
+
+
+def where(sign: str, *rows: str) -> list[Cell]:
+    """Return the cells where a drawing has that sign."""
+    return [Cell(x, y) for y, row in enumerate(reversed(rows)) for x, found in enumerate(row) if found == sign]
+
+
+def picture(mask: Mask) -> list[str]:
+    """Return a mask as rows of text: ``x`` for true, ``.`` for false."""
+    return ["".join("x" if cell else "." for cell in row) for row in mask[::-1]]
+
+
+def mask_of(*rows: str) -> Mask:
+    """Return the mask of such rows."""
+    return np.array([[sign == "x" for sign in row] for row in reversed(rows)], dtype=np.bool_)
+
+
+def on_map(indices: npt.NDArray[np.int64], grid: Grid) -> Mask:
+    """Return row-major indices as a mask."""
+    mask = np.zeros(grid.cells.shape, dtype=np.bool_)
+    mask.ravel()[indices] = True
+    return mask
+
+
+def carrier(name: str = "carrier", *, radius_m: float = 1.2, range_m: float = 8.0, capacity: int = 2) -> RobotType:
+    """Return a carrier type that needs the four cells around its own as well, unless it is given another radius."""
+    return RobotType(
+        name=name, role=Role.CARRIER, speed_mps=1.0, sensor_range_m=range_m, radius_m=radius_m,
+        terrains=frozenset({FLOOR}), capacity=capacity,
+    )  # fmt: skip
+
+
+def rover(name: str = "rover", *, radius_m: float = 0.2, range_m: float = 4.0) -> RobotType:
+    """Return a rover type that needs only its own cell, unless it is given another radius."""
+    return RobotType(
+        name=name, role=Role.ROVER, speed_mps=0.5, sensor_range_m=range_m, radius_m=radius_m,
+        terrains=frozenset({FLOOR, ROUGH}), dock_ms=10_000, undock_ms=5_000,
+    )  # fmt: skip
+
+
+def standing(name: str, cell: Cell, kind: str = "carrier") -> PlacedRobot:
+    return PlacedRobot(name=name, type=kind, cell=cell)
+
+
+def aboard(name: str, carrier: str, kind: str = "rover") -> PlacedRobot:
+    return PlacedRobot(name=name, type=kind, carrier=carrier)
+
+
+@st.composite
+def random_cells(
+    draw: st.DrawFn, codes: tuple[int, ...] = (OBSTACLE, FLOOR, FLOOR, ROUGH), smallest: int = 1, largest: int = 12
+) -> CellArray:
+    """Draw the cells of a small map: each its own code, more or less of them obstacles."""
+    height, width = draw(st.integers(smallest, largest)), draw(st.integers(smallest, largest))
+    flat = draw(st.lists(st.sampled_from(codes), min_size=height * width, max_size=height * width))
+    return np.array(flat, dtype=np.uint8).reshape(height, width)
