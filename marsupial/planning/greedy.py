@@ -25,7 +25,7 @@ from marsupial.model.situation import Situation
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
 from marsupial.planning.recovery import go_home, recover
 from marsupial.planning.rides import follow, ride
-from marsupial.planning.timeline import Timeline
+from marsupial.planning.timeline import Timeline, replay
 from marsupial.planning.ways import NEVER, Costs, Times, Ways
 
 ROUNDS = 8
@@ -63,7 +63,7 @@ class Greedy:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
             return
         best, complaint = start, ""
-        rounds = islice(_drafts(situation), min(ROUNDS, budget.steps or ROUNDS))
+        rounds = islice(_drafts(situation, Timeline.of(situation)), min(ROUNDS, budget.steps or ROUNDS))
         for n, draft in enumerate(rounds, 1):
             elapsed = self._clock() - begun
             complaint = complaint or draft.complaint
@@ -79,13 +79,18 @@ class Greedy:
         )
 
 
-def serve(situation: Situation) -> tuple[Plan, frozenset[str]]:
+def serve(situation: Situation, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
     """Return a plan that does what it can, and the names of the targets it leaves out.
 
     The plan can be carried out (`check` with the targets it explores finds nothing wrong), though of the rest of the
     goal it reaches only what it can: some rovers may stay on the ground, some carriers away from home.
+
+    Parameters
+    ----------
+    start
+        A plan that can be carried out: it is kept, and what it leaves is added at its end.
     """
-    draft = next(_drafts(situation))
+    draft = next(_drafts(situation, Timeline.of(situation) if start is None else replay(situation, start)))
     return draft.plan, frozenset(target.name for target in situation.targets) - draft.plan.explored
 
 
@@ -97,13 +102,16 @@ class _Draft:
     complaint: str
 
 
-def _drafts(situation: Situation) -> Iterator[_Draft]:
-    """Yield one plan per round without end; each round gives the target that came last a head start."""
+def _drafts(situation: Situation, start: Timeline) -> Iterator[_Draft]:
+    """Yield one plan per round without end, all with the actions of `start` first.
+
+    Each round gives the target that came last a head start.
+    """
     costs = Costs(situation)
     names = [target.name for target in situation.targets]
     head_start_ms = np.zeros(len(names), dtype=np.int64)
     while True:
-        timeline, left = _explore(Timeline.of(situation), costs, head_start_ms)
+        timeline, left = _explore(start.copy(), costs, head_start_ms)
         last = names.index(left[0] if left else _last_explored(timeline)) if names else None
         complaint = _why_left(situation, left)
         goal = situation.goal
@@ -134,7 +142,8 @@ def _last_explored(timeline: Timeline) -> str:
 def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
     """Add the exploring of every target that can be served; return the timeline and the names of the others."""
     names = [target.name for target in timeline.situation.targets]
-    ways = Ways(timeline, costs, np.ones(len(names), dtype=np.bool_))
+    explored = timeline.plan.explored
+    ways = Ways(timeline, costs, np.array([name not in explored for name in names], dtype=np.bool_))
     while ways.left.any():
         done = ways.done_ms.min(axis=0, initial=NEVER)
         target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))

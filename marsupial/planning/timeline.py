@@ -132,5 +132,20 @@ class Timeline:
             self.ready_ms[robot] = action.end_ms + EPSILON_MS
 
 
+def replay(situation: Situation, plan: Plan) -> Timeline:
+    """Return the timeline with the actions of a plan that can be carried out in `situation`."""
+    timeline = Timeline.of(situation)
+    for action in plan.actions:
+        if action.name is ActionName.MOVE:
+            timeline.move(action.robot, action.place)
+        elif action.name is ActionName.EXPLORE:
+            timeline.explore(action.robot, action.place)
+        elif action.name is ActionName.UNDOCK:
+            timeline.undock(action.robot, action.place)
+        elif action.carrier is not None:
+            timeline.dock(action.robot, action.carrier, action.place)
+    return timeline
+
+
 def _free_at_ms(situation: Situation, robot: RobotState) -> int:
     return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms

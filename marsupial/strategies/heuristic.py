@@ -17,7 +17,7 @@ Wurm et al. 2010, section IV-B; the assignment is that of Stachniss 2009 (their 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -149,30 +149,34 @@ def _send_carriers(briefing: Briefing, draft: _Draft, waiting: set[str]) -> set[
     situation = briefing.situation
     direct = briefing.direct_ms()
     free = [robot.name for robot in situation.of_role(Role.CARRIER) if robot.name in direct]
-    hopeless: set[str] = set()
+    hopeless: set[tuple[str, str]] = set()
     while free:
-        open_targets = [t.name for t in situation.targets if t.name not in draft.taken | hopeless]
-        pair = _cheapest_pair(free, open_targets, direct, draft)
+        open_targets = [t.name for t in situation.targets if t.name not in draft.taken]
+        pair = _cheapest_pair(free, open_targets, direct, draft, hopeless)
         if pair is None:
             break
         carrier, target = pair
         if _serve(briefing, draft, carrier, target, waiting):
             free.remove(carrier)
         else:
-            hopeless.add(target)
-    return hopeless
+            hopeless.add(pair)
+    return {target for _, target in hopeless} - draft.taken
 
 
 def _cheapest_pair(
-    carriers: Sequence[str], targets: Sequence[str], direct: Mapping[str, Mapping[str, int]], draft: _Draft
+    carriers: Sequence[str],
+    targets: Sequence[str],
+    direct: Mapping[str, Mapping[str, int]],
+    draft: _Draft,
+    hopeless: Set[tuple[str, str]],
 ) -> tuple[str, str] | None:
-    """Return the cheapest pair of the optimal assignment of carriers to targets."""
+    """Return the cheapest pair of the optimal assignment of carriers to targets, hopeless pairs left out."""
     if not targets:
         return None
     cost = np.full((len(carriers), len(targets)), _FAR)
     for i, carrier in enumerate(carriers):
         for j, target in enumerate(targets):
-            if target in direct[carrier]:
+            if target in direct[carrier] and (carrier, target) not in hopeless:
                 cost[i, j] = draft.free_ms[carrier] + direct[carrier][target]
     rows, columns = linear_sum_assignment(cost)
     best = min(zip(cost[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
@@ -187,31 +191,29 @@ def _serve(briefing: Briefing, draft: _Draft, carrier: str, target: str, waiting
         draft.go(carrier, ActionName.EXPLORE, target)
         draft.taken.add(target)
         return True
-    meeting = _nearest_meeting(briefing, draft, carrier, target, explorers)
-    if meeting is None:
-        return False
-    aboard = [r.name for r in situation.robots if r.carrier == carrier and r.type in explorers]
-    rover = aboard[0] if aboard else _retrieve(briefing, draft, carrier, explorers, waiting)
+    fitting = {kind for kind in explorers if _nearest_meeting(briefing, draft, carrier, target, kind) is not None}
+    aboard = [r.name for r in situation.robots if r.carrier == carrier and r.type in fitting]
+    rover = aboard[0] if aboard else _retrieve(briefing, draft, carrier, fitting, waiting)
     if rover is None:
         return False
+    state = situation.robot_by_name[rover]
+    meeting = _nearest_meeting(briefing, draft, carrier, target, state.type)
+    assert meeting is not None, "a carrier that gets to one meeting point gets to it from the next"
     draft.go(carrier, ActionName.MOVE, meeting)
     draft.meet(ActionName.UNDOCK, rover, carrier, meeting)
-    state = situation.robot_by_name[rover]
     _rovers_explore(draft, [rover], {rover: _area(briefing, state, meeting) | {target}})
     _return(draft, state, meeting)
     return True
 
 
-def _nearest_meeting(
-    briefing: Briefing, draft: _Draft, carrier: str, target: str, explorers: Iterable[str]
-) -> str | None:
-    """Return the meeting point nearest to the carrier from which a rover gets to the target."""
+def _nearest_meeting(briefing: Briefing, draft: _Draft, carrier: str, target: str, kind: str) -> str | None:
+    """Return the meeting point nearest to the carrier from which a rover of type `kind` gets to the target."""
     situation = briefing.situation
     options = [
         (target not in briefing.connects.get(meeting, frozenset()), travel, meeting)
         for meeting in situation.meetings
         if (travel := _travel(draft, carrier, meeting)) is not None
-        and any(situation.travel(kind, meeting, target) is not None for kind in explorers)
+        and situation.travel(kind, meeting, target) is not None
     ]
     return min(options)[2] if options else None
 

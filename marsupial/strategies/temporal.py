@@ -1,7 +1,8 @@
 """The temporal strategy: asks a planner for concurrent plans that weigh deploying and retrieving against driving.
 
-The engine's best plan that the checker accepts is followed; what is left of the plan so far stays where it is at least
-as good. An engine without an answer is covered by the greedy one, so that robots never wait for a planner.
+The engine's best plan that the checker accepts is followed, unless what is left of the plan so far is as good. An
+engine that plans only a part of a large situation, or has no answer in time, is helped by the greedy one, which adds
+what is left, so that no robot waits for a planner.
 
 References
 ----------
@@ -13,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from time import perf_counter
 
-from marsupial.model.plan import Plan
+from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
@@ -46,7 +47,7 @@ class Temporal:
         first: float | None = None
         refused = 0
         last = Finished(outcome=Outcome.NO_PLAN)
-        for event in self._events(situation, _complete(situation, briefing.previous)):
+        for event in self._events(situation, _continued(situation, briefing.previous)):
             if isinstance(event, Finished):
                 last = event
             elif not _acceptable(situation, event.plan):
@@ -54,7 +55,10 @@ class Temporal:
             else:
                 best = event.plan
                 first = event.elapsed_s if first is None else first
-        plan, detail = self._choose(briefing, best, last)
+        plan, unserved = _best_of(situation, briefing.previous, best)
+        detail = "" if best else f"{self._engine.info.name}: {last.outcome}{f' ({last.detail})' if last.detail else ''}"
+        if unserved:
+            detail += f"; nobody can serve {', '.join(sorted(unserved))}"
         report = PlanningReport(
             planner=self._engine.info.name,
             outcome=last.outcome,
@@ -70,36 +74,32 @@ class Temporal:
             return iter(())
         return self._engine.solve(situation, self._budget, start=start)
 
-    def _choose(self, briefing: Briefing, best: Plan | None, last: Finished) -> tuple[Plan, str]:
-        previous = briefing.previous
-        if best is not None:
-            return (previous if previous is not None and _as_good(briefing.situation, previous, best) else best), ""
-        plan, unserved = serve(briefing.situation)
-        detail = f"{self._engine.info.name}: {last.outcome}{f' ({last.detail})' if last.detail else ''}"
-        if unserved:
-            detail += f"; nobody can serve {', '.join(sorted(unserved))}"
-        if previous is not None and previous.explored >= plan.explored and _as_good(briefing.situation, previous, plan):
-            plan = previous
-        return plan, detail
-
 
 def _acceptable(situation: Situation, plan: Plan) -> bool:
     """Say whether a plan may be followed: valid for the targets it explores, and for the rest of the goal."""
     return bool(plan.actions) and check(situation, plan, targets=plan.explored).valid
 
 
-def _complete(situation: Situation, plan: Plan | None) -> Plan | None:
-    """Return `plan` if it reaches the whole goal."""
-    return plan if plan is not None and check(situation, plan).valid else None
+def _continued(situation: Situation, previous: Plan | None) -> Plan | None:
+    """Return the previous plan, with what it leaves added at its end, if that reaches the whole goal."""
+    if previous is None:
+        return None
+    plan, _ = serve(situation, previous)
+    return plan if check(situation, plan).valid else None
 
 
-def _as_good(situation: Situation, plan: Plan, other: Plan) -> bool:
-    """Say whether `plan` does all that `other` does, as fast."""
-    return (
-        plan.explored >= other.explored
-        and plan.makespan_ms <= other.makespan_ms
-        and check(situation, plan, targets=plan.explored).valid
-    )
+def _best_of(situation: Situation, *starts: Plan | None) -> tuple[Plan, frozenset[str]]:
+    """Return the best way to go on, and the targets it leaves out.
+
+    Every start is continued greedily to the whole goal, and so is an empty one. What counts is in turn the targets
+    served, the makespan, and the sum of the times at which targets are reached; earlier ones win ties.
+    """
+    plans = [serve(situation, start) for start in (*starts, Plan(actions=())) if start is not None]
+    return min(plans, key=lambda served: (len(served[1]), served[0].makespan_ms, _target_times_ms(served[0])))
+
+
+def _target_times_ms(plan: Plan) -> int:
+    return sum(action.end_ms for action in plan.actions if action.name is ActionName.EXPLORE)
 
 
 def _wanting(situation: Situation) -> bool:
