@@ -61,9 +61,10 @@ def largest_reach(grid: Grid, kind: RobotType) -> Mask:
 
 
 def flood(mask: Mask, seeds: Iterable[Cell]) -> Mask:
-    """Return the mask of all cells connected to a seed within `mask`; seeds outside `mask` count for nothing."""
-    width = mask.shape[1]
-    starts = np.array([c.y * width + c.x for c in seeds if mask[c.y, c.x]], dtype=np.int64)
+    """Return the mask of all cells connected to a seed within `mask`; seeds outside it count for nothing."""
+    height, width = mask.shape
+    inside = [c for c in seeds if 0 <= c.x < width and 0 <= c.y < height and mask[c.y, c.x]]
+    starts = np.array([c.y * width + c.x for c in inside], dtype=np.int64)
     return flood_indices(mask, starts)
 
 

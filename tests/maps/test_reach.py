@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn_maps import carrier, draw, mask_of, picture, random_cells
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from marsupial.formats.maps import read_map
+from marsupial.maps.reach import flood, groups, largest_reach, parts
+from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray
+
+
+def test_parts_meet_at_edges_not_at_corners() -> None:
+    labels, count = parts(mask_of("xx.", "..x", "x.x"))
+    assert count == 3
+    assert labels.tolist() == [[1, 0, 2], [0, 0, 2], [3, 3, 0]]
+
+
+def test_a_flood_fills_what_is_connected_to_its_seeds() -> None:
+    mask = mask_of(
+        "xx.xx",
+        ".x.x.",
+        "x.xx.",
+    )
+    assert picture(flood(mask, [Cell(0, 2)])) == ["xx...", ".x...", "....."]
+    assert picture(flood(mask, [Cell(0, 2), Cell(4, 2), Cell(3, 2)])) == ["xx.xx", ".x.x.", "..xx."]
+
+
+def test_seeds_on_barred_cells_and_outside_the_map_count_for_nothing() -> None:
+    mask = mask_of("xx", ".x")
+    assert not flood(mask, [Cell(0, 0), Cell(2, 0), Cell(-1, 1), Cell(0, -1), Cell(0, 2)]).any()
+    assert not flood(mask, []).any()
+
+
+def test_groups_meet_at_corners_too() -> None:
+    mask = mask_of("x..x", ".x..", "...x")
+    found = groups(np.flatnonzero(mask), mask.shape)
+    assert [group.tolist() for group in found] == [[3], [5, 8], [11]]
+
+
+def test_the_two_ends_of_a_row_do_not_touch() -> None:
+    mask = mask_of("x..", "..x", "x..")
+    assert [group.tolist() for group in groups(np.flatnonzero(mask), mask.shape)] == [[0], [5], [6]]
+
+
+def test_no_cells_make_no_groups() -> None:
+    assert groups(np.zeros(0, dtype=np.int64), (3, 3)) == []
+
+
+def test_the_largest_reach_is_the_largest_room() -> None:
+    grid = draw("..#...", "..#...", "###...")
+    assert picture(largest_reach(grid, carrier(radius_m=0.5))) == ["...xxx", "...xxx", "...xxx"]
+
+
+def test_where_no_robot_fits_the_reach_is_empty() -> None:
+    assert not largest_reach(draw(".#.", "#.#"), carrier()).any()
+
+
+@settings(deadline=None)
+@given(cells=random_cells(codes=(OBSTACLE, FLOOR)), data=st.data())
+def test_floods_and_groups_are_those_of_scipy(cells: CellArray, data: st.DataObject) -> None:
+    mask = cells == FLOOR
+    height, width = mask.shape
+    seeds = data.draw(st.lists(st.builds(Cell, st.integers(0, width - 1), st.integers(0, height - 1)), max_size=3))
+    labels, _ = ndimage.label(mask)
+    wanted = {int(labels[seed.y, seed.x]) for seed in seeds} - {0}
+    assert np.array_equal(flood(mask, seeds), np.isin(labels, sorted(wanted)))
+    labels, count = ndimage.label(mask, structure=np.ones((3, 3)))
+    found = groups(np.flatnonzero(mask), mask.shape)
+    assert [group.tolist() for group in found] == [np.flatnonzero(labels == i + 1).tolist() for i in range(count)]
+
+
+@pytest.mark.parametrize(
+    ("name", "areas_m2"),
+    [
+        ("fr079", (246, 163, 24)),
+        ("tsc_office", (1181, 903, 427)),
+        ("fr101", (124, 88, 72)),
+        ("warehouse_aws", (208, 180, 145)),
+    ],
+)
+def test_reach_on_real_maps_shrinks_with_the_radius(
+    shared_maps: Path, name: str, areas_m2: tuple[float, float, float]
+) -> None:
+    grid = read_map(shared_maps / f"{name}.yaml").grid
+    found = [
+        int(largest_reach(grid, carrier(radius_m=radius)).sum()) * grid.cell_area_m2 for radius in (0.15, 0.3, 0.5)
+    ]
+    assert found == [pytest.approx(area, rel=0.01, abs=0.5) for area in areas_m2]
