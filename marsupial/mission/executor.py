@@ -141,14 +141,14 @@ class Executor:
 
     def _start(self, robot: RobotReport, action: Action) -> bool:
         """Give the command for `action`; return False (and drop its robot's queue) if there is no way."""
-        cell = self._poses[action.place][self._types[action.robot]]
+        cell = self._poses[action.place].get(robot.type)
         route: Sequence[Cell] | None = None
-        if action.carrier is None:
-            route = None if robot.cell is None else self._route(robot.type, robot.cell, cell)
-            if route is None:
-                self._queues[robot.name].clear()
-                self._end(action, self._revision, ActionEnd.BLOCKED)
-                return False
+        if action.carrier is None and cell is not None and robot.cell is not None:
+            route = self._route(robot.type, robot.cell, cell)
+        if cell is None or (action.carrier is None and route is None):
+            self._queues[robot.name].clear()
+            self._end(action, self._revision, ActionEnd.BLOCKED)
+            return False
         for name in action.robots:
             self._queues[name].popleft()
             self._running[name] = (self._revision, action)

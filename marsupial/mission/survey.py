@@ -6,6 +6,7 @@ fills the travel times from the path costs between those cells.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Target, TargetFinder
-from marsupial.maps.territory import Reach, Territory
+from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
 from marsupial.model.robots import RobotType, Role
@@ -149,9 +150,18 @@ class Surveyor:
         poses: dict[str, Cell] = {}
         for kind in self._territory.kinds.values():
             cell = point.carrier_cell if kind.role is Role.CARRIER else point.rover_cell
-            if reach.by_type[kind.name][cell.y, cell.x]:
+            if reach.by_type[kind.name][cell.y, cell.x] and self._close_enough(kind, point):
                 poses[kind.name] = cell
         return poses
+
+    def _close_enough(self, kind: RobotType, point: MapMeeting) -> bool:
+        """Say whether robots of that type can dock with all others at a meeting point."""
+        if kind.name in (point.carrier_type, point.rover_type):
+            return True
+        apart = math.dist(point.carrier_cell, point.rover_cell)
+        others = (other for other in self._territory.kinds.values() if other.role is not kind.role)
+        # how far apart they may be is the same whoever carries
+        return all(apart <= dock_range_cells(kind, other, self._territory.grid.resolution_m) for other in others)
 
     def _situation(
         self,

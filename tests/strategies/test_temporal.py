@@ -1,0 +1,217 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from situations import carrier, hall, one_hall, one_room, out_of_reach, room, rover, situation_of, situations, two_rooms
+
+from marsupial.errors import EngineUnavailable
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model.strategy import Briefing
+from marsupial.planning.checker import check
+from marsupial.planning.greedy import Greedy, serve
+from marsupial.planning.schedule import retime
+from marsupial.strategies.temporal import Temporal
+
+BUDGET = Budget(steps=7)
+
+
+class FakeEngine:
+    """Answers with the events it is given and keeps what it was asked."""
+
+    info = EngineInfo(
+        name="fake",
+        summary="",
+        licence="",
+        anytime=True,
+        proves_optimality=False,
+        deterministic_steps=True,
+    )
+
+    def __init__(self, *events: Improved | Finished) -> None:
+        self._events = events
+        self.asked: list[tuple[Situation, Budget, Plan | None]] = []
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        self.asked.append((situation, budget, start))
+        return iter(self._events)
+
+
+class MissingEngine(FakeEngine):
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        raise EngineUnavailable("fake is not installed")
+
+
+def found(*plans: Plan) -> list[Improved | Finished]:
+    events: list[Improved | Finished] = [Improved(plan=plan, elapsed_s=i + 1.0) for i, plan in enumerate(plans)]
+    return [*events, Finished(outcome=Outcome.SATISFICING, elapsed_s=9.0)]
+
+
+def brief(situation: Situation, previous: Plan | None = None) -> Briefing:
+    return Briefing(situation=situation, previous=previous, direct_ms=dict, connects={}, deployed_at={})
+
+
+def in_order(situation: Situation, *targets: str) -> Plan:
+    """Return the plan in which the carrier explores these targets of `one_hall` in that order."""
+    plan, _ = serve(situation)
+    action, place, actions = plan.actions[0], "c1_start", []
+    for target in targets:
+        actions.append(replace(action, origin=place, place=target))
+        place = target
+    return retime(situation, actions)
+
+
+def names(plan: Plan) -> list[str]:
+    return [action.place for action in plan.actions]
+
+
+def test_the_last_plan_of_the_engine_is_followed() -> None:
+    situation = one_hall()
+    bad, good = in_order(situation, "t2", "t1"), in_order(situation, "t1", "t2")
+    decision = Temporal(FakeEngine(*found(bad, good)), BUDGET).decide(brief(situation))
+    assert decision.plan == good
+    report = decision.report
+    assert (report.planner, report.outcome, report.refused) == ("fake", Outcome.SATISFICING, 0)
+    assert report.first_plan_s == 1.0
+    assert report.detail == ""
+
+
+def test_the_budget_and_the_situation_are_passed_on_as_they_are() -> None:
+    engine, situation = FakeEngine(*found()), one_hall()
+    Temporal(engine, BUDGET).decide(brief(situation))
+    assert engine.asked == [(situation, BUDGET, None)]
+    assert engine.asked[0][1] is BUDGET
+
+
+def test_plans_that_the_checker_refuses_are_not_followed() -> None:
+    situation = one_hall()
+    good = in_order(situation, "t1", "t2")
+    broken = Plan(actions=(replace(good.actions[0], duration_ms=1),))
+    decision = Temporal(FakeEngine(*found(good, broken)), BUDGET).decide(brief(situation))
+    assert decision.plan == good
+    assert decision.report.refused == 1
+
+
+def test_if_all_are_refused_the_greedy_plan_is_followed() -> None:
+    situation = two_rooms()
+    plan, _ = serve(situation)
+    broken = Plan(actions=plan.actions[1:])
+    decision = Temporal(FakeEngine(*found(broken, broken)), BUDGET).decide(brief(situation))
+    assert decision.plan == plan
+    assert (decision.report.refused, decision.report.first_plan_s) == (2, None)
+
+
+@pytest.mark.parametrize("outcome", [Outcome.TIMEOUT, Outcome.CRASHED, Outcome.KILLED, Outcome.UNSUPPORTED])
+def test_an_engine_without_an_answer_is_covered_and_reported(outcome: Outcome) -> None:
+    engine = FakeEngine(Finished(outcome=outcome, detail="so it is"))
+    decision = Temporal(engine, BUDGET).decide(brief(one_hall()))
+    assert names(decision.plan) == ["t1", "t2"]
+    assert decision.report.outcome is outcome
+    assert decision.report.detail == f"fake: {outcome} (so it is)"
+
+
+def test_an_engine_that_yields_nothing_at_all_is_covered() -> None:
+    decision = Temporal(FakeEngine(), BUDGET).decide(brief(one_hall()))
+    assert names(decision.plan) == ["t1", "t2"]
+    assert decision.report.outcome is Outcome.NO_PLAN
+
+
+def test_an_engine_that_finds_nothing_to_do_where_there_is_something_is_covered() -> None:
+    decision = Temporal(FakeEngine(*found(Plan(actions=()))), BUDGET).decide(brief(one_hall()))
+    assert names(decision.plan) == ["t1", "t2"]
+
+
+def test_an_engine_that_is_not_there_is_no_matter_for_the_fallback() -> None:
+    with pytest.raises(EngineUnavailable):
+        Temporal(MissingEngine(), BUDGET).decide(brief(one_hall()))
+
+
+def test_targets_that_nobody_can_serve_are_named_and_the_others_explored() -> None:
+    engine = FakeEngine(Finished(outcome=Outcome.UNSOLVABLE, detail="no way to t2"))
+    decision = Temporal(engine, BUDGET).decide(brief(out_of_reach()))
+    assert names(decision.plan) == ["t1"]
+    assert decision.report.detail == "fake: unsolvable (no way to t2); nobody can serve t2"
+
+
+def equals() -> tuple[Situation, Plan, Plan]:
+    """Return a carrier between two targets equally far, and both orders to explore them."""
+    situation = situation_of([carrier()], {"t1": hall(-10), "t2": hall(10)}, {}, {"c1_start": hall(0)})
+    return situation, in_order(situation, "t1", "t2"), in_order(situation, "t2", "t1")
+
+
+def test_a_plan_for_a_part_of_the_targets_may_be_followed() -> None:
+    situation, _, other = equals()
+    part = Plan(actions=other.actions[:1])
+    assert Temporal(FakeEngine(*found(part)), BUDGET).decide(brief(situation)).plan.actions[0] == part.actions[0]
+
+
+def test_between_equals_the_previous_plan_is_kept() -> None:
+    situation, one, other = equals()
+    assert Temporal(FakeEngine(*found(other)), BUDGET).decide(brief(situation, one)).plan == one
+    assert Temporal(FakeEngine(*found(one)), BUDGET).decide(brief(situation, other)).plan == other
+
+
+def test_a_better_plan_replaces_the_previous_one() -> None:
+    situation = one_hall()
+    slow, fast = in_order(situation, "t2", "t1"), in_order(situation, "t1", "t2")
+    assert Temporal(FakeEngine(*found(fast)), BUDGET).decide(brief(situation, slow)).plan == fast
+
+
+def test_a_previous_plan_that_leaves_a_target_out_is_replaced() -> None:
+    situation = one_hall()
+    both = in_order(situation, "t1", "t2")
+    assert Temporal(FakeEngine(*found(both)), BUDGET).decide(brief(situation, in_order(situation, "t1"))).plan == both
+
+
+def test_the_previous_plan_is_the_first_candidate() -> None:
+    situation = one_hall()
+    whole = in_order(situation, "t1", "t2")
+    engine = FakeEngine(*found())
+    Temporal(engine, BUDGET).decide(brief(situation, whole))
+    assert [start for _, _, start in engine.asked] == [whole]
+
+
+def test_without_an_answer_the_previous_plan_is_kept_where_greedy_has_none_better() -> None:
+    situation, _, other = equals()
+    silent = FakeEngine(Finished(outcome=Outcome.TIMEOUT))
+    assert Temporal(silent, BUDGET).decide(brief(situation, other)).plan == other
+    slow, fast = in_order(one_hall(), "t2", "t1"), in_order(one_hall(), "t1", "t2")
+    assert Temporal(silent, BUDGET).decide(brief(one_hall(), slow)).plan == fast
+
+
+def test_with_nothing_to_do_no_engine_is_asked() -> None:
+    engine = FakeEngine(*found())
+    situation = situation_of([carrier(), rover()], {}, {}, {"c1_start": hall(0), "r1_start": room(3)})
+    assert Temporal(engine, BUDGET).decide(brief(situation)).plan.actions == ()
+    assert engine.asked == []
+
+
+@pytest.mark.parametrize("wish", [SituationGoal(recover_rovers=True), SituationGoal(return_home=True)])
+def test_recovery_and_return_are_asked_of_the_engine(wish: SituationGoal) -> None:
+    engine = FakeEngine(*found())
+    situation = replace(one_room(goal=wish), targets=(), travel_ms=one_room().restricted(targets=frozenset()).travel_ms)
+    Temporal(engine, BUDGET).decide(brief(situation))
+    assert len(engine.asked) == 1
+
+
+def _plans(situation: Situation) -> Sequence[Plan | None]:
+    plan, _ = serve(situation)
+    return (None, plan) if plan.actions else (None,)
+
+
+@given(situations())
+def test_whatever_it_decides_is_accepted_by_the_checker(situation: Situation) -> None:
+    for previous in _plans(situation):
+        for engine in (Greedy(), FakeEngine(), FakeEngine(Finished(outcome=Outcome.TIMEOUT))):
+            plan = Temporal(engine, Budget(steps=1)).decide(brief(situation, previous)).plan
+            physical = replace(situation, goal=SituationGoal())
+            verdict = check(physical, plan, targets=plan.explored)
+            assert verdict.valid, verdict.violation
