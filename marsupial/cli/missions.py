@@ -19,7 +19,7 @@ from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Limits, PlanningTime, Scenario
-from marsupial.planning.engines import engine_infos
+from marsupial.planning.engines import engine_infos, mission_engine
 from marsupial.planning.processes import warm_up
 
 PREFERRED = ("tamer", "aries", "greedy")
@@ -115,7 +115,9 @@ def _planner(request: Request, budget: Budget) -> str:
         if request.planner is not None:
             warn(f"strategy {request.strategy} asks no planner: --planner {request.planner} is ignored")
         return NO_PLANNER
-    return default_planner(budget) if request.planner is None else request.planner
+    planner = default_planner(budget) if request.planner is None else request.planner
+    mission_engine(planner, budget)  # refuses what can't be used before anything is started
+    return planner
 
 
 def _changed(scenario: Scenario, request: Request) -> Scenario:

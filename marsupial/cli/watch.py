@@ -17,7 +17,6 @@ from marsupial.model.mission import (
     ActionStarted,
     DriveEnded,
     DriveStarted,
-    MissionEnded,
     MissionEvent,
     MissionStarted,
     PlacedRobot,
@@ -60,8 +59,6 @@ class Watch(Observer):
     t_ms: int = 0
     revision: int = 0
     trigger: str = ""
-    targets: int = 0
-    ended: MissionEnded | None = None
     cells: CellArray = field(init=False)
     _robots: dict[str, _Robot] = field(default_factory=dict)
     _known: int = 0
@@ -101,9 +98,7 @@ class Watch(Observer):
             case RobotLost():
                 self._robots[event.robot].lost = True
             case Planned():
-                self.revision, self.trigger, self.targets = event.revision, event.trigger, len(event.targets)
-            case MissionEnded():
-                self.ended = event
+                self.revision, self.trigger = event.revision, event.trigger
 
     def _reveal(self, runs: Sequence[int]) -> None:
         flat, wanted = self.cells.reshape(-1), self.reachable.reshape(-1)
