@@ -1,0 +1,200 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_missions import ANNEX, TWO_ANNEXES, Watcher, drawn_grid, kinds_of
+
+from marsupial.bench.simulate import PlanningStats, reachable_area, simulate
+from marsupial.errors import ScenarioError, UsageError
+from marsupial.formats.missionlog import encode_event
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.mission.placement import place_team
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid
+from marsupial.model.mission import MissionEnded, MissionStarted, Status
+from marsupial.model.planning import Budget, Outcome
+from marsupial.model.robots import TeamMember, uniform_team
+from marsupial.model.scenario import Goal, Scenario
+from marsupial.model.strategy import PlanningReport
+from marsupial.strategies.registry import STRATEGIES
+
+STEP = Budget(steps=1)
+
+LOG = """
+import sys
+from marsupial.bench.simulate import simulate
+from marsupial.formats.missionlog import encode_event
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.mission.observer import Observer
+from marsupial.model.planning import Budget
+
+class Printer(Observer):
+    def event(self, event):
+        print(encode_event(event))
+
+simulate(builtin_scenario("lobby"), strategy_name=sys.argv[1], planner="greedy", budget=Budget(steps=2), seed=4,
+         observer=Printer())
+"""
+
+
+def drawn_scenario(
+    *lines: str, team: tuple[TeamMember, ...] = uniform_team(1, 1), goal: Goal | None = None
+) -> Scenario:
+    kinds = kinds_of(capacity=2)
+    return Scenario(
+        name="drawn", grid=drawn_grid(*lines), robot_types=tuple(kinds.values()), team=team, goal=goal or Goal()
+    )
+
+
+def watched(scenario: Scenario, strategy: str, seed: int) -> tuple[MissionEnded, Watcher]:
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    watcher = Watcher(scenario.grid, kinds, place_team(scenario, seed))
+    summary = simulate(scenario, strategy_name=strategy, planner="greedy", budget=STEP, seed=seed, observer=watcher)
+    return summary.ended, watcher
+
+
+def report(wall_s: float, first_plan_s: float | None = None) -> PlanningReport:
+    return PlanningReport(planner="p", outcome=Outcome.SATISFICING, wall_s=wall_s, first_plan_s=first_plan_s)
+
+
+def test_planning_statistics_are_over_all_replannings() -> None:
+    stats = PlanningStats.of([report(1.0, 0.5), report(3.0), report(2.0, 1.5)])
+    assert (stats.median, stats.max, stats.total, stats.first_plan) == (2.0, 3.0, 6.0, 1.0)
+    assert stats.p95 == pytest.approx(2.9)
+
+
+def test_without_any_replanning_all_statistics_are_zero() -> None:
+    stats = PlanningStats.of([])
+    assert (stats.median, stats.p95, stats.max, stats.total, stats.first_plan) == (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_area_to_explore_is_what_some_robot_of_the_team_can_get_to() -> None:
+    alone = drawn_scenario(*ANNEX, team=uniform_team(1, 0))
+    together = drawn_scenario(*ANNEX)
+    assert np.count_nonzero(reachable_area(alone, place_team(alone, 1))) == 9
+    assert np.count_nonzero(reachable_area(together, place_team(together, 1))) == 9 + 1 + 9
+
+
+def test_the_summary_says_what_was_run() -> None:
+    summary = simulate(drawn_scenario(*ANNEX), strategy_name="heuristic", planner="greedy", budget=STEP, seed=3)
+    assert (summary.scenario, summary.strategy, summary.planner, summary.seed) == ("drawn", "heuristic", "greedy", 3)
+    assert (summary.carriers, summary.rovers) == (1, 1)
+    assert summary.ended.status is Status.COMPLETE
+    assert 0 < summary.planning.total < summary.wall_s
+
+
+def test_a_mission_starts_with_what_is_fixed_and_ends_with_its_report() -> None:
+    ended, watcher = watched(drawn_scenario(*ANNEX), "temporal", 1)
+    first = watcher.events[0]
+    assert isinstance(first, MissionStarted)
+    assert (first.scenario, first.strategy, first.planner, first.width, first.height) == (
+        "drawn", "temporal", "greedy", 11, 5
+    )  # fmt: skip
+    assert watcher.events[-1] == ended
+
+
+def test_a_team_without_room_is_refused() -> None:
+    with pytest.raises(ScenarioError, match="no room"):
+        simulate(drawn_scenario("###", "#.#", "###", team=uniform_team(2, 0)), strategy_name="temporal",
+                 planner="greedy", budget=STEP, seed=1)  # fmt: skip
+
+
+def test_unknown_strategies_and_planners_are_refused() -> None:
+    with pytest.raises(UsageError, match="unknown strategy 'nope'"):
+        simulate(drawn_scenario(*ANNEX), strategy_name="nope", planner="greedy", budget=STEP, seed=1)
+    with pytest.raises(UsageError, match="unknown planner 'nope'"):
+        simulate(drawn_scenario(*ANNEX), strategy_name="temporal", planner="nope", budget=STEP, seed=1)
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_the_same_mission_is_the_same_bytes_in_another_process(strategy: str) -> None:
+    logs = []
+    for seed in ("1", "2"):
+        env = dict(os.environ, PYTHONHASHSEED=seed)
+        logs.append(
+            subprocess.run([sys.executable, "-c", LOG, strategy], env=env, check=True, capture_output=True).stdout
+        )
+    assert logs[0] == logs[1]
+    assert logs[0].count(b"\n") > 20
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_the_same_mission_is_the_same_bytes_in_the_same_process(strategy: str) -> None:
+    first, second = (
+        [encode_event(event) for event in watched(drawn_scenario(*TWO_ANNEXES), strategy, 2)[1].events] for _ in "ab"
+    )
+    assert first == second
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("name", ["lobby", "rooms", "cave"])
+def test_robots_do_what_robots_can_do(name: str, strategy: str) -> None:
+    ended, watcher = watched(builtin_scenario(name), strategy, 5)
+    assert watcher.faults == []
+    assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0)
+    assert len(ended.aboard) == 4
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_teams_of_several_carrier_and_rover_types_work_together(strategy: str) -> None:
+    scenario = builtin_scenario("lobby")
+    carrier, rover = scenario.robot_types
+    truck = replace(carrier, name="truck", radius_m=0.45, speed_mps=1.5, capacity=1)
+    midget = replace(rover, name="midget", radius_m=0.05, dock_ms=4_000, undock_ms=3_000)
+    team = (
+        TeamMember(name="c1", type="carrier"),
+        TeamMember(name="k1", type="truck"),
+        TeamMember(name="r1", type="rover", carrier="c1"),
+        TeamMember(name="q1", type="midget", carrier="c1"),
+        TeamMember(name="q2", type="midget", carrier="k1"),
+    )
+    scenario = replace(scenario, robot_types=(carrier, truck, rover, midget), team=team)
+    for seed in (1, 2):
+        ended, watcher = watched(scenario, strategy, seed)
+        assert watcher.faults == []
+        assert (ended.status, ended.coverage, len(ended.aboard)) == (Status.COMPLETE, 1.0, 3)
+
+
+@st.composite
+def scenarios(draw: st.DrawFn) -> Scenario:
+    """Draw a small map strewn with walls and rough ground, a team, and what is asked of it."""
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    size = draw(st.integers(3, 12)), draw(st.integers(3, 12))
+    walls, rough = draw(st.sampled_from([0.1, 0.25])), draw(st.sampled_from([0.0, 0.3]))
+    cells = rng.choice(
+        np.array([OBSTACLE, ROUGH, FLOOR], dtype=np.uint8), size=size, p=[walls, rough, 1 - walls - rough]
+    )
+    cells[rng.integers(size[0]), rng.integers(size[1])] = FLOOR
+    floor = np.argwhere(cells == FLOOR)
+    carriers, rovers = min(draw(st.integers(1, 2)), len(floor)), draw(st.integers(0, 2))
+    chosen = rng.permutation(len(floor))[:carriers]
+    team: list[TeamMember] = []
+    for i, (y, x) in enumerate(floor[chosen], 1):
+        team.append(TeamMember(name=f"c{i}", type="carrier", start=Cell(int(x), int(y))))
+        team += [TeamMember(name=f"r{i}_{j}", type="rover", carrier=f"c{i}") for j in range(rovers)]
+    reach = {"carrier_range_m": draw(st.sampled_from([0.5, 3.0])), "rover_range_m": draw(st.sampled_from([0.5, 2.0]))}
+    return Scenario(
+        name="random",
+        grid=Grid(cells=cells, resolution_m=1.0),
+        robot_types=tuple(kinds_of(capacity=max(1, rovers), **reach).values()),
+        team=tuple(team),
+        goal=Goal(recover_rovers=draw(st.booleans()), return_home=draw(st.booleans())),
+    )
+
+
+@settings(max_examples=40, deadline=None)
+@given(scenarios(), st.sampled_from(sorted(STRATEGIES)))
+def test_any_small_map_is_explored_whole_and_no_rover_left_behind(scenario: Scenario, strategy: str) -> None:
+    ended, watcher = watched(scenario, strategy, 1)
+    assert watcher.faults == []
+    assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
+    if scenario.goal.recover_rovers or scenario.goal.return_home:
+        assert len(ended.aboard) == sum(member.carrier is not None for member in scenario.team)
+    if scenario.goal.return_home:
+        assert all(watcher.cell[m.name] == m.start for m in scenario.team if m.start is not None)
