@@ -1,0 +1,352 @@
+from __future__ import annotations
+
+import numpy as np
+from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing, where
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from marsupial.maps.footprint import disc
+from marsupial.maps.reach import flood
+from marsupial.maps.sight import Sight
+from marsupial.maps.targets import Target, TargetFinder
+from marsupial.maps.territory import Reach, Territory
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Terrain
+from marsupial.model.mission import MapTarget, PlacedRobot
+from marsupial.model.robots import RobotType
+
+CARRIER, ROVER = carrier(), rover()
+
+
+def look(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...]) -> tuple[TargetFinder, Reach]:
+    territory = Territory(grid, kinds)
+    return TargetFinder(territory), territory.reach(robots)
+
+
+def targets_of(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = (ROVER,)) -> tuple[Target, ...]:
+    finder, reach = look(grid, *robots, kinds=kinds)
+    return finder.find(reach)
+
+
+def reasons(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = (ROVER,)) -> list[tuple[Cell, int, str]]:
+    finder, reach = look(grid, *robots, kinds=kinds)
+    return [(left.cell, left.frontier_cells, left.reason) for left in finder.refused(finder.find(reach), reach)]
+
+
+def test_a_frontier_is_known_ground_beside_the_unknown() -> None:
+    grid = draw(
+        "#..?",
+        "#...",
+        ".,,#",
+        "?,.?",
+    )
+    finder, _ = look(grid, kinds=(ROVER,))
+    assert picture(finder.frontier()) == ["..x.", "...x", "x...", ".xx."]
+    finder, _ = look(grid, kinds=(CARRIER,))
+    assert picture(finder.frontier()) == ["..x.", "...x", "x...", "..x."]
+
+
+def test_a_map_without_unknown_cells_has_no_target() -> None:
+    assert targets_of(draw("r.", ".."), standing("r", Cell(0, 1), "rover")) == ()
+
+
+def test_a_map_of_which_nothing_is_known_has_no_target() -> None:
+    assert targets_of(draw("??", "??")) == ()
+
+
+def test_a_frontier_that_is_seen_from_its_middle_is_one_target() -> None:
+    rows = (
+        "???????",
+        ".......",
+        "...r...",
+    )
+    (target,) = targets_of(draw(*rows), standing("r", *where("r", *rows), "rover"))
+    assert target.name == "t_3_1"
+    assert target.cell == Cell(3, 1)
+    assert target.viewpoints == {"rover": Cell(3, 1)}
+    assert target.cells.tolist() == [7, 8, 9, 10, 11, 12, 13]
+
+
+def test_what_a_target_may_reveal_is_the_unknown_in_sight_from_its_viewpoint() -> None:
+    rows = ("r??#??",)
+    (target,) = targets_of(draw(*rows, resolution_m=0.5), standing("r", Cell(0, 0), "rover"))
+    assert target.reveal_m2 == 2 * 0.25
+    (target,) = targets_of(draw("r????????"), standing("r", Cell(0, 0), "rover"))
+    assert target.reveal_m2 == ROVER.sensor_range_m
+
+
+def test_a_target_says_on_the_map_who_can_explore_it() -> None:
+    (target,) = targets_of(draw("r??"), standing("r", Cell(0, 0), "rover"))
+    assert target.on_map() == MapTarget(
+        name="t_0_0", cell=Cell(0, 0), explorers=("rover",), reveal_m2=2.0, frontier_cells=1
+    )
+
+
+def test_a_wall_between_two_frontiers_makes_two_targets() -> None:
+    rows = (
+        "??#??",
+        "..#..",
+        "..r..",
+    )
+    found = targets_of(draw(*rows), standing("r", *where("r", *rows), "rover"))
+    assert sorted(target.cells.tolist() for target in found) == [[5, 6], [8, 9]]
+
+
+def test_a_frontier_longer_than_the_sensors_see_is_cut() -> None:
+    rows = ("?" * 30, "." * 30)
+    found = targets_of(draw(*rows), standing("r", Cell(0, 0), "rover"))
+    assert all(abs(cell - target.cell.x) <= 4 for target in found for cell in target.cells.tolist())
+    assert sorted(cell for target in found for cell in target.cells.tolist()) == list(range(30))
+
+
+def test_longest_frontiers_come_first() -> None:
+    rows = (
+        "#?#????",
+        "#.#....",
+        "r......",
+    )
+    found = targets_of(draw(*rows), standing("r", *where("r", *rows), "rover"))
+    assert [len(target.cells) for target in found] == [4, 1]
+
+
+def test_beside_a_frontier_for_both_one_for_rovers_alone_is_a_target_of_its_own() -> None:
+    rows = (
+        "#########??",
+        "........#,?",
+        ".c......,,?",
+        "........#,?",
+        "#########??",
+    )
+    found = targets_of(draw(*rows), standing("c", *where("c", *rows)), aboard("r", "c"), kinds=(CARRIER, ROVER))
+    assert [(sorted(target.viewpoints), target.cells.tolist()) for target in found] == [(["rover"], [20, 31, 42])]
+    rows = (
+        "?????????????????",
+        "........#,,,,,,,,",
+        ".c......,,,,,,,,,",
+        "........#,,,,,,,,",
+    )
+    found = targets_of(draw(*rows), standing("c", *where("c", *rows)), aboard("r", "c"), kinds=(CARRIER, ROVER))
+    assert {tuple(sorted(target.viewpoints)) for target in found} == {("carrier", "rover"), ("rover",)}
+
+
+def test_every_explorer_of_a_target_has_a_viewpoint_it_can_reach() -> None:
+    rows = (
+        "?????????",
+        "?.......?",
+        "?..c....?",
+        "?.......?",
+        "?????????",
+    )
+    robots = (standing("c", *where("c", *rows)), aboard("r", "c"))
+    finder, reach = look(draw(*rows), *robots, kinds=(CARRIER, ROVER))
+    found = finder.find(reach)
+    assert found
+    for target in found:
+        for name, cell in target.viewpoints.items():
+            assert reach.by_type[name][cell.y, cell.x]
+
+
+def test_where_sight_ends_at_the_edge_of_the_unknown_the_robot_still_goes_there() -> None:
+    hedge = Terrain(code=ROUGH, name="hedge", blocks_sight=True)
+    grid = Grid(cells=draw("r,??").cells, resolution_m=1.0, terrains=(Terrain(code=FLOOR, name="floor"), hedge))
+    (target,) = targets_of(grid, standing("r", Cell(0, 0), "rover"))
+    assert target.viewpoints == {"rover": Cell(1, 0)}
+
+
+def test_a_frontier_no_robot_fits_at_is_refused_as_too_narrow() -> None:
+    rows = (
+        "##?##",
+        "##.##",
+        ".....",
+        "..c..",
+        ".....",
+    )
+    grid = draw(*rows)
+    assert targets_of(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,)) == ()
+    assert reasons(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,)) == [
+        (Cell(2, 3), 1, "too narrow for every robot type of the team")
+    ]
+
+
+def test_a_frontier_behind_a_wall_is_refused_as_not_connected() -> None:
+    rows = ("r.#.?",)
+    assert reasons(draw(*rows), standing("r", Cell(0, 0), "rover")) == [
+        (Cell(3, 0), 1, "no robot that fits there can get there: not connected to the reach of the team")
+    ]
+
+
+def test_a_frontier_of_a_diagonal_wall_is_judged_by_its_own_surroundings() -> None:
+    # the box round the frontier holds open ground, the frontier itself is nowhere near it
+    rows = (
+        "##########",
+        "#.......#?",
+        "#......#.#",
+        "#.c...#.#?",
+        "#....#.#.#",
+        "#...#.#?##",
+        "#######.##",
+    )
+    grid = draw(*rows)
+    found = reasons(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,))
+    assert found
+    assert {reason for _, _, reason in found} == {"too narrow for every robot type of the team"}
+
+
+def test_a_frontier_where_a_robot_might_turn_out_to_fit_is_not_called_too_narrow() -> None:
+    rows = (
+        "#######???",
+        "...####.??",
+        ".c.###..??",
+        "...####.??",
+        "#######???",
+    )
+    found = reasons(draw(*rows), standing("c", *where("c", *rows)), kinds=(CARRIER,))
+    assert [reason for _, _, reason in found] == ["not reached: no robot can stand close enough to reveal more"]
+
+
+def test_every_frontier_cell_is_a_targets_or_refused() -> None:
+    rows = (
+        "??.#.??",
+        "?..#..?",
+        "?r.#..?",
+    )
+    finder, reach = look(draw(*rows), standing("r", *where("r", *rows), "rover"), kinds=(ROVER,))
+    targets = finder.find(reach)
+    left = finder.refused(targets, reach)
+    assert sum(len(t.cells) for t in targets) + sum(r.frontier_cells for r in left) == finder.frontier().sum()
+    assert len(left) == 1
+
+
+MIXED = random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=2, largest=14)
+
+
+@settings(deadline=None)
+@given(cells=MIXED, data=st.data())
+def test_targets_have_names_of_their_own_and_members_in_sight(cells: CellArray, data: st.DataObject) -> None:
+    grid = Grid(cells=cells, resolution_m=1.0)
+    robots = _team(grid, data)
+    finder, reach = look(grid, *robots, kinds=(CARRIER, ROVER))
+    found = finder.find(reach)
+    assert len({target.name for target in found}) == len(found)
+    everyone = [cell for target in found for cell in target.cells.tolist()]
+    assert len(everyone) == len(set(everyone))
+    for target in found:
+        assert target.cell.y * grid.width + target.cell.x in target.cells
+        assert set(target.cells.tolist()) <= _hopefully_seen(grid, target)
+        for name, cell in target.viewpoints.items():
+            assert reach.by_type[name][cell.y, cell.x]
+
+
+@settings(deadline=None)
+@given(cells=MIXED, data=st.data())
+def test_the_same_map_gives_the_same_targets(cells: CellArray, data: st.DataObject) -> None:
+    grid = Grid(cells=cells, resolution_m=1.0)
+    robots = _team(grid, data)
+    finder, reach = look(grid, *robots, kinds=(CARRIER, ROVER))
+    first, second = finder.find(reach), finder.find(reach)
+    third = targets_of(Grid(cells=cells.copy(), resolution_m=1.0), *robots, kinds=(CARRIER, ROVER))
+    for target, same, again in zip(first, second, third, strict=True):
+        assert target.on_map() == same.on_map() == again.on_map()
+        assert target.viewpoints == same.viewpoints == again.viewpoints
+        assert np.array_equal(target.cells, same.cells)
+        assert np.array_equal(target.cells, again.cells)
+
+
+@settings(deadline=None)
+@given(cells=MIXED, data=st.data())
+def test_where_there_is_no_target_nobody_can_stand_anywhere_new(cells: CellArray, data: st.DataObject) -> None:
+    grid = Grid(cells=cells, resolution_m=1.0)
+    robots = _team(grid, data)
+    territory = Territory(grid, (CARRIER, ROVER))
+    reach = territory.reach(robots)
+    if not TargetFinder(territory).find(reach):
+        for name, footprint in territory.footprints.items():
+            hoped = flood(footprint.possible, [Cell(x, y) for y, x in np.argwhere(reach.by_type[name])])
+            assert np.array_equal(hoped, reach.by_type[name])
+
+
+@settings(deadline=None, max_examples=150)
+@given(
+    truth=random_cells(smallest=2, largest=16),
+    radius=st.sampled_from([0.0, 0.7, 1.0, 1.2, 1.5, 2.0, 2.3, 3.1]),
+    range_m=st.sampled_from([0.0, 1.0, 2.5, 6.0]),
+    data=st.data(),
+)
+def test_a_robot_that_goes_to_targets_until_none_is_left_knows_all_it_could_reach(
+    truth: CellArray, radius: float, range_m: float, data: st.DataObject
+) -> None:
+    kind = rover(radius_m=radius, range_m=range_m)
+    start, wanted = _start(truth, kind, data)
+    known = np.full_like(truth, UNKNOWN)
+    territory = Territory(Grid(cells=known, resolution_m=1.0), (kind,))
+    finder = TargetFinder(territory)
+    at, visits = start, 0
+    while True:
+        territory.reveal(_sensed(truth, known, kind, at))
+        reach = territory.reach([standing("r", at, "rover")])
+        found = finder.find(reach)
+        if not found:
+            break
+        at = data.draw(st.sampled_from(found)).viewpoints["rover"]
+        visits += 1
+        assert visits <= truth.size
+    assert np.array_equal(reach.by_type["rover"], wanted)
+    assert (known[wanted] != UNKNOWN).all()
+
+
+@settings(deadline=None, max_examples=60)
+@given(truth=random_cells(smallest=4, largest=16), data=st.data())
+def test_a_carrier_with_a_rover_explores_all_that_either_can_reach(truth: CellArray, data: st.DataObject) -> None:
+    start, _ = _start(truth, CARRIER, data)
+    robots = (standing("c", start), aboard("r", "c"))
+    whole = Territory(Grid(cells=truth, resolution_m=1.0), (CARRIER, ROVER)).reach(robots)
+    known = np.full_like(truth, UNKNOWN)
+    territory = Territory(Grid(cells=known, resolution_m=1.0), (CARRIER, ROVER))
+    finder = TargetFinder(territory)
+    kind, at = CARRIER, start
+    while True:
+        territory.reveal(_sensed(truth, known, kind, at))
+        reach = territory.reach(robots)
+        found = finder.find(reach)
+        if not found:
+            break
+        name, at = data.draw(st.sampled_from(sorted(data.draw(st.sampled_from(found)).viewpoints.items())))
+        kind = territory.kinds[name]
+    for name, mask in whole.by_type.items():
+        assert np.array_equal(reach.by_type[name], mask)
+
+
+def _team(grid: Grid, data: st.DataObject) -> tuple[PlacedRobot, ...]:
+    cells = st.builds(Cell, st.integers(0, grid.width - 1), st.integers(0, grid.height - 1))
+    return standing("c", data.draw(cells)), aboard("r", "c"), standing("s", data.draw(cells), "rover")
+
+
+def _hopefully_seen(grid: Grid, target: Target) -> set[int]:
+    opaque = grid.opaque_codes()
+    opaque[UNKNOWN] = 0
+    range_m = min({"carrier": CARRIER, "rover": ROVER}[name].sensor_range_m for name in target.viewpoints)
+    return set(Sight(grid.cells, opaque).visible(target.cell, range_m).tolist())
+
+
+def _start(truth: CellArray, kind: RobotType, data: st.DataObject) -> tuple[Cell, np.ndarray]:
+    """Clear a place for a robot, and return it with what the robot can reach from there."""
+    height, width = truth.shape
+    span = min(int(kind.radius_m) + 1, (height - 1) // 2, (width - 1) // 2)
+    start = Cell(data.draw(st.integers(span, width - 1 - span)), data.draw(st.integers(span, height - 1 - span)))
+    for dx, dy in disc(kind.radius_m):
+        if 0 <= start.x + dx < width and 0 <= start.y + dy < height:
+            truth[start.y + dy, start.x + dx] = FLOOR
+    territory = Territory(Grid(cells=truth, resolution_m=1.0), (kind,))
+    return start, flood(territory.footprints[kind.name].standable, [start])
+
+
+def _sensed(truth: CellArray, known: CellArray, kind: RobotType, at: Cell) -> np.ndarray:
+    """Reveal what a robot sees and what its body would touch one cell farther on; return what is new."""
+    height, width = truth.shape
+    seen = Sight(truth, Grid(cells=truth, resolution_m=1.0).opaque_codes()).visible(at, kind.sensor_range_m)
+    offsets = disc(kind.radius_m + 1.0 + 1e-6) + np.array(at)
+    inside = (offsets >= 0).all(axis=1) & (offsets < (width, height)).all(axis=1)
+    touched = offsets[inside, 1] * width + offsets[inside, 0]
+    new = np.unique(np.concatenate([seen, touched]))
+    new = new[known.ravel()[new] == UNKNOWN]
+    known.ravel()[new] = truth.ravel()[new]
+    return new
