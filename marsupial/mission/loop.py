@@ -139,12 +139,13 @@ class Mission:
         if self._executor.idle:
             return "plan carried out"
         due = self._world.now_ms >= self._looked_ms + LOOK_MS
-        if not (explored or (self._fresh and due) or (done and self._unemployed())):
+        free = bool(done) and self._unemployed({robot for action in done for robot in action.robots})
+        if not (explored or (self._fresh and due) or free):
             return ""
-        return self._compare()
+        return self._compare(free)
 
-    def _compare(self) -> str:
-        """Compare the targets there are now with those the plan knew."""
+    def _compare(self, free: bool) -> str:
+        """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""
         self._fresh, self._looked_ms = False, self._world.now_ms
         targets = self._surveyor.targets(self._world.robots())
         self._note_explored(targets)
@@ -153,12 +154,7 @@ class Mission:
         new = [t.name for t in targets if same_target(t, self._known, self._ranges) is None]
         words = [f"gone: {', '.join(gone)}"] if gone else []
         words += [f"new: {', '.join(new)}"] if new else []
-        if (
-            not words
-            and self._world.now_ms > self._planned_ms
-            and self._unemployed()
-            and self._left_out(targets, wanted)
-        ):
+        if not words and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
             words.append("robot free")
         return "; ".join(words)
 
@@ -167,9 +163,9 @@ class Mission:
         served = [target for target in self._known if target.name in wanted]
         return any(same_target(target, served, self._ranges) is None for target in targets)
 
-    def _unemployed(self) -> bool:
+    def _unemployed(self, robots: set[str]) -> bool:
         return self._executor.unemployed(
-            robot.name for robot in self._world.robots() if robot.carrier is None and not robot.lost
+            r.name for r in self._world.robots() if r.name in robots and r.carrier is None and not r.lost
         )
 
     def _replan(self, trigger: str) -> tuple[Status, str] | None:
