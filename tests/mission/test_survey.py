@@ -1,0 +1,272 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawn_maps import carrier, draw, random_cells, rover, where
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from marsupial.formats.maps import read_map
+from marsupial.maps.reach import largest_reach
+from marsupial.maps.territory import Territory
+from marsupial.mission.survey import Survey, Surveyor, placed
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid
+from marsupial.model.mission import MapMeeting, PlacedRobot
+from marsupial.model.robots import Role, default_types
+from marsupial.model.scenario import Goal
+from marsupial.model.situation import UNREACHABLE, SituationGoal
+from marsupial.model.world import RobotReport
+from marsupial.paths.fields import PathSearch
+
+CARRIER, ROVER = carrier(), rover()
+KINDS = (CARRIER, ROVER)
+RECOVER = Goal()
+
+ROOMS = (
+    "#########?#",
+    "#.........#",
+    "#.........#",
+    "#.........#",
+    "####.######",
+    "#.........#",
+    "#.c.......#",
+    "#.........#",
+    "###########",
+)
+CLOSED = tuple(row.replace("?", "#") for row in ROOMS)
+(START,) = where("c", *ROOMS)
+
+
+def report(
+    name: str,
+    cell: Cell | None,
+    kind: str = "carrier",
+    *,
+    on: str | None = None,
+    free_at_ms: int = 0,
+    lost: bool = False,
+) -> RobotReport:
+    return RobotReport(name=name, type=kind, cell=cell, carrier=on, free_at_ms=free_at_ms, lost=lost)
+
+
+CARRYING = (report("c", START), report("r", None, "rover", on="c"))
+
+
+def surveyor(grid: Grid, goal: Goal = RECOVER, homes: dict[str, Cell] | None = None) -> Surveyor:
+    return Surveyor(Territory(grid, KINDS), {} if homes is None else homes, goal)
+
+
+def survey(*robots: RobotReport, rows: tuple[str, ...] = ROOMS, now_ms: int = 0, goal: Goal = RECOVER) -> Survey:
+    return surveyor(draw(*rows), goal, {r.name: r.cell for r in robots if r.cell is not None}).survey(robots, now_ms)
+
+
+def test_places_are_starts_targets_meetings_and_homes() -> None:
+    found = survey(*CARRYING, report("s", Cell(1, 1), "rover"), goal=Goal(return_home=True))
+    situation = found.situation
+    assert situation.places == (
+        "s_c",
+        "s_s",
+        *(target.name for target in found.targets),
+        *(point.name for point in found.meetings),
+        "h_c",
+    )
+    assert set(found.poses) == set(situation.places)
+    assert situation.robot_by_name["r"].place is None
+    assert situation.robot_by_name["r"].carrier == "c"
+
+
+def test_only_carriers_have_homes() -> None:
+    found = survey(*CARRYING, report("s", Cell(1, 1), "rover"), goal=Goal(return_home=True))
+    assert found.situation.homes == ("h_c",)
+    assert {robot.name: robot.home for robot in found.situation.robots} == {"c": "h_c", "r": None, "s": None}
+    assert found.poses["h_c"] == {"carrier": START}
+
+
+def test_without_return_home_nobody_has_a_home() -> None:
+    assert survey(*CARRYING).situation.homes == ()
+
+
+def test_recovery_and_return_are_asked_for_only_once_no_target_is_left() -> None:
+    asks = Goal(recover_rovers=True, return_home=True)
+    assert survey(*CARRYING, goal=asks).situation.goal == SituationGoal()
+    done = survey(*CARRYING, rows=CLOSED, goal=asks)
+    assert done.targets == ()
+    assert done.situation.goal == SituationGoal(recover_rovers=True, return_home=True)
+
+
+@pytest.mark.parametrize(
+    ("goal", "asked"),
+    [
+        (Goal(recover_rovers=False), SituationGoal()),
+        (Goal(recover_rovers=True), SituationGoal(recover_rovers=True)),
+        (Goal(recover_rovers=False, return_home=True), SituationGoal(recover_rovers=True, return_home=True)),
+    ],
+)
+def test_who_comes_home_brings_the_rovers(goal: Goal, asked: SituationGoal) -> None:
+    assert survey(*CARRYING, rows=CLOSED, goal=goal).situation.goal == asked
+
+
+def test_a_robot_on_its_way_is_free_where_and_when_its_report_says() -> None:
+    found = survey(
+        report("c", START, free_at_ms=12_500), report("r", None, "rover", on="c", free_at_ms=12_500), now_ms=10_000
+    )
+    states = found.situation.robot_by_name
+    assert (states["c"].free_at_ms, states["c"].place) == (2_500, "s_c")
+    assert (states["r"].free_at_ms, states["r"].carrier) == (0, "c")
+    assert survey(report("c", START, free_at_ms=10_000), now_ms=10_000).situation.robots[0].free_at_ms == 0
+
+
+def test_a_rover_being_set_down_is_on_the_ground_later() -> None:
+    found = survey(
+        report("c", START, free_at_ms=5_000), report("r", Cell(4, 4), "rover", free_at_ms=5_000), now_ms=1_000
+    )
+    assert found.situation.robot_by_name["r"].free_at_ms == 4_000
+    assert found.poses["s_r"] == {"rover": Cell(4, 4)}
+
+
+def test_lost_robots_are_left_out() -> None:
+    found = survey(*CARRYING, report("d", Cell(7, 2), lost=True), report("s", None, "rover", on="d", lost=True))
+    assert set(found.situation.robot_by_name) == {"c", "r"}
+    assert "s_d" not in found.poses
+
+
+def test_a_carrier_that_is_lost_reaches_nothing_and_meets_nobody() -> None:
+    found = survey(report("c", START, lost=True), report("r", Cell(8, 7), "rover"))
+    assert found.meetings == ()
+    assert [set(target.viewpoints) for target in found.targets] == [{"rover"}]
+    assert survey(report("c", START, lost=True), report("r", None, "rover", on="c", lost=True)).targets == ()
+
+
+def test_who_can_explore_a_target_is_told() -> None:
+    found = survey(*CARRYING)
+    (target,), (told,) = found.targets, found.situation.targets
+    assert (told.name, told.explorers, told.reveal_m2) == (target.name, {"rover"}, target.reveal_m2)
+    assert found.situation.travel("carrier", "s_c", target.name) is None
+
+
+def test_times_are_lengths_over_speed() -> None:
+    found = survey(*CARRYING)
+    (target,) = found.targets
+    doors = [point.name for point in found.meetings if point.rover_cell == Cell(4, 5)]
+    length = PathSearch(draw(*ROOMS).mask_of(frozenset({FLOOR}))).costs(Cell(4, 5), [target.viewpoints["rover"]])[0]
+    assert found.situation.travel("rover", doors[0], target.name) == pytest.approx(length / 0.5 * 1000, abs=1)
+    assert found.situation.travel("carrier", "s_c", "s_c") == 0
+
+
+def test_a_meeting_point_is_a_place_for_all_types_that_get_there() -> None:
+    found = survey(*CARRYING)
+    for point in found.meetings:
+        assert found.poses[point.name] == {"carrier": point.carrier_cell, "rover": point.rover_cell}
+
+
+def test_direct_times_run_over_all_ground_at_the_speed_of_the_carrier() -> None:
+    found = survey(*CARRYING)
+    (target,) = found.targets
+    search = PathSearch(draw(*ROOMS).mask_of(frozenset({FLOOR, ROUGH})))
+    length = search.costs(START, [target.viewpoints["rover"]])[0]
+    assert found.direct_ms() == {"c": {target.name: pytest.approx(length * 1000, abs=1)}}
+
+
+def test_targets_with_no_way_at_all_have_no_direct_time() -> None:
+    rows = ("c.#r?",)
+    grid = draw(*rows)
+    kinds = (carrier(radius_m=0.2), ROVER)
+    found = Surveyor(Territory(grid, kinds), {}, Goal()).survey(
+        (report("c", Cell(0, 0)), report("r", Cell(3, 0), "rover")), 0
+    )
+    assert len(found.targets) == 1
+    assert found.direct_ms() == {"c": {}}
+
+
+def test_points_in_use_stay() -> None:
+    kept = MapMeeting(
+        name="kept", carrier_cell=Cell(4, 3), rover_cell=Cell(4, 5), carrier_type="carrier", rover_type="rover"
+    )
+    found = surveyor(draw(*ROOMS)).survey(CARRYING, 0, [kept])
+    assert kept in found.meetings
+    assert found.connects["kept"] == {target.name for target in found.targets}
+
+
+def test_what_remains_is_told_with_reasons() -> None:
+    rows = ("#?#####.?", "#.#####.#", *CLOSED)
+    rows = tuple(row.ljust(11, "#") for row in rows)
+    looking = surveyor(draw(*rows))
+    targets = looking.targets(CARRYING)
+    assert targets == ()
+    assert {left.reason for left in looking.remaining(targets, "never seen")} == {
+        "no robot that fits there can get there: not connected to the reach of the team"
+    }
+    looking = surveyor(draw(*ROOMS))
+    targets = looking.targets(CARRYING)
+    (left,) = looking.remaining(targets, "out of time")
+    assert (left.cell, left.frontier_cells, left.reason) == (targets[0].cell, len(targets[0].cells), "out of time")
+
+
+def test_a_survey_sees_what_was_revealed_since_the_last_one() -> None:
+    known = draw(*ROOMS).cells.copy()
+    territory = Territory(Grid(cells=known, resolution_m=1.0), KINDS)
+    looking = Surveyor(territory, {}, Goal())
+    assert len(looking.survey(CARRYING, 0).targets) == 1
+    known[8, 9] = OBSTACLE
+    territory.reveal(np.array([8 * 11 + 9], dtype=np.int64))
+    assert looking.survey(CARRYING, 0).targets == ()
+
+
+def test_placed_leaves_out_the_lost() -> None:
+    assert placed((*CARRYING, report("d", START, lost=True))) == (
+        PlacedRobot(name="c", type="carrier", cell=START),
+        PlacedRobot(name="r", type="rover", carrier="c"),
+    )
+
+
+@settings(deadline=None)
+@given(
+    cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=3, largest=14),
+    data=st.data(),
+)
+def test_travel_tables_hold_the_shortest_paths_of_each_type(cells: CellArray, data: st.DataObject) -> None:
+    grid = Grid(cells=cells, resolution_m=0.5)
+    kinds = (replace(CARRIER, radius_m=0.6), ROVER)
+    territory = Territory(grid, kinds)
+    free = {name: np.argwhere(footprint.standable) for name, footprint in territory.footprints.items()}
+    if not all(len(found) for found in free.values()):
+        return
+    starts = {name: Cell(*data.draw(st.sampled_from(found.tolist()))[::-1]) for name, found in free.items()}
+    robots = (
+        report("c", starts["carrier"]),
+        report("r", starts["rover"], "rover"),
+        report("s", None, "rover", on="c"),
+    )
+    looking = Surveyor(territory, {"c": starts["carrier"]}, Goal(return_home=True))
+    found = looking.survey(robots, 0)
+    for kind in kinds:
+        search = PathSearch(territory.footprints[kind.name].standable)
+        for origin in found.situation.places:
+            for goal in found.situation.places:
+                took = found.situation.travel(kind.name, origin, goal)
+                ends = found.poses[origin].get(kind.name), found.poses[goal].get(kind.name)
+                length = np.inf if None in ends else search.costs(ends[0], [ends[1]])[0]
+                if np.isinf(length):
+                    assert took is None
+                else:
+                    assert took == pytest.approx(length * 0.5 / kind.speed_mps * 1000, abs=1)
+
+
+def test_half_of_a_large_real_map_is_surveyed(shared_maps: Path) -> None:
+    truth = read_map(shared_maps / "tsc_office.yaml").grid.solid()
+    kinds = default_types(2)
+    middle = truth.width // 2
+    known = np.where(np.arange(truth.width) < middle, truth.cells, np.uint8(UNKNOWN))
+    territory = Territory(Grid(cells=known, resolution_m=truth.resolution_m), kinds)
+    first = np.flatnonzero(territory.footprints["carrier"].standable & largest_reach(truth, kinds[0]))[0]
+    start = Cell(int(first) % truth.width, int(first) // truth.width)
+    found = Surveyor(territory, {}, Goal()).survey((report("c", start), report("r", None, "rover", on="c")), 0)
+    assert found.targets
+    assert found.meetings
+    assert all(target.cell.x < middle for target in found.targets)
+    assert {kind.role for kind in found.situation.types} == {Role.CARRIER, Role.ROVER}
+    assert (found.situation.travel_ms["carrier"] >= UNREACHABLE).all()
+    assert found.direct_ms()["c"].keys() == {target.name for target in found.targets}
