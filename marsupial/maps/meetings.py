@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.targets import Target
-from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
+from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.window import Window
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import MapMeeting, PlacedRobot
@@ -71,36 +71,36 @@ def find_meetings(
     robots = tuple(robots)
     points = [point for point in keep if _still_good(point, reach)]
     connects: dict[str, frozenset[str]] = {}
-    for (carrier, rover), docking in sorted(reach.docking.items()):
+    for number, (carrier, rover) in enumerate(sorted(reach.docking)):
         if not any(robot.type == rover for robot in robots):
             continue
-        pair = _Pair(territory, reach, docking, carrier, rover)
+        # two pairs of types may meet at the same two cells
+        suffix = f"_{number + 1}" if len(reach.docking) > 1 else ""
+        pair = _Pair(territory, reach, carrier, rover, suffix)
         points += pair.on_borders(targets, robots, points)
         points += pair.on_the_spot(targets, robots, points)
-        for name, served in pair.connections(targets, points).items():
-            connects[name] = connects.get(name, frozenset()) | served
+        connects |= pair.connections(targets, points)
     return Meetings(points=tuple(points), connects=connects)
 
 
 def _still_good(point: MapMeeting, reach: Reach) -> bool:
-    pair = (point.carrier_type, point.rover_type)
-    return pair in reach.docking and _within_reach(point, reach.by_type[pair[0]], reach.by_type[pair[1]])
-
-
-def _within_reach(point: MapMeeting, carrier_reach: Mask, rover_reach: Mask) -> bool:
     carrier, rover = point.carrier_cell, point.rover_cell
-    return bool(carrier_reach[carrier.y, carrier.x] and rover_reach[rover.y, rover.x])
+    return (
+        (point.carrier_type, point.rover_type) in reach.docking
+        and bool(reach.by_type[point.carrier_type][carrier.y, carrier.x])
+        and bool(reach.by_type[point.rover_type][rover.y, rover.x])
+    )
 
 
 class _Pair:
     """Meeting points of one carrier type with one rover type."""
 
-    def __init__(self, territory: Territory, reach: Reach, docking: Docking, carrier: str, rover: str) -> None:
+    def __init__(self, territory: Territory, reach: Reach, carrier: str, rover: str, suffix: str) -> None:
         self._territory = territory
-        self._docking = docking
-        self._carrier, self._rover = carrier, rover
+        self._docking = docking = reach.docking[carrier, rover]
+        self._carrier, self._rover, self._suffix = carrier, rover, suffix
         self._width = territory.grid.width
-        self._carrier_reach, self._rover_reach = reach.by_type[carrier], reach.by_type[rover]
+        self._rover_reach = reach.by_type[rover]
         self._dock = docking.cells & self._rover_reach
         self._window = territory.known
         self._areas = np.zeros(self._dock.shape, dtype=np.int32)
@@ -112,7 +112,6 @@ class _Pair:
     ) -> list[MapMeeting]:
         """Return a point for each stretch of border of the rover-only areas that matter."""
         stretch = STRETCH_M / self._territory.grid.resolution_m
-        names = {point.name for point in points}
         served = [(self._index(p.rover_cell), self._areas_near(p.rover_cell)) for p in points if self._fits(p)]
         found: list[MapMeeting] = []
         for area, border in self._borders(targets, robots):
@@ -121,7 +120,7 @@ class _Pair:
                 for index in _spread(cells, taken, stretch, self._width):
                     found.append(self._point(index))
                     served.append((index, self._areas_near(found[-1].rover_cell)))
-        return [point for point in found if point.name not in names]
+        return found
 
     def on_the_spot(
         self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
@@ -140,13 +139,13 @@ class _Pair:
         return list({spot.name: spot for spot in spots if spot.name not in names}.values())
 
     def connections(self, targets: Sequence[Target], points: Sequence[MapMeeting]) -> dict[str, frozenset[str]]:
-        """Return per point both can get to the rover-only targets in the areas that it borders on."""
+        """Return per point of this pair the rover-only targets in the areas that it borders on."""
         cells = {target.name: target.viewpoints[self._rover] for target in self._rover_only(targets)}
         areas_of = {name: self._areas_near(cell) for name, cell in cells.items()}
         reach = STRETCH_M / self._territory.grid.resolution_m
         served: dict[str, frozenset[str]] = {}
         for point in points:
-            if _within_reach(point, self._carrier_reach, self._rover_reach):
+            if self._fits(point):
                 mine, here = self._areas_near(point.rover_cell), point.rover_cell
                 # a target at the very border, with no area of its own, belongs to the points on the same stretch
                 near = {n for n, c in cells.items() if not areas_of[n] and math.dist(c, here) <= reach}
@@ -220,7 +219,7 @@ class _Pair:
 
     def _named(self, rover_cell: Cell, carrier_cell: Cell) -> MapMeeting:
         return MapMeeting(
-            name=f"m_{rover_cell.x}_{rover_cell.y}_{carrier_cell.x}_{carrier_cell.y}",
+            name=f"m_{rover_cell.x}_{rover_cell.y}_{carrier_cell.x}_{carrier_cell.y}{self._suffix}",
             carrier_cell=carrier_cell,
             rover_cell=rover_cell,
             carrier_type=self._carrier,

@@ -188,13 +188,14 @@ def test_without_rovers_there_is_nothing_to_meet_for() -> None:
     assert found == Meetings(points=(), connects={})
 
 
-def test_two_kinds_of_rover_of_one_size_share_points_of_one_name() -> None:
+def test_two_kinds_of_rover_of_one_size_have_points_of_different_names() -> None:
     twin = replace(ROVER, name="twin", speed_mps=2.0)
     robots = (standing("c", *where("c", *ONE_DOOR)), aboard("r", "c"), aboard("t", "c", "twin"))
     found, (target,), _ = analysed(draw(*ONE_DOOR), *robots, kinds=(CARRIER, ROVER, twin))
-    names = [point.name for point in found.points]
-    assert len(names) == len(set(names))
-    assert sum(target.name in found.connects[name] for name in names) == 1
+    assert len({point.name for point in found.points}) == len(found.points)
+    at_door = [point for point in found.points if point.rover_cell == Cell(4, 5)]
+    assert [point.rover_type for point in at_door] == ["rover", "twin"]
+    assert all(found.connects[point.name] == {target.name} for point in at_door)
 
 
 def test_each_kind_of_rover_gets_to_the_areas_that_only_it_can_explore() -> None:
@@ -216,14 +217,14 @@ def test_each_kind_of_rover_gets_to_the_areas_that_only_it_can_explore() -> None
         assert any(target.name in served for served in found.connects.values()), target.name
 
 
-def test_two_kinds_of_carrier_share_a_point_where_both_would_stand_alike() -> None:
+def test_two_kinds_of_carrier_have_points_of_different_names() -> None:
     twin = replace(CARRIER, name="twin", speed_mps=2.0)
     robots = (
         standing("c", *where("c", *ONE_DOOR)), standing("d", Cell(7, 2), "twin"), aboard("r", "c"), aboard("s", "d"),
     )  # fmt: skip
     found, _, _ = analysed(draw(*ONE_DOOR), *robots, kinds=(CARRIER, twin, ROVER))
-    names = [point.name for point in found.points]
-    assert len(names) == len(set(names))
+    assert len({point.name for point in found.points}) == len(found.points)
+    assert [p.carrier_type for p in found.points if p.rover_cell == Cell(4, 5)] == ["carrier", "twin"]
 
 
 MIXED = random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=3, largest=16)
@@ -251,6 +252,21 @@ def test_both_can_stand_and_dock_at_every_point(cells: CellArray, radius: float,
         assert reach.by_type[point.rover_type][point.rover_cell.y, point.rover_cell.x]
     again = find_meetings(Territory(grid, kinds), reach, targets, robots, found.points)
     assert again.points == found.points
+
+
+@settings(deadline=None)
+@given(cells=MIXED, data=st.data())
+def test_points_kept_while_the_map_grows_are_not_found_again(cells: CellArray, data: st.DataObject) -> None:
+    grid = Grid(cells=cells, resolution_m=1.0)
+    robots = _team(grid, data)
+    kinds = (*KINDS, carrier("small", radius_m=0.5), rover("large", radius_m=1.2))
+    hidden = data.draw(st.lists(st.integers(0, cells.size - 1), max_size=cells.size // 2))
+    before = cells.copy()
+    before.ravel()[hidden] = UNKNOWN
+    kept = analysed(Grid(cells=before, resolution_m=1.0), *robots, kinds=kinds)[0].points
+    found = analysed(grid, *robots, kinds=kinds, keep=kept)[0].points
+    assert set(kept) <= set(found)
+    assert len({point.name for point in found}) == len(found)
 
 
 @settings(deadline=None, max_examples=150)
