@@ -20,7 +20,8 @@ def summary_json(summary: MissionSummary, log: Path | None) -> dict[str, Any]:
         "strategy": summary.strategy,
         "planner": summary.planner,
         "carriers": summary.carriers,
-        "rovers": summary.rovers,
+        "rovers": per_carrier(summary),
+        "robots": summary.carriers + summary.rovers,
         "seed": summary.seed,
         "exploration_time_s": None if ended.exploration_ms is None else ended.exploration_ms / 1000,
         "mission_time_s": ended.t_ms / 1000,
@@ -50,6 +51,14 @@ def summary_json(summary: MissionSummary, log: Path | None) -> dict[str, Any]:
         "log": None if log is None else str(log),
         "wall_s": summary.wall_s,
     }
+
+
+def per_carrier(summary: MissionSummary) -> int | float:
+    """Return the rovers per carrier, as `--rovers` counts them; a fraction where carriers bring different numbers."""
+    if summary.carriers == 0:
+        return summary.rovers
+    share = summary.rovers / summary.carriers
+    return int(share) if share.is_integer() else round(share, 3)
 
 
 def print_summary(summary: MissionSummary, log: Path | None) -> None:

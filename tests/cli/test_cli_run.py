@@ -86,7 +86,8 @@ def test_json_is_one_object_with_every_key_and_finite_numbers(capsys: pytest.Cap
 def test_the_lobby_is_explored_and_the_rovers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
     _, summary, _ = run_json(capsys, "lobby", *QUICK)
     assert (summary["status"], summary["coverage"], summary["plans_invalid"]) == ("complete", 1.0, 0)
-    assert (summary["carriers"], summary["rovers"], summary["planner"]) == (2, 4, "greedy")
+    assert (summary["carriers"], summary["rovers"], summary["planner"]) == (2, 2, "greedy")
+    assert summary["robots"] == 6
     assert summary["aboard"] == ["rover1_1", "rover1_2", "rover2_1", "rover2_2"]
     assert summary["distance_m"] == pytest.approx(sum(summary["distance_m_per_robot"].values()), abs=1e-3)
     assert summary["quality"] == pytest.approx(summary["explored_area_m2"] / summary["distance_m"], rel=1e-6)
