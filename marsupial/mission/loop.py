@@ -177,7 +177,6 @@ class Mission:
         if not survey.targets and self._satisfied(survey):
             return Status.COMPLETE, "no reachable target is left" + self._wishes()
         self._fruitless = self._fruitless + 1 if self._world.now_ms == self._planned_ms else 0
-        self._planned_ms = self._world.now_ms
         if self._fruitless > MAX_FRUITLESS:
             return Status.STALLED, "replanning over and over takes nobody anywhere"
         return self._follow(trigger, survey, self._decide(survey))
@@ -237,7 +236,7 @@ class Mission:
         return "plan overtaken" if self._executor.idle else ""
 
     def _adopt(self, trigger: str, survey: Survey, plan: Plan) -> None:
-        now = self._world.now_ms
+        now = self._planned_ms = self._world.now_ms
         self._revision += 1
         self._known = survey.targets
         self._meetings = {point.name: point for point in survey.meetings}

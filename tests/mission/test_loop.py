@@ -205,16 +205,19 @@ def test_an_invalid_plan_is_never_followed() -> None:
     assert not watcher.of(Planned)
 
 
-def test_a_strategy_that_runs_on_the_spot_stalls() -> None:
+@pytest.mark.parametrize("planning_time", PlanningTime)
+def test_a_strategy_that_runs_on_the_spot_stalls(planning_time: PlanningTime) -> None:
     def on_the_spot(briefing: Briefing) -> Plan:
         """Move between the meeting points of one and the same place, which takes no time."""
         situation = briefing.situation
         here = [m for m in situation.meetings if situation.travel("carrier", "s_c1", m) == 0]
         return Plan(actions=(_timed(drive(ActionName.MOVE, "c1", here[0], "s_c1"), 0, 0),))
 
-    strategy = Scripted(on_the_spot)
-    ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(20, 1), rover_on("c1")], strategy)
-    assert (ended.status, ended.t_ms) == (Status.STALLED, 0)
+    strategy = Scripted(on_the_spot, wall_s=0.001)
+    team = [carrier_at(20, 1), rover_on("c1")]
+    ended, _ = fly(drawn_grid(*LONG_HALL), team, strategy, planning_time=planning_time)
+    assert ended.status is Status.STALLED
+    assert ended.t_ms <= MAX_FRUITLESS + 1
     assert "over and over" in ended.reason
     assert len(strategy.briefings) == MAX_FRUITLESS + 1
 
