@@ -55,12 +55,18 @@ class Territory:
     ----------
     grid
         The known map; its cells may be revealed (by their owner) after this is made: call `reveal` then.
+
+    Attributes
+    ----------
+    revision
+        Goes up whenever something is revealed.
     """
 
     def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
         self.grid = grid
         self.kinds = {kind.name: kind for kind in kinds}
         self.footprints = {kind.name: Footprint((grid.height, grid.width), kind, grid.resolution_m) for kind in kinds}
+        self.revision = 0
         self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
         self._opaque = grid.opaque_codes()
         self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
@@ -70,6 +76,7 @@ class Territory:
         """Take in cells (row-major indices) that were unknown until now."""
         if not len(indices):
             return
+        self.revision += 1
         self.see_through.ravel()[indices] = self._opaque[self.grid.cells.ravel()[indices]] == 0
         y, x = np.divmod(indices, self.grid.width)
         self._lowest = Cell(min(self._lowest.x, int(x.min())), min(self._lowest.y, int(y.min())))

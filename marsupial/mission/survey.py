@@ -74,13 +74,15 @@ class Surveyor:
         self._finder = TargetFinder(territory)
         self._homes = homes
         self._goal = goal
+        self._looked_at: object = None
         self._reach = territory.reach(())
+        self._targets: tuple[Target, ...] = ()
         self._searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
-        self._reach = self._territory.reach(placed(robots))
-        return self._finder.find(self._reach)
+        self._look(placed(robots))
+        return self._targets
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
         """Return every frontier that is left: `targets` with `reason`, the others with why they are none.
@@ -98,8 +100,8 @@ class Surveyor:
         """Return the situation of `robots`; lost ones are left out."""
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
-        self._reach = reach = self._territory.reach(where)
-        targets = self._finder.find(reach)
+        self._look(where)
+        reach, targets = self._reach, self._targets
         meetings = find_meetings(self._territory, reach, targets, where, keep)
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
@@ -112,6 +114,14 @@ class Surveyor:
             poses=poses,
             direct_ms=lambda: self._direct(situation, poses),
         )
+
+    def _look(self, robots: tuple[PlacedRobot, ...]) -> None:
+        """Find reach and targets, unless that was done for the same map and robots."""
+        now = (self._territory.revision, robots)
+        if now != self._looked_at:
+            self._looked_at = now
+            self._reach = self._territory.reach(robots)
+            self._targets = self._finder.find(self._reach)
 
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
         carrier = self._territory.kinds[robot.type].role is Role.CARRIER
