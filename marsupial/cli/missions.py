@@ -22,7 +22,7 @@ from marsupial.model.scenario import Limits, PlanningTime, Scenario
 from marsupial.planning.engines import engine_infos, mission_engine
 from marsupial.planning.processes import warm_up
 
-PREFERRED = ("tamer", "aries", "greedy")
+PREFERRED = ("aries", "tamer", "greedy")
 """Default planners; the first that can be used here and keeps the kind of budget asked for."""
 
 PLANNING_STRATEGIES = frozenset({"temporal"})
