@@ -270,3 +270,10 @@ def test_half_of_a_large_real_map_is_surveyed(shared_maps: Path) -> None:
     assert {kind.role for kind in found.situation.types} == {Role.CARRIER, Role.ROVER}
     assert (found.situation.travel_ms["carrier"] >= UNREACHABLE).all()
     assert found.direct_ms()["c"].keys() == {target.name for target in found.targets}
+
+
+def test_robots_that_moved_are_looked_at_anew() -> None:
+    looking = surveyor(draw(*ROOMS))
+    assert len(looking.targets(CARRYING)) == 1
+    assert looking.targets((report("c", START),)) == ()
+    assert len(looking.targets(CARRYING)) == 1
