@@ -189,12 +189,20 @@ def _read_start(fields: Fields, kind: RobotType | None, ground: _Ground | None) 
     return cell
 
 
+PLACE_PREFIXES = ("s_", "t_", "m_", "h_")
+"""How the names of starts, targets, meeting points and homes begin (`marsupial.mission.survey`)."""
+
+
 def _check_names(entries: list[_Entry]) -> None:
     seen: set[str] = set()
     for entry in entries:
         name = entry.member.name.lower()
         if name and name in seen:
             entry.fields.wrong("name", f"{entry.member.name!r} is used twice")
+        if name.startswith(PLACE_PREFIXES):
+            entry.fields.wrong(
+                "name", f"{entry.member.name!r} looks like a place: names must not begin with 's_', 't_', 'm_' or 'h_'"
+            )
         seen.add(name)
 
 

@@ -32,6 +32,9 @@ from marsupial.paths.fields import grow
 STRETCH_M = 6.0
 """Length of border, in metres, that one meeting point serves."""
 
+_SAME_DOOR_CELLS = 3.0
+"""A point this near to a stretch of border serves it: borders move a little as the map grows."""
+
 Indices = npt.NDArray[np.int64]
 
 _NO_AREA = 0
@@ -116,7 +119,8 @@ class _Pair:
         found: list[MapMeeting] = []
         for area, border in self._borders(targets, robots):
             for cells in groups(border, self._dock.shape):
-                taken = [index for index, areas in served if area in areas or area == _NO_AREA]
+                here = [index for index, areas in served if area in areas or area == _NO_AREA]
+                taken = [index for index in here if _apart(index, cells, self._width) <= _SAME_DOOR_CELLS]
                 for index in _spread(cells, taken, stretch, self._width):
                     found.append(self._point(index))
                     served.append((index, self._areas_near(found[-1].rover_cell)))
@@ -231,6 +235,11 @@ class _Pair:
 
     def _index(self, cell: Cell) -> int:
         return cell.y * self._width + cell.x
+
+
+def _apart(index: int, cells: Indices, width: int) -> float:
+    """Return the distance, in cells, from a cell to the nearest of `cells`."""
+    return float(np.hypot(cells % width - index % width, cells // width - index // width).min())
 
 
 def _spread(cells: Indices, taken: Sequence[int], stretch: float, width: int) -> list[int]:

@@ -116,6 +116,10 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
             "terrains[4].code: 7 is used twice",
         ],
     ),
+    "a robot that looks like a place": (
+        {"team__2__name": "s_joey"},
+        ["team[2].name: 's_joey' looks like a place: names must not begin with 's_', 't_', 'm_' or 'h_'"],
+    ),
     "a robot twice": ({"team__2__name": "Joey"}, ["team[2].name: 'Joey' is used twice"]),
     "a name that PDDL can't say": (
         {"team__2__name": "jill b"},

@@ -41,6 +41,17 @@ TWO_DOORS = (
     "#...................#",
     "#####################",
 )
+CLOSE_DOORS = (
+    "######?######",
+    "#...........#",
+    "#...........#",
+    "#...........#",
+    "###.####.####",
+    "#...........#",
+    "#.c.........#",
+    "#...........#",
+    "#############",
+)
 OPPOSITE_DOORS = (
     "########?##",
     "#.........#",
@@ -88,6 +99,11 @@ def test_a_room_with_two_doors_has_a_point_at_each() -> None:
     cells, found, targets = at_borders(TWO_DOORS)
     assert cells == [Cell(3, 5), Cell(17, 5)]
     assert all(found.connects[p.name] == {targets[0].name} for p in found.points if p.rover_cell in cells)
+
+
+def test_two_doors_close_together_have_a_point_each() -> None:
+    cells, _, _ = at_borders(CLOSE_DOORS, resolution_m=0.5)
+    assert cells == [Cell(3, 5), Cell(8, 5)]
 
 
 def test_rooms_on_both_sides_of_a_corridor_have_a_point_each() -> None:
