@@ -148,7 +148,7 @@ class ActionEnd(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionEnded:
-    """An action that had started is over."""
+    """An action is over; one whose way is blocked from the beginning ends without having started."""
 
     t_ms: int
     revision: int

@@ -50,9 +50,9 @@ class Temporal:
         for event in self._events(situation, _continued(situation, briefing.previous)):
             if isinstance(event, Finished):
                 last = event
-            elif not _acceptable(situation, event.plan):
+            elif not check(situation, event.plan, targets=event.plan.explored).valid:
                 refused += 1
-            else:
+            elif event.plan.actions:
                 best = event.plan
                 first = event.elapsed_s if first is None else first
         plan, unserved = _best_of(situation, briefing.previous, best)
@@ -73,11 +73,6 @@ class Temporal:
         if not situation.targets and not _wanting(situation):
             return iter(())
         return self._engine.solve(situation, self._budget, start=start)
-
-
-def _acceptable(situation: Situation, plan: Plan) -> bool:
-    """Say whether a plan may be followed: valid for the targets it explores, and for the rest of the goal."""
-    return bool(plan.actions) and check(situation, plan, targets=plan.explored).valid
 
 
 def _continued(situation: Situation, previous: Plan | None) -> Plan | None:
