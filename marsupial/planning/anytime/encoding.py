@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, Situation
+from marsupial.model.situation import UNREACHABLE, RobotState, Situation
 from marsupial.planning.recovery import go_home
 from marsupial.planning.timeline import Timeline
 
@@ -31,6 +31,13 @@ NEIGHBOURS = 10
 DOORS = 6
 
 
+TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
+"""Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
+
+TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
+ENTRIES, EXITS = 0, 1
+
+
 class Task(NamedTuple):
     """A situation; robots, types and places are indices in its own order, times ms, all arrays int64.
 
@@ -39,74 +46,79 @@ class Task(NamedTuple):
     leg
         (types, places, places): from being ready at one place to being ready again after driving to the other:
         0 on the diagonal, `NEVER` without a path.
-    type_of, start, aboard, ready, capacity, dock, undock, home
-        Per robot; `start`, `aboard` (its carrier) and `home` are -1 where it has none. `dock` and `undock` end with
-        being ready again.
-    weight
+    robots
+        (robots, 8): `TYPE` and so on.
+    worth
         Per place what reaching it sooner is worth, 0 where it is no target.
-    targets, meetings, rovers, carriers
-        Indices.
+    groups
+        (4, n): how many targets, meetings, rovers and carriers there are, followed by them.
     near
         (places, n): the other targets nearest to a target, then -1.
-    entries, exits
-        (types, places, n): the meetings from which a place is reached soonest, and those reached soonest from it.
+    doors
+        (2, types, places, n): the meetings from which a place is reached soonest (`ENTRIES`), and those reached
+        soonest from it (`EXITS`), then -1.
     recover
-        One flag: whether all rovers have to end aboard.
+        Whether all rovers have to end aboard.
     """
 
     leg: Ints
-    type_of: Ints
-    start: Ints
-    aboard: Ints
-    ready: Ints
-    capacity: Ints
-    dock: Ints
-    undock: Ints
-    home: Ints
-    weight: Ints
-    targets: Ints
-    meetings: Ints
-    rovers: Ints
-    carriers: Ints
+    robots: Ints
+    worth: Ints
+    groups: Ints
     near: Ints
-    entries: Ints
-    exits: Ints
-    recover: Ints
+    doors: Ints
+    recover: bool
+
+    def members(self, group: int) -> Ints:
+        """Return a group without its number."""
+        return self.groups[group, 1 : 1 + self.groups[group, 0]]
 
 
 def encode(situation: Situation) -> Task:
     """Return the situation as arrays."""
     kinds = [kind.name for kind in situation.types]
-    robots, index = situation.robots, situation.place_index
-    number = {robot.name: i for i, robot in enumerate(robots)}
+    index = situation.place_index
     leg = _legs(situation)
-    targets = _ints([index[target.name] for target in situation.targets])
-    meetings = _ints([index[name] for name in situation.meetings])
-    weight = np.zeros(len(index), dtype=np.int64)
-    weight[targets] = [1000 + round(1000 * target.reveal_m2) for target in situation.targets]
-    goal, types = situation.goal, [situation.type_by_name[robot.type] for robot in robots]
-    free = [(r if r.carrier is None else situation.robot_by_name[r.carrier]).free_at_ms for r in robots]
-    homes = [-1 if r.home is None or not goal.return_home else index[r.home] for r in robots]
+    targets = np.array([index[target.name] for target in situation.targets], dtype=np.int64)
+    meetings = np.array([index[name] for name in situation.meetings], dtype=np.int64)
+    worth = np.zeros(len(index), dtype=np.int64)
+    worth[targets] = [1000 + round(1000 * target.reveal_m2) for target in situation.targets]
+    roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
+    rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
+    rows = [_row(situation, robot, kinds) for robot in situation.robots]
     return Task(
         leg=leg,
-        type_of=_ints([kinds.index(robot.type) for robot in robots]),
-        start=_ints([-1 if robot.place is None else index[robot.place] for robot in robots]),
-        aboard=_ints([-1 if robot.carrier is None else number[robot.carrier] for robot in robots]),
-        ready=_ints(free),
-        capacity=_ints([kind.capacity for kind in types]),
-        dock=_ints([max(1, kind.dock_ms) + EPSILON_MS for kind in types]),
-        undock=_ints([max(1, kind.undock_ms) + EPSILON_MS for kind in types]),
-        home=_ints([home if kind.role is Role.CARRIER else -1 for home, kind in zip(homes, types, strict=True)]),
-        weight=weight,
-        targets=targets,
-        meetings=meetings,
-        rovers=_ints([i for i, kind in enumerate(types) if kind.role is Role.ROVER]),
-        carriers=_ints([i for i, kind in enumerate(types) if kind.role is Role.CARRIER]),
+        robots=np.array(rows, dtype=np.int64).reshape(-1, 8),
+        worth=worth,
+        groups=_groups(targets, meetings, rovers, carriers),
         near=_near(leg, targets),
-        entries=_doors(leg.transpose(0, 2, 1), meetings),
-        exits=_doors(leg, meetings),
-        recover=_ints([int(goal.recover_rovers or goal.return_home)]),
+        doors=np.stack([_doors(leg.transpose(0, 2, 1), meetings), _doors(leg, meetings)]),
+        recover=situation.goal.recover_rovers or situation.goal.return_home,
     )
+
+
+def _row(situation: Situation, robot: RobotState, kinds: list[str]) -> tuple[int, ...]:
+    kind, index = situation.type_by_name[robot.type], situation.place_index
+    free = robot if robot.carrier is None else situation.robot_by_name[robot.carrier]
+    goes_home = situation.goal.return_home and kind.role is Role.CARRIER and robot.home is not None
+    return (
+        kinds.index(kind.name),
+        -1 if robot.place is None else index[robot.place],
+        -1 if robot.carrier is None else situation.robots.index(free),
+        free.free_at_ms,
+        kind.capacity,
+        max(1, kind.dock_ms) + EPSILON_MS,
+        max(1, kind.undock_ms) + EPSILON_MS,
+        index[robot.home or ""] if goes_home else -1,
+    )
+
+
+def _groups(*members: Ints) -> Ints:
+    groups = np.full((len(members), 1 + max(map(len, members))), -1, dtype=np.int64)
+    for group, row in zip(members, groups, strict=True):
+        row[0] = len(group)
+        row[1 : 1 + len(group)] = group
+    return groups
 
 
 def events_of(situation: Situation, plan: Plan) -> Ints:
@@ -185,7 +197,3 @@ def _doors(leg: Ints, meetings: Ints) -> Ints:
         found = np.where(np.take_along_axis(apart, order, axis=2) < NEVER, meetings[order], -1)
         doors[:, :, : found.shape[2]] = found
     return doors
-
-
-def _ints(values: list[int]) -> Ints:
-    return np.array(values, dtype=np.int64)

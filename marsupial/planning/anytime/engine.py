@@ -137,7 +137,7 @@ def _score(situation: Situation, task: Task, plan: Plan) -> Score:
     """Return the score of a plan as it stands, gaps and all."""
     index = situation.place_index
     reaching = sum(
-        int(task.weight[index[a.place]]) * (a.end_ms + EPSILON_MS) for a in plan.actions if a.name is ActionName.EXPLORE
+        int(task.worth[index[a.place]]) * (a.end_ms + EPSILON_MS) for a in plan.actions if a.name is ActionName.EXPLORE
     )
     driving = sum(a.duration_ms + EPSILON_MS for a in plan.actions if a.origin is not None)
     return (plan.makespan_ms + EPSILON_MS if plan.actions else 0, reaching, driving)

@@ -11,52 +11,63 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import njit
 
-from marsupial.planning.anytime.encoding import DOCK, EXPLORE, NEVER, START, UNDOCK, Ints, Task
+from marsupial.planning.anytime.encoding import (
+    ABOARD,
+    AT,
+    CAPACITY,
+    DOCK,
+    DOCKING,
+    EXPLORE,
+    HOME,
+    NEVER,
+    READY,
+    ROVERS,
+    START,
+    TYPE,
+    UNDOCK,
+    UNDOCKING,
+    Ints,
+    Task,
+)
 
 LONGEST_SEGMENT = 8
 """How many targets are moved at once at most."""
 
-MAKESPAN, REACHING, DRIVING = 0, 1, 2
-"""Parts of a score: ms until the end, weighted sum of the times targets are reached, ms of driving."""
+MAKESPAN, REACHING, DRIVING, SIZE = 0, 1, 2, 3
+"""Parts of a score: ms until the end, weighted sum of the times targets are reached, ms of driving. Then the length."""
+
+CURRENT, CANDIDATE, BEST, TAKEN = 0, 1, 2, 3
+"""Lists of a search."""
+
+WHERE, ON, READY_AT, LOAD = 0, 1, 2, 3
+"""Columns of the state of robots."""
 
 
 class Search(NamedTuple):
-    """What a search remembers between calls.
+    """What a search remembers between calls: few arrays, for each of them costs time in every compiled call.
 
     Attributes
     ----------
     lists
-        int32 (3, room, 4): the current list of events, the candidate, the best.
-    sizes
-        int64 (3,): their lengths.
-    scores
-        int64 (3, 3): their scores.
-    where, on, ready, load
-        int64 per robot, scratch of `schedule`.
+        int32 (4, room, 4): the current list of events, the candidate, the best; of the last one only the first column
+        is used, for the targets `TAKEN` out of the candidate.
+    tallies
+        int64 (3, 4): the scores of the lists, and their lengths.
+    state
+        int64 (robots, 4), scratch of `schedule`.
     reached
         int64 (2, places): when the current list and the candidate reach each place that is a target.
-    held
-        int32 (`LONGEST_SEGMENT`,), scratch: targets taken out of a list.
     seed
         uint64 (1,): state of the random numbers.
-    counts
-        int64 (2, moves): how often each move was tried and accepted.
     """
 
     lists: Ints
-    sizes: Ints
-    scores: Ints
-    where: Ints
-    on: Ints
-    ready: Ints
-    load: Ints
+    tallies: Ints
+    state: Ints
     reached: Ints
-    held: Ints
-    seed: npt.NDArray[Any]
-    counts: Ints
+    seed: Ints
 
 
 @njit(cache=True, nogil=True)
@@ -71,59 +82,66 @@ def draw(seed: Ints, n: int) -> Any:
 
 
 @njit(cache=True, nogil=True)
+def pick(task: Task, search: Search, group: int) -> Any:
+    """Return a random member of a group that has any."""
+    return task.groups[group, 1 + draw(search.seed, task.groups[group, 0])]
+
+
+@njit(cache=True, nogil=True)
 def schedule(task: Task, search: Search, which: int, limit: float, blend: Ints) -> float:
     """Return the cost of a list, and enter its score; inf where it can't be carried out or costs more than `limit`.
 
     The carriers of its undocks are entered in the list as well.
     """
-    events, size, reached = search.lists[which], search.sizes[which], search.reached[min(which, 1)]
-    where, on, ready, load = search.where, search.on, search.ready, search.load
-    for i in range(len(where)):
-        where[i], on[i], ready[i], load[i] = task.start[i], task.aboard[i], task.ready[i], 0
-    for i in task.rovers:
-        if on[i] >= 0:
-            load[on[i]] += 1
+    events, size, reached = search.lists[which], search.tallies[which, SIZE], search.reached[min(which, 1)]
+    state = search.state
+    for i in range(len(state)):
+        state[i, WHERE], state[i, ON] = task.robots[i, AT], task.robots[i, ABOARD]
+        state[i, READY_AT], state[i, LOAD] = task.robots[i, READY], 0
+    for i in range(len(state)):
+        if state[i, ON] >= 0:
+            state[state[i, ON], LOAD] += 1
     makespan, reaching, driving = 0, 0, 0
     for i in range(size):
         kind, robot, place = events[i, 0], events[i, 1], events[i, 3]
         if kind == START:
             continue
-        carrier = events[i, 2] if kind == DOCK else on[robot]
+        carrier = events[i, 2] if kind == DOCK else state[robot, ON]
         if kind != UNDOCK:
-            if on[robot] >= 0:
+            if state[robot, ON] >= 0:
                 return np.inf
-            leg = task.leg[task.type_of[robot], where[robot], place]
+            leg = task.leg[task.robots[robot, TYPE], state[robot, WHERE], place]
             if leg >= NEVER:
                 return np.inf
-            ready[robot] += leg
+            state[robot, READY_AT] += leg
             driving += leg
-            where[robot] = place
+            state[robot, WHERE] = place
         if kind != EXPLORE:
             if carrier < 0:
                 return np.inf
-            leg = task.leg[task.type_of[carrier], where[carrier], place]
+            leg = task.leg[task.robots[carrier, TYPE], state[carrier, WHERE], place]
             if leg >= NEVER:
                 return np.inf
             driving += leg
-            begin = max(ready[carrier] + leg, ready[robot])
+            begin = max(state[carrier, READY_AT] + leg, state[robot, READY_AT])
             if kind == DOCK:
-                if load[carrier] >= task.capacity[carrier]:
+                if state[carrier, LOAD] >= task.robots[carrier, CAPACITY]:
                     return np.inf
-                load[carrier] += 1
-                on[robot] = carrier
-                ready[robot] = begin + task.dock[robot]
+                state[carrier, LOAD] += 1
+                state[robot, ON] = carrier
+                state[robot, READY_AT] = begin + task.robots[robot, DOCKING]
             else:
-                load[carrier] -= 1
-                on[robot] = -1
-                where[robot] = place
-                ready[robot] = begin + task.undock[robot]
+                state[carrier, LOAD] -= 1
+                state[robot, ON] = -1
+                state[robot, WHERE] = place
+                state[robot, READY_AT] = begin + task.robots[robot, UNDOCKING]
                 events[i, 2] = carrier
-            ready[carrier], where[carrier] = ready[robot], place
+            state[carrier, READY_AT], state[carrier, WHERE] = state[robot, READY_AT], place
         else:
-            reached[place] = ready[robot]
-            reaching += task.weight[place] * ready[robot]
-        if ready[robot] > makespan:
-            makespan = ready[robot]
+            reached[place] = state[robot, READY_AT]
+            reaching += task.worth[place] * state[robot, READY_AT]
+        if state[robot, READY_AT] > makespan:
+            makespan = state[robot, READY_AT]
             if makespan > limit:
                 return np.inf
     return _finish(task, search, which, blend, makespan, reaching, driving)
@@ -132,42 +150,42 @@ def schedule(task: Task, search: Search, which: int, limit: float, blend: Ints) 
 @njit(cache=True, nogil=True)
 def _finish(task: Task, search: Search, which: int, blend: Ints, makespan: int, reaching: int, driving: int) -> float:
     """Add the way home, enter the score and return the cost; inf where a rover is left on the ground."""
-    if task.recover[0]:
-        for i in task.rovers:
-            if search.on[i] < 0:
+    if task.recover:
+        for i in task.groups[ROVERS, 1 : 1 + task.groups[ROVERS, 0]]:
+            if search.state[i, ON] < 0:
                 return np.inf
-    for i in task.carriers:
-        if task.home[i] >= 0 and search.where[i] != task.home[i]:
-            leg = task.leg[task.type_of[i], search.where[i], task.home[i]]
+    for i in range(len(task.robots)):
+        if task.robots[i, HOME] >= 0 and search.state[i, WHERE] != task.robots[i, HOME]:
+            leg = task.leg[task.robots[i, TYPE], search.state[i, WHERE], task.robots[i, HOME]]
             if leg >= NEVER:
                 return np.inf
-            makespan = max(makespan, search.ready[i] + leg)
+            makespan = max(makespan, search.state[i, READY_AT] + leg)
             driving += leg
-    search.scores[which, MAKESPAN] = makespan
-    search.scores[which, REACHING] = reaching
-    search.scores[which, DRIVING] = driving
+    search.tallies[which, MAKESPAN] = makespan
+    search.tallies[which, REACHING] = reaching
+    search.tallies[which, DRIVING] = driving
     return blend[MAKESPAN] * makespan + blend[REACHING] * reaching + blend[DRIVING] * driving
 
 
 @njit(cache=True, nogil=True)
 def insert(search: Search, at: int, kind: int, robot: int, carrier: int, place: int) -> None:
     """Insert an event into the candidate."""
-    events, size = search.lists[1], search.sizes[1]
+    events, size = search.lists[1], search.tallies[1, SIZE]
     for i in range(size, at, -1):
         for k in range(4):
             events[i, k] = events[i - 1, k]
     events[at, 0], events[at, 1], events[at, 2], events[at, 3] = kind, robot, carrier, place
-    search.sizes[1] = size + 1
+    search.tallies[1, SIZE] = size + 1
 
 
 @njit(cache=True, nogil=True)
 def erase(search: Search, at: int, count: int) -> None:
     """Take events out of the candidate."""
-    events, size = search.lists[1], search.sizes[1] - count
+    events, size = search.lists[1], search.tallies[1, SIZE] - count
     for i in range(at, size):
         for k in range(4):
             events[i, k] = events[i + count, k]
-    search.sizes[1] = size
+    search.tallies[1, SIZE] = size
 
 
 @njit(cache=True, nogil=True)
@@ -175,7 +193,7 @@ def outing_end(task: Task, search: Search, at: int) -> int:
     """Return the index after the targets that stand behind event `at` and belong to the same rover."""
     events = search.lists[1]
     robot, end = events[at, 1], at + 1
-    while end < search.sizes[1] and events[end, 0] == EXPLORE and events[end, 1] == robot:
+    while end < search.tallies[1, SIZE] and events[end, 0] == EXPLORE and events[end, 1] == robot:
         end += 1
     return end
 
@@ -184,7 +202,7 @@ def outing_end(task: Task, search: Search, at: int) -> int:
 def next_event(search: Search, at: int, robot: int) -> int:
     """Return the index of the next event of a rover after index `at`, -1 if there is none."""
     events = search.lists[1]
-    for i in range(at + 1, search.sizes[1]):
+    for i in range(at + 1, search.tallies[1, SIZE]):
         if events[i, 1] == robot:
             return i
     return -1
@@ -215,7 +233,7 @@ def door(search: Search, doors: Ints) -> int:
 def find(search: Search, place: int) -> int:
     """Return the index of the event that explores a target, -1 if there is none."""
     events = search.lists[1]
-    for i in range(search.sizes[1]):
+    for i in range(search.tallies[1, SIZE]):
         if events[i, 3] == place and events[i, 0] == EXPLORE:
             return i
     return -1

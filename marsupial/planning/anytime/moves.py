@@ -8,9 +8,26 @@ from __future__ import annotations
 
 from numba import njit
 
-from marsupial.planning.anytime.encoding import DOCK, EXPLORE, NEVER, START, UNDOCK, Task
+from marsupial.planning.anytime.encoding import (
+    AT,
+    CARRIERS,
+    DOCK,
+    ENTRIES,
+    EXITS,
+    EXPLORE,
+    MEETINGS,
+    NEVER,
+    ROVERS,
+    START,
+    TARGETS,
+    TYPE,
+    UNDOCK,
+    Task,
+)
 from marsupial.planning.anytime.kernel import (
     LONGEST_SEGMENT,
+    SIZE,
+    TAKEN,
     Search,
     after_carrier,
     door,
@@ -20,6 +37,7 @@ from marsupial.planning.anytime.kernel import (
     insert,
     next_event,
     outing_end,
+    pick,
 )
 
 TRIES = 8
@@ -28,8 +46,8 @@ TRIES = 8
 @njit(cache=True, nogil=True)
 def _late_target(task: Task, search: Search) -> int:
     """Return a random target, those reached late more often."""
-    one = task.targets[draw(search.seed, len(task.targets))]
-    other = task.targets[draw(search.seed, len(task.targets))]
+    one = pick(task, search, TARGETS)
+    other = pick(task, search, TARGETS)
     return one if search.reached[0, one] >= search.reached[0, other] else other
 
 
@@ -40,7 +58,7 @@ def _tidy(task: Task, search: Search, rover: int) -> None:
     before, at = -1, next_event(search, -1, rover)
     while True:
         if at < 0:
-            if before < 0 or events[before, 0] in (EXPLORE, START) or task.recover[0]:
+            if before < 0 or events[before, 0] in (EXPLORE, START) or task.recover:
                 return
             erase(search, before, 1)
         elif (
@@ -71,7 +89,7 @@ def _take(task: Task, search: Search) -> int:
         end = at + 1
     count = min(end - at, LONGEST_SEGMENT)
     for i in range(count):
-        search.held[i] = events[at + i, 3]
+        search.lists[TAKEN, i, 0] = events[at + i, 3]
     erase(search, at, count)
     _tidy(task, search, robot)
     return count
@@ -82,7 +100,7 @@ def _put(search: Search, at: int, robot: int, count: int) -> None:
     """Insert the targets held, in their order or the other way round."""
     forward = count < 2 or draw(search.seed, 2) == 0
     for i in range(count):
-        place = search.held[i if forward else count - 1 - i]
+        place = search.lists[TAKEN, i if forward else count - 1 - i, 0]
         insert(search, at + i, EXPLORE, robot, -1, place)
 
 
@@ -90,7 +108,7 @@ def _put(search: Search, at: int, robot: int, count: int) -> None:
 def _relocate(task: Task, search: Search) -> bool:
     """Give targets to a robot that is about anyway."""
     count = _take(task, search)
-    events, target = search.lists[1], search.held[0]
+    events, target = search.lists[1], search.lists[TAKEN, 0, 0]
     neighbours = task.near[target]
     for attempt in range(TRIES):
         at = -1
@@ -98,11 +116,11 @@ def _relocate(task: Task, search: Search) -> bool:
             other = neighbours[draw(search.seed, len(neighbours))]
             at = find(search, other) if other >= 0 else -1
         if at < 0:
-            at = draw(search.seed, search.sizes[1])
+            at = draw(search.seed, search.tallies[1, SIZE])
         robot = events[at, 1]
         if events[at, 0] == DOCK or (events[at, 0] == UNDOCK and draw(search.seed, 3) == 0):
             robot = events[at, 2]
-        if events[at, 3] < 0 or task.leg[task.type_of[robot], events[at, 3], target] >= NEVER:
+        if events[at, 3] < 0 or task.leg[task.robots[robot, TYPE], events[at, 3], target] >= NEVER:
             continue
         before = events[at, 0] == EXPLORE and draw(search.seed, 2) == 0
         _put(search, at if before else at + 1, robot, count)
@@ -113,12 +131,12 @@ def _relocate(task: Task, search: Search) -> bool:
 @njit(cache=True, nogil=True)
 def _deploy(task: Task, search: Search) -> bool:
     """Take a rover to targets: set it down on the way, or pick it up elsewhere first."""
-    if not len(task.rovers) or not len(task.carriers):
+    if not task.groups[ROVERS, 0] or not task.groups[CARRIERS, 0]:
         return False
     count = _take(task, search)
-    first = search.held[0]
-    rover = task.rovers[draw(search.seed, len(task.rovers))]
-    entry = door(search, task.entries[task.type_of[rover], first])
+    first = search.lists[TAKEN, 0, 0]
+    rover = pick(task, search, ROVERS)
+    entry = door(search, task.doors[ENTRIES, task.robots[rover, TYPE], first])
     if entry < 0:
         return False
     at, seen, i = -1, 0, next_event(search, -1, rover)
@@ -141,19 +159,19 @@ def _set_down(task: Task, search: Search, rover: int, at: int, entry: int, count
     """Set down a rover that is aboard after event `at` for the targets held; it is picked up for what follows."""
     carrier = search.lists[1][at, 2]
     following = next_event(search, at, rover)
-    down = after_carrier(task, search, carrier, at, following if following >= 0 else search.sizes[1])
+    down = after_carrier(task, search, carrier, at, following if following >= 0 else search.tallies[1, SIZE])
     insert(search, down, UNDOCK, rover, carrier, entry)
     _put(search, down + 1, rover, count)
     end = down + count + 1
-    if following < 0 and not task.recover[0]:
+    if following < 0 and not task.recover:
         return True
     last = search.lists[1][end - 1, 3]
-    leave = entry if draw(search.seed, 2) else door(search, task.exits[task.type_of[rover], last])
+    leave = entry if draw(search.seed, 2) else door(search, task.doors[EXITS, task.robots[rover, TYPE], last])
     if leave < 0:
         return False
     if following < 0 and draw(search.seed, 3) == 0:
-        carrier = task.carriers[draw(search.seed, len(task.carriers))]
-    until = following + count + 1 if following >= 0 else search.sizes[1]
+        carrier = pick(task, search, CARRIERS)
+    until = following + count + 1 if following >= 0 else search.tallies[1, SIZE]
     up = after_carrier(task, search, carrier, end - 1, until)
     insert(search, up, DOCK, rover, carrier, leave)
     return True
@@ -162,12 +180,12 @@ def _set_down(task: Task, search: Search, rover: int, at: int, entry: int, count
 @njit(cache=True, nogil=True)
 def _fetch(task: Task, search: Search, rover: int, at: int, entry: int, count: int) -> bool:
     """Have a carrier bring a rover that is on the ground after event `at` to the targets held."""
-    carrier = task.carriers[draw(search.seed, len(task.carriers))]
-    leave = door(search, task.exits[task.type_of[rover], search.lists[1][at, 3]])
+    carrier = pick(task, search, CARRIERS)
+    leave = door(search, task.doors[EXITS, task.robots[rover, TYPE], search.lists[1][at, 3]])
     if leave < 0:
         return False
     following = next_event(search, at, rover)
-    until = following if following >= 0 else search.sizes[1]
+    until = following if following >= 0 else search.tallies[1, SIZE]
     up = after_carrier(task, search, carrier, at, until)
     insert(search, up, DOCK, rover, carrier, leave)
     until = until + 1 if draw(search.seed, 2) else up
@@ -177,7 +195,7 @@ def _fetch(task: Task, search: Search, rover: int, at: int, entry: int, count: i
     following = next_event(search, down + count, rover)
     if following >= 0 and search.lists[1][following, 0] == DOCK:
         last = search.lists[1][down + count, 3]
-        search.lists[1][following, 3] = door(search, task.exits[task.type_of[rover], last])
+        search.lists[1][following, 3] = door(search, task.doors[EXITS, task.robots[rover, TYPE], last])
         return search.lists[1][following, 3] >= 0
     return True
 
@@ -188,7 +206,7 @@ def _swap(task: Task, search: Search) -> bool:
     target = _late_target(task, search)
     other = task.near[target, draw(search.seed, task.near.shape[1])]
     if other < 0 or draw(search.seed, 4) == 0:
-        other = task.targets[draw(search.seed, len(task.targets))]
+        other = pick(task, search, TARGETS)
     if other == target:
         return False
     i, j = find(search, target), find(search, other)
@@ -200,7 +218,7 @@ def _swap(task: Task, search: Search) -> bool:
 def _reverse(task: Task, search: Search) -> bool:
     """Turn round a part of a robot's outing."""
     events = search.lists[1]
-    at = find(search, task.targets[draw(search.seed, len(task.targets))])
+    at = find(search, pick(task, search, TARGETS))
     end = outing_end(task, search, at)
     if end - at < 2:
         return False
@@ -215,7 +233,7 @@ def _reverse(task: Task, search: Search) -> bool:
 def _some_ride(search: Search) -> int:
     """Return the index of a random dock or undock, -1 if none is found."""
     for _ in range(2 * TRIES):
-        at = draw(search.seed, search.sizes[1])
+        at = draw(search.seed, search.tallies[1, SIZE])
         if search.lists[1][at, 0] in (DOCK, UNDOCK):
             return at
     return -1
@@ -229,14 +247,14 @@ def _remeet(task: Task, search: Search) -> bool:
         return False
     events = search.lists[1]
     rover = events[at, 1]
-    kind = task.type_of[rover]
+    kind = task.robots[rover, TYPE]
     place = events[at, 3]
-    if events[at, 0] == UNDOCK and at + 1 < search.sizes[1] and events[at + 1, 1] == rover:
-        place = door(search, task.entries[kind, events[at + 1, 3]])
+    if events[at, 0] == UNDOCK and at + 1 < search.tallies[1, SIZE] and events[at + 1, 1] == rover:
+        place = door(search, task.doors[ENTRIES, kind, events[at + 1, 3]])
     elif draw(search.seed, 4):
-        place = door(search, task.exits[kind, place])
+        place = door(search, task.doors[EXITS, kind, place])
     else:
-        place = task.meetings[draw(search.seed, len(task.meetings))]
+        place = pick(task, search, MEETINGS)
     if place < 0 or place == events[at, 3]:
         return False
     events[at, 3] = place
@@ -249,11 +267,11 @@ def _reorder(task: Task, search: Search) -> bool:
     events = search.lists[1]
     at = -1
     for _ in range(2 * TRIES):
-        i = draw(search.seed, search.sizes[1])
+        i = draw(search.seed, search.tallies[1, SIZE])
         if (
             events[i, 0] == DOCK
             or events[i, 0] == UNDOCK
-            or (events[i, 0] == EXPLORE and task.start[events[i, 1]] >= 0)
+            or (events[i, 0] == EXPLORE and task.robots[events[i, 1], AT] >= 0)
         ):
             at = i
             break
@@ -265,13 +283,13 @@ def _reorder(task: Task, search: Search) -> bool:
     if kind == UNDOCK:
         count = min(outing_end(task, search, at) - at - 1, LONGEST_SEGMENT)
         for i in range(count):
-            search.held[i] = events[at + 1 + i, 3]
+            search.lists[TAKEN, i, 0] = events[at + 1 + i, 3]
     erase(search, at, count + 1)
     first = next_event(search, -1, carrier)
-    to = after_carrier(task, search, carrier, first, search.sizes[1])
+    to = after_carrier(task, search, carrier, first, search.tallies[1, SIZE])
     insert(search, to, kind, robot, -1 if kind == EXPLORE else carrier, place)
     for i in range(count):
-        insert(search, to + 1 + i, EXPLORE, robot, -1, search.held[i])
+        insert(search, to + 1 + i, EXPLORE, robot, -1, search.lists[TAKEN, i, 0])
     return True
 
 
@@ -281,7 +299,7 @@ def _rehost(task: Task, search: Search) -> bool:
     at = _some_ride(search)
     if at < 0 or search.lists[1][at, 0] != DOCK:
         return False
-    carrier = task.carriers[draw(search.seed, len(task.carriers))]
+    carrier = pick(task, search, CARRIERS)
     if carrier == search.lists[1][at, 2]:
         return False
     search.lists[1][at, 2] = carrier
@@ -291,15 +309,15 @@ def _rehost(task: Task, search: Search) -> bool:
 @njit(cache=True, nogil=True)
 def _exchange(task: Task, search: Search) -> bool:
     """Let two rovers change parts from some moment on."""
-    if len(task.rovers) < 2:
+    if task.groups[ROVERS, 0] < 2:
         return False
-    one = task.rovers[draw(search.seed, len(task.rovers))]
-    other = task.rovers[draw(search.seed, len(task.rovers))]
+    one = pick(task, search, ROVERS)
+    other = pick(task, search, ROVERS)
     if one == other:
         return False
-    at = outing_end(task, search, draw(search.seed, search.sizes[1]))
+    at = outing_end(task, search, draw(search.seed, search.tallies[1, SIZE]))
     events, changed = search.lists[1], False
-    for i in range(max(at, len(task.type_of)), search.sizes[1]):
+    for i in range(max(at, len(task.robots)), search.tallies[1, SIZE]):
         if events[i, 1] == one or events[i, 1] == other:
             events[i, 1] = other if events[i, 1] == one else one
             changed = True
