@@ -32,6 +32,9 @@ from marsupial.planning.anytime.encoding import (
     Task,
 )
 
+compiled = njit(cache=True, nogil=True, _nrt=False)
+"""For functions that only compiled functions call and that make no arrays: nobody counts references to those passed."""
+
 LONGEST_SEGMENT = 8
 """How many targets are moved at once at most."""
 
@@ -70,7 +73,7 @@ class Search(NamedTuple):
     seed: Ints
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def draw(seed: Ints, n: int) -> Any:
     """Return a random number from 0 to n - 1 (xorshift)."""
     x = seed[0]
@@ -81,13 +84,13 @@ def draw(seed: Ints, n: int) -> Any:
     return np.int64(x >> np.uint64(33)) % n
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def pick(task: Task, search: Search, group: int) -> Any:
     """Return a random member of a group that has any."""
     return task.groups[group, 1 + draw(search.seed, task.groups[group, 0])]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def schedule(task: Task, search: Search, which: int, limit: float, blend: Ints) -> float:
     """Return the cost of a list, and enter its score; inf where it can't be carried out or costs more than `limit`.
 
@@ -147,7 +150,7 @@ def schedule(task: Task, search: Search, which: int, limit: float, blend: Ints) 
     return _finish(task, search, which, blend, makespan, reaching, driving)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _finish(task: Task, search: Search, which: int, blend: Ints, makespan: int, reaching: int, driving: int) -> float:
     """Add the way home, enter the score and return the cost; inf where a rover is left on the ground."""
     if task.recover:
@@ -167,7 +170,7 @@ def _finish(task: Task, search: Search, which: int, blend: Ints, makespan: int, 
     return blend[MAKESPAN] * makespan + blend[REACHING] * reaching + blend[DRIVING] * driving
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def insert(search: Search, at: int, kind: int, robot: int, carrier: int, place: int) -> None:
     """Insert an event into the candidate."""
     events, size = search.lists[1], search.tallies[1, SIZE]
@@ -178,7 +181,7 @@ def insert(search: Search, at: int, kind: int, robot: int, carrier: int, place: 
     search.tallies[1, SIZE] = size + 1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def erase(search: Search, at: int, count: int) -> None:
     """Take events out of the candidate."""
     events, size = search.lists[1], search.tallies[1, SIZE] - count
@@ -188,7 +191,7 @@ def erase(search: Search, at: int, count: int) -> None:
     search.tallies[1, SIZE] = size
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def outing_end(task: Task, search: Search, at: int) -> int:
     """Return the index after the targets that stand behind event `at` and belong to the same rover."""
     events = search.lists[1]
@@ -198,7 +201,7 @@ def outing_end(task: Task, search: Search, at: int) -> int:
     return end
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def next_event(search: Search, at: int, robot: int) -> int:
     """Return the index of the next event of a rover after index `at`, -1 if there is none."""
     events = search.lists[1]
@@ -208,7 +211,7 @@ def next_event(search: Search, at: int, robot: int) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def after_carrier(task: Task, search: Search, carrier: int, first: int, end: int) -> int:
     """Return an index to insert at: after `first`, or after a random event of a carrier between there and `end`."""
     events, chosen, seen = search.lists[1], first, 1
@@ -220,7 +223,7 @@ def after_carrier(task: Task, search: Search, carrier: int, first: int, end: int
     return outing_end(task, search, chosen)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def door(search: Search, doors: Ints) -> int:
     """Return one of a few meetings, the first ones more often; -1 if there is none."""
     count = 0
@@ -229,7 +232,7 @@ def door(search: Search, doors: Ints) -> int:
     return doors[min(draw(search.seed, count), draw(search.seed, count))] if count else -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def find(search: Search, place: int) -> int:
     """Return the index of the event that explores a target, -1 if there is none."""
     events = search.lists[1]

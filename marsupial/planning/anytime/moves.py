@@ -6,8 +6,6 @@ taken out together with the rides that were there for them alone, and put back w
 
 from __future__ import annotations
 
-from numba import njit
-
 from marsupial.planning.anytime.encoding import (
     AT,
     CARRIERS,
@@ -30,6 +28,7 @@ from marsupial.planning.anytime.kernel import (
     TAKEN,
     Search,
     after_carrier,
+    compiled,
     door,
     draw,
     erase,
@@ -43,7 +42,7 @@ from marsupial.planning.anytime.kernel import (
 TRIES = 8
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _late_target(task: Task, search: Search) -> int:
     """Return a random target, those reached late more often."""
     one = pick(task, search, TARGETS)
@@ -51,7 +50,7 @@ def _late_target(task: Task, search: Search) -> int:
     return one if search.reached[0, one] >= search.reached[0, other] else other
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _tidy(task: Task, search: Search, rover: int) -> None:
     """Take out rides of a rover that have become useless."""
     events = search.lists[1]
@@ -75,7 +74,7 @@ def _tidy(task: Task, search: Search, rover: int) -> None:
         before, at = -1, next_event(search, -1, rover)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _take(task: Task, search: Search) -> int:
     """Take a target, or a few that follow each other, out of the candidate into `held`; return how many."""
     at = find(search, _late_target(task, search))
@@ -95,7 +94,7 @@ def _take(task: Task, search: Search) -> int:
     return count
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _put(search: Search, at: int, robot: int, count: int) -> None:
     """Insert the targets held, in their order or the other way round."""
     forward = count < 2 or draw(search.seed, 2) == 0
@@ -104,7 +103,7 @@ def _put(search: Search, at: int, robot: int, count: int) -> None:
         insert(search, at + i, EXPLORE, robot, -1, place)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _relocate(task: Task, search: Search) -> bool:
     """Give targets to a robot that is about anyway."""
     count = _take(task, search)
@@ -128,7 +127,7 @@ def _relocate(task: Task, search: Search) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _deploy(task: Task, search: Search) -> bool:
     """Take a rover to targets: set it down on the way, or pick it up elsewhere first."""
     if not task.groups[ROVERS, 0] or not task.groups[CARRIERS, 0]:
@@ -154,7 +153,7 @@ def _deploy(task: Task, search: Search) -> bool:
     return _fetch(task, search, rover, at, entry, count)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _set_down(task: Task, search: Search, rover: int, at: int, entry: int, count: int) -> bool:
     """Set down a rover that is aboard after event `at` for the targets held; it is picked up for what follows."""
     carrier = search.lists[1][at, 2]
@@ -177,7 +176,7 @@ def _set_down(task: Task, search: Search, rover: int, at: int, entry: int, count
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _fetch(task: Task, search: Search, rover: int, at: int, entry: int, count: int) -> bool:
     """Have a carrier bring a rover that is on the ground after event `at` to the targets held."""
     carrier = pick(task, search, CARRIERS)
@@ -200,7 +199,7 @@ def _fetch(task: Task, search: Search, rover: int, at: int, entry: int, count: i
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _swap(task: Task, search: Search) -> bool:
     """Let two targets change places."""
     target = _late_target(task, search)
@@ -214,7 +213,7 @@ def _swap(task: Task, search: Search) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _reverse(task: Task, search: Search) -> bool:
     """Turn round a part of a robot's outing."""
     events = search.lists[1]
@@ -229,7 +228,7 @@ def _reverse(task: Task, search: Search) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _some_ride(search: Search) -> int:
     """Return the index of a random dock or undock, -1 if none is found."""
     for _ in range(2 * TRIES):
@@ -239,7 +238,7 @@ def _some_ride(search: Search) -> int:
     return -1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _remeet(task: Task, search: Search) -> bool:
     """Set down or pick up a rover at another meeting."""
     at = _some_ride(search)
@@ -261,7 +260,7 @@ def _remeet(task: Task, search: Search) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _reorder(task: Task, search: Search) -> bool:
     """Do something a carrier has to do at another turn: a ride, with the rover's outing, or a target of its own."""
     events = search.lists[1]
@@ -293,7 +292,7 @@ def _reorder(task: Task, search: Search) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _rehost(task: Task, search: Search) -> bool:
     """Have another carrier pick up a rover, and set it down again."""
     at = _some_ride(search)
@@ -306,7 +305,7 @@ def _rehost(task: Task, search: Search) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _exchange(task: Task, search: Search) -> bool:
     """Let two rovers change parts from some moment on."""
     if task.groups[ROVERS, 0] < 2:
@@ -324,7 +323,7 @@ def _exchange(task: Task, search: Search) -> bool:
     return changed
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _rideless(task: Task, search: Search) -> bool:
     """Let a rover drive where it was carried."""
     at = _some_ride(search)
@@ -337,7 +336,7 @@ def _rideless(task: Task, search: Search) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def change(task: Task, search: Search, move: int) -> bool:
     """Make the random change of that number in the candidate."""
     if move == 0:

@@ -22,6 +22,7 @@ from marsupial.planning.anytime.kernel import (
     REACHING,
     SIZE,
     Search,
+    compiled,
     draw,
     schedule,
 )
@@ -89,7 +90,7 @@ def anneal(task: Task, search: Search, shares: Ints, blend: Ints, temperature: f
     return cost
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _copy(search: Search, origin: int, to: int) -> None:
     for k in range(4):
         search.tallies[to, k] = search.tallies[origin, k]
@@ -98,7 +99,7 @@ def _copy(search: Search, origin: int, to: int) -> None:
             search.lists[to, i, k] = search.lists[origin, i, k]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _better(one: Ints, other: Ints) -> bool:
     for part in (MAKESPAN, REACHING, DRIVING):
         if one[part] != other[part]:
@@ -120,8 +121,8 @@ class Annealing:
         self._search = search_from(task, events)
         self._shares = np.array(SHARES, dtype=np.int64)
         self._blend = np.array([1.0, REACHING_SHARE / max(1, int(task.worth.sum())), DRIVING_SHARE], dtype=np.float64)
-        self.feasible = bool(np.isfinite(schedule(task, self._search, BEST, np.inf, self._blend)))
-        self._search.tallies[:2] = self._search.tallies[BEST]
+        self.feasible = bool(np.isfinite(anneal(task, self._search, self._shares, self._blend, 0.0, 0)))
+        self._search.tallies[:] = self._search.tallies[CURRENT]
         self._scale_ms = float(self._search.tallies[2, MAKESPAN])
 
     @property
