@@ -13,7 +13,10 @@ DEFAULT_BUDGET_S = 10.0
 def plan(
     situation: Annotated[Path, typer.Argument(help="A situation (.json) or a problem of the domain (.pddl).")],
     planner: Annotated[
-        str | None, typer.Option("--planner", "-p", help="Engine [default: tamer, else aries, greedy].")
+        str | None,
+        typer.Option(
+            "--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: aries, else tamer, greedy]."
+        ),
     ] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds [default: 10].")] = None,
     steps: Annotated[int | None, typer.Option(help="Steps instead: reproducible.")] = None,

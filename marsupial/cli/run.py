@@ -16,7 +16,10 @@ def run(
     ],
     strategy: Annotated[str, typer.Option("--strategy", "-s", help="Who decides: temporal, heuristic.")] = "temporal",
     planner: Annotated[
-        str | None, typer.Option("--planner", "-p", help="Engine of the strategy [default: tamer, else aries, greedy].")
+        str | None,
+        typer.Option(
+            "--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: aries, else tamer, greedy]."
+        ),
     ] = None,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,

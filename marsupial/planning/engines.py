@@ -9,6 +9,7 @@ from marsupial.model.planning import Budget, Engine, EngineInfo
 from marsupial.planning.aries import aries
 from marsupial.planning.decompose import PartSize
 from marsupial.planning.decomposed import Decomposed
+from marsupial.planning.external import PREFIX, External
 from marsupial.planning.greedy import Greedy
 from marsupial.planning.tamer import tamer
 
@@ -37,13 +38,18 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
 def engine(name: str) -> Engine:
     """Return the engine of that name, which may turn out to be missing when asked (`info.missing`).
 
+    A name that begins with `PREFIX` is the command line of an external planner.
+
     Raises
     ------
     UsageError
-        If there is none of that name.
+        If there is none of that name, or a command line has no places for the files.
     """
+    if name.startswith(PREFIX):
+        return External(name)
     if name not in ENGINES:
-        raise UsageError(f"unknown planner {name!r}; there are {', '.join(sorted(ENGINES))}")
+        known = ", ".join(sorted(ENGINES))
+        raise UsageError(f"unknown planner {name!r}; there are {known}, and '{PREFIX}<command> {{domain}} {{problem}}'")
     return ENGINES[name]()
 
 

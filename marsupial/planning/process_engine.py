@@ -69,8 +69,12 @@ class ProcessEngine:
         first = (Improved(plan=start, elapsed_s=0.0),) if start is not None else ()
         below = None if start is None else start.makespan_ms
         task = Task(situation=situation, seconds=budget.seconds, below_ms=below)
-        limits = Limits(wall_s=budget.seconds, memory_bytes=self._memory_bytes)
-        return Events(processes.run(Job(function=self._function, argument=task, limits=limits)), first)
+        return Events(processes.run(self.job(task)), first)
+
+    def job(self, task: Task) -> Job:
+        """Return the job of one search; engines whose function takes more than a `Task` have their own."""
+        limits = Limits(wall_s=task.seconds, memory_bytes=self._memory_bytes)
+        return Job(function=self._function, argument=task, limits=limits)
 
 
 class Events:

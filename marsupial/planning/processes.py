@@ -35,6 +35,7 @@ PRELOAD = (
     "up_aries.solver",
     "marsupial.planning.tamer",
     "marsupial.planning.aries",
+    "marsupial.planning.external",
 )
 _START_S = 120.0
 _SLACK_S = 5.0
