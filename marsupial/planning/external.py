@@ -1,14 +1,12 @@
 """Any PDDL 2.1 planner as an engine: a command line with places for the files, `cmd:optic-clp {domain} {problem}`.
 
 The command runs in a child process without a shell, in a private folder that holds the canonical domain and the
-problem. Plans in IPC format are read from its stdout and from the files it writes there, as they come. They are timed
-anew and checked; only what the checker accepts and is better than all before goes on, the rest is counted. What is on
-stdout without being complete yet, because the planner thinks on, counts as soon as the checker accepts it.
+problem. Its plans are taken from what it prints and the files it writes there (`marsupial.planning.planner_output`), as
+they come. At the end of its time it is asked to end, read to the end, and killed.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
 import re
 import selectors
@@ -22,18 +20,16 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from marsupial.errors import PlanTextError, UsageError
+from marsupial.errors import UsageError
 from marsupial.formats.pddl import domain_text, problem_text
-from marsupial.formats.plantext import read_plan_text
 from marsupial.model.plan import Plan
 from marsupial.model.planning import EngineInfo, Outcome
-from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.encodings import Task, Verdict
 from marsupial.planning.greedy import serve
 from marsupial.planning.jobs import GIB, Job, Limits, death, ending_of
+from marsupial.planning.planner_output import PLAN_PREFIX, TAIL_BYTES, Judge, PlanFiles, Printed
 from marsupial.planning.process_engine import ProcessEngine
-from marsupial.planning.schedule import retime
 
 PREFIX = "cmd:"
 """What the names of these engines begin with; the rest is the command line."""
@@ -43,21 +39,7 @@ GRACE_S = 0.2
 
 _SLACK_S = 0.5
 _POLL_S = 0.02
-_SCAN_S = 0.05
 _CHUNK = 1 << 16
-_TAIL_BYTES = 2000
-_PLAN_BYTES = 4 << 20
-_PLAN_PREFIX = "plan"
-
-_STEP = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?\s*:\s*\(", re.IGNORECASE)
-_LPG_DURATION = re.compile(r"\[\s*D:\s*([^;\]\s]+)\s*;[^\]]*\]", re.IGNORECASE)
-_UNSOLVABLE = re.compile(
-    r"problem unsolvable(!|$)"  # POPF, OPTIC; not "unsolvable by EHC, and best-first search has been disabled"
-    r"|the problem is unsolvable since at the fixpoint level"  # LPG
-    r"|completely explored state space -- no solution"  # TFD
-    r"|problem has been proven unsolvable",
-    re.IGNORECASE,
-)
 
 
 class External(ProcessEngine):
@@ -128,11 +110,12 @@ class Errand:
 def search(errand: Errand) -> Iterator[Plan | Verdict]:
     """Run the planner below this process: yield its plans, each better than the last, then how it ended."""
     task = errand.task
-    until = time.monotonic() + task.seconds - min(GRACE_S, task.seconds / 10)
+    grace_s = min(GRACE_S, task.seconds / 10)
+    child = _Child(time.monotonic() + task.seconds - grace_s, grace_s)
     folder = Path(tempfile.mkdtemp(prefix="pddl-"))
     (folder / "domain.pddl").write_text(domain_text(), encoding="utf-8")
     (folder / "problem.pddl").write_text(problem_text(task.situation, records=False), encoding="utf-8")
-    child, printed, files, judge = _Child(until), _Printed(), _PlanFiles(folder), _Judge(task)
+    printed, files, judge = Printed(), PlanFiles(folder), Judge(task)
     try:
         child.start(fill(errand.words, folder), folder)
     except OSError as error:
@@ -153,19 +136,19 @@ def fill(words: Iterable[str], folder: Path) -> list[str]:
     places = {
         "{domain}": str(folder / "domain.pddl"),
         "{problem}": str(folder / "problem.pddl"),
-        "{plan}": str(folder / _PLAN_PREFIX),
+        "{plan}": str(folder / PLAN_PREFIX),
     }
     return [re.sub(r"\{(?:domain|problem|plan)\}", lambda match: places[match[0]], word) for word in words]
 
 
 class _Child:
-    """The planner's process, stopped at the moment `until`; what it says last on stderr is kept."""
+    """The planner's process, asked to end at the moment `until`; what it says last on stderr is kept."""
 
-    def __init__(self, until: float) -> None:
+    def __init__(self, until: float, grace_s: float) -> None:
         self.stopped = False
         self.errors = b""
         self._until = until
-        self._kill_at = until + GRACE_S
+        self._kill_at = until + grace_s
         self._process: subprocess.Popen[bytes] | None = None
         self._selector = selectors.DefaultSelector()
 
@@ -209,7 +192,7 @@ class _Child:
             elif key.fileobj is self._process.stdout:
                 printed = data
             else:
-                self.errors = (self.errors + data)[-_TAIL_BYTES:]
+                self.errors = (self.errors + data)[-TAIL_BYTES:]
         return printed
 
     def _judge_time(self) -> None:
@@ -233,128 +216,12 @@ class _Child:
             os.killpg(self._process.pid, signum)
 
 
-class _Printed:
-    """Cuts plans out of what is printed: each run of lines that are steps is one."""
-
-    def __init__(self) -> None:
-        self.claim: str | None = None
-        self.tail = b""
-        self._line = b""
-        self._steps: list[str] = []
-        self._told = 0
-
-    def feed(self, chunk: bytes) -> Iterator[str]:
-        """Take what comes next and yield the plans that are complete with it."""
-        self.tail = (self.tail + chunk)[-_TAIL_BYTES:]
-        *lines, self._line = (self._line + chunk).split(b"\n")
-        self._line = self._line[-_CHUNK:]
-        for line in lines:
-            yield from self._take(line.decode(errors="replace"))
-
-    def _take(self, line: str) -> Iterator[str]:
-        if _STEP.match(line):
-            self._steps.append(line)
-            return
-        if _UNSOLVABLE.search(line.strip()):
-            self.claim = line.strip()
-        yield from self._flush()
-
-    def _flush(self) -> Iterator[str]:
-        steps, self._steps, self._told = self._steps, [], 0
-        if steps:
-            yield "\n".join(steps)
-
-    def growing(self, chunk: bytes) -> Iterator[str]:
-        """Yield the plan that is not complete, once, where nothing more came."""
-        if not chunk and len(self._steps) > self._told:
-            self._told = len(self._steps)
-            yield "\n".join(self._steps)
-
-    def rest(self) -> Iterator[str]:
-        """Yield what is left at the end."""
-        yield from self.feed(b"\n")
-        yield from self._flush()
-
-
-class _PlanFiles:
-    """The files in a folder whose names begin like plan files; each one is a plan."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._seen: dict[Path, tuple[int, int]] = {}
-        self._looked = 0.0
-
-    def changed(self) -> Iterator[str]:
-        """Yield what stands in files that are new or have changed since they were looked at."""
-        if time.monotonic() - self._looked < _SCAN_S:
-            return
-        self._looked = time.monotonic()
-        for path in self._paths():
-            with contextlib.suppress(FileNotFoundError):  # renamed meanwhile
-                state = path.stat()
-                if self._seen.get(path) != (state.st_mtime_ns, state.st_size):
-                    self._seen[path] = state.st_mtime_ns, state.st_size
-                    yield _steps_in(path)
-
-    def all(self) -> Iterator[str]:
-        """Yield what stands in all of them."""
-        for path in self._paths():
-            with contextlib.suppress(FileNotFoundError):
-                yield _steps_in(path)
-
-    def _paths(self) -> list[Path]:
-        return sorted(path for path in self._folder.glob(f"{_PLAN_PREFIX}*") if path.is_file())
-
-
-def _steps_in(path: Path) -> str:
-    with path.open(encoding="utf-8", errors="replace") as file:
-        return "\n".join(line for line in file.read(_PLAN_BYTES).splitlines() if _STEP.match(line))
-
-
-class _Judge:
-    """Reads, times and checks plans, lets the better ones pass and counts the others."""
-
-    def __init__(self, task: Task) -> None:
-        self.situation: Situation = task.situation
-        self.below_ms = task.below_ms
-        self.accepted = 0
-        self.faults: list[str] = []
-
-    def better(self, texts: Iterable[str], *, complete: bool) -> Iterator[Plan]:
-        """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`.
-
-        A text without steps is none: planners write such a file where they have found nothing.
-        """
-        for text in filter(None, texts):
-            plan, fault = self._read(text)
-            if fault and complete:
-                self.faults.append(fault)
-            if plan is not None and (self.below_ms is None or plan.makespan_ms < self.below_ms):
-                self.below_ms = plan.makespan_ms
-                self.accepted += 1
-                yield plan
-
-    def _read(self, text: str) -> tuple[Plan | None, str]:
-        try:
-            plan = retime(self.situation, read_plan_text(_LPG_DURATION.sub(r"[\1]", text), self.situation).actions)
-        except PlanTextError as error:
-            return None, f"unreadable, {error.problems[0]}"
-        verdict = check(self.situation, plan)
-        return (plan, "") if verdict.valid else (None, f"wrong, {verdict.violation}")
-
-    @property
-    def summary(self) -> str:
-        """How many plans were taken and why others were not."""
-        words = f"{self.accepted} plan{'' if self.accepted == 1 else 's'} accepted"
-        return f"{words}, {len(self.faults)} refused (first: {self.faults[0]})" if self.faults else words
-
-
-def _verdict(child: _Child, printed: _Printed, judge: _Judge) -> Verdict:
+def _verdict(child: _Child, printed: Printed, judge: Judge) -> Verdict:
     outcome, reason = _outcome(child, printed, judge)
     return Verdict(outcome=outcome, detail=f"{reason}; {judge.summary}")
 
 
-def _outcome(child: _Child, printed: _Printed, judge: _Judge) -> tuple[Outcome, str]:
+def _outcome(child: _Child, printed: Printed, judge: Judge) -> tuple[Outcome, str]:
     code = child.returncode
     if child.stopped:
         return Outcome.TIMEOUT, "stopped at the end of its time"
@@ -376,7 +243,7 @@ def _as_ended(code: int, child: _Child) -> Outcome:
     return Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
 
 
-def _is_refuted(judge: _Judge) -> bool:
+def _is_refuted(judge: Judge) -> bool:
     """Say whether there is a plan after all: planners also call a problem unsolvable that they can't handle."""
     if judge.below_ms is not None:
         return True
@@ -384,7 +251,7 @@ def _is_refuted(judge: _Judge) -> bool:
     return check(judge.situation, plan).valid
 
 
-def _last_words(child: _Child, printed: _Printed) -> str:
+def _last_words(child: _Child, printed: Printed) -> str:
     """Return the last lines of stderr, or of stdout where that is silent."""
     text = (child.errors.strip() or printed.tail.strip()).decode(errors="replace")
     lines = [line.strip() for line in text.splitlines() if line.strip()][-3:]
