@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.planning import Budget, Engine, EngineInfo
+from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.aries import aries
 from marsupial.planning.decompose import PartSize
 from marsupial.planning.decomposed import Decomposed
@@ -14,6 +15,7 @@ from marsupial.planning.greedy import Greedy
 from marsupial.planning.tamer import tamer
 
 ENGINES: Mapping[str, Callable[[], Engine]] = {
+    "anytime": Anytime,
     "aries": aries,
     "greedy": Greedy,
     "tamer": tamer,

@@ -218,7 +218,7 @@ def test_where_nothing_is_to_do_the_empty_plan_is_optimal() -> None:
 
 def test_the_budget_in_seconds_is_kept_by_the_clock_given() -> None:
     ticks = ticking()
-    situation = many_rooms(6, 3, 20, 8)
+    situation = many_rooms(2, 2, 8, 4, seed=1)
     _, finished = solve(situation, Budget(seconds=0.5), engine=Anytime(lambda: next(ticks)))
     assert 0.5 <= finished.elapsed_s < 0.6
 

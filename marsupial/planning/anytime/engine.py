@@ -38,7 +38,7 @@ class Anytime:
         summary="annealing on exact schedules; a plan at once, then better ones; proves some makespans best",
         licence="Apache-2.0",
         anytime=True,
-        proves_optimality=False,
+        proves_optimality=True,
         deterministic_steps=True,
     )
 
@@ -81,6 +81,8 @@ class Anytime:
             return
         while pace.goes_on(search.score):
             search.step(pace.used)
+            if pace.has_begun:
+                search.expect(pace.steps)
             if search.score < told and pace.is_due(search.score, told):
                 told = search.score
                 yield plan_of(situation, search.events)
@@ -98,21 +100,36 @@ class _Pace:
         self._end = float(budget.steps or 0) if budget.seconds is None else budget.seconds
         self._at_bound = False
         self._done = 0
-        self._spent = self._told = 0.0
+        self._spent = self._told = self._first = 0.0
 
     @property
     def used(self) -> float:
         """The share of the budget used so far, from 0 to 1."""
         return min(1.0, self._spent / self._end)
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether exactly one step is done."""
+        return self._done == 1
+
+    @property
+    def steps(self) -> float:
+        """How many steps the budget suffices for, judged by the first one if it is in seconds."""
+        return (self._end - self._first) / max(1e-6, self._now() - self._first) if self._timed else self._end
+
     def goes_on(self, score: Score) -> bool:
         """Note that a step begins and say whether it may; the first one always may."""
-        self._spent = self._clock() - self._begun if self._timed else float(self._done)
+        self._spent = self._now()
+        if not self._done:
+            self._first = self._spent
         if not self._at_bound and score[0] - EPSILON_MS <= self._bound_ms:
             self._at_bound = True
             self._end = min(self._end, 2 * self._spent + (POLISH_S if self._timed else POLISH_STEPS))
         self._done += 1
         return self._done == 1 or self._spent < self._end
+
+    def _now(self) -> float:
+        return self._clock() - self._begun if self._timed else float(self._done)
 
     def is_due(self, score: Score, told: Score) -> bool:
         """Say whether to tell of a better plan now, and if so note it."""
