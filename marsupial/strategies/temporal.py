@@ -47,14 +47,16 @@ class Temporal:
         first: float | None = None
         refused = 0
         last = Finished(outcome=Outcome.NO_PLAN)
-        for event in self._events(situation, _continued(situation, briefing.previous)):
+        start = _continued(situation, briefing.previous)
+        for event in self._events(situation, start):
             if isinstance(event, Finished):
                 last = event
             elif not check(situation, event.plan, targets=event.plan.explored).valid:
                 refused += 1
             elif event.plan.actions:
                 best = event.plan
-                first = event.elapsed_s if first is None else first
+                if first is None and event.plan != start:
+                    first = event.elapsed_s
         plan, unserved = _best_of(situation, briefing.previous, best)
         detail = "" if best else f"{self._engine.info.name}: {last.outcome}{f' ({last.detail})' if last.detail else ''}"
         if unserved:
