@@ -45,7 +45,7 @@ class Briefing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningReport:
-    """How one planning went: wall-clock seconds in all and to the engine's first own plan, how it ended, plans refused."""
+    """How one planning went: wall-clock seconds in all and to the engine's first own plan, its end, plans refused."""
 
     planner: str
     outcome: Outcome
