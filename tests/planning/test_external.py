@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from launcher_tree import below_launcher
 from situations import carrier, door, hall, in_flight, one_hall, one_room, room, rover, situation_of
 
 from marsupial.cli.main import main
@@ -59,16 +60,6 @@ def nothing_left() -> Iterator[None]:
     while below_launcher() and time.monotonic() < until:
         time.sleep(0.01)
     assert below_launcher() == []
-
-
-def below_launcher() -> list[psutil.Process]:
-    return [
-        process
-        for launcher in psutil.Process().children()
-        if "marsupial.planning.zygote" in " ".join(launcher.cmdline())
-        for process in launcher.children(recursive=True)
-        if process.status() != psutil.STATUS_ZOMBIE
-    ]
 
 
 def stand_in(folder: Path, body: str, places: str = "{domain} {problem}") -> str:
