@@ -28,7 +28,8 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
     """
     rng = np.random.default_rng(seed if scenario.start_seed is None else scenario.start_seed)
     grid = scenario.grid.solid()
-    reach = {kind.name: largest_reach(grid, kind) for kind in scenario.robot_types}
+    drawn = {member.type for member in scenario.team if member.start is None and member.carrier is None}
+    reach = {kind.name: largest_reach(grid, kind) for kind in scenario.robot_types if kind.name in drawn}
     taken: list[tuple[Cell, float]] = []
     anchor = next((m.start for m in scenario.team if m.start is not None), None)
     placed: list[PlacedRobot] = []
