@@ -16,6 +16,7 @@ from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, RobotState, Situation
 from marsupial.planning.recovery import go_home
+from marsupial.planning.score import worth as target_worth
 from marsupial.planning.timeline import Timeline
 
 Ints = npt.NDArray[Any]
@@ -82,7 +83,7 @@ def encode(situation: Situation) -> Task:
     targets = np.array([index[target.name] for target in situation.targets], dtype=np.int64)
     meetings = np.array([index[name] for name in situation.meetings], dtype=np.int64)
     worth = np.zeros(len(index), dtype=np.int64)
-    worth[targets] = [1000 + round(1000 * target.reveal_m2) for target in situation.targets]
+    worth[targets] = [target_worth(target) for target in situation.targets]
     roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     rows = [_row(situation, robot, kinds) for robot in situation.robots]

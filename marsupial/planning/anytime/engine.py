@@ -10,14 +10,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
-from marsupial.model.plan import EPSILON_MS, ActionName, Plan
+from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.anytime.bounds import makespan_bound_ms
 from marsupial.planning.anytime.encoding import Task, encode, events_of, plan_of
-from marsupial.planning.anytime.search import Annealing, Score
+from marsupial.planning.anytime.search import Annealing
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import ROUNDS, Greedy
+from marsupial.planning.score import Score, score
 
 POLISH_STEPS, POLISH_S = 50, 0.1
 """Effort still made where the makespan can't get shorter."""
@@ -74,7 +75,7 @@ class Anytime:
 
     def _improvements(self, situation: Situation, task: Task, plans: list[Plan], pace: _Pace) -> Iterator[Plan]:
         """Yield plans better than the first of `plans`, from the best of which the search begins."""
-        told = _score(situation, task, plans[0])
+        told = score(situation, plans[0])
         searches = [Annealing(task, events_of(situation, plan)) for plan in plans]
         search = min((search for search in searches if search.feasible), key=lambda search: search.score, default=None)
         if search is None or not len(search.events):
@@ -148,16 +149,6 @@ def _listed(situation: Situation) -> Plan | Finished:
             return event.plan
     assert isinstance(event, Finished)
     return event
-
-
-def _score(situation: Situation, task: Task, plan: Plan) -> Score:
-    """Return the score of a plan as it stands, gaps and all."""
-    index = situation.place_index
-    reaching = sum(
-        int(task.worth[index[a.place]]) * (a.end_ms + EPSILON_MS) for a in plan.actions if a.name is ActionName.EXPLORE
-    )
-    driving = sum(a.duration_ms + EPSILON_MS for a in plan.actions if a.origin is not None)
-    return (plan.makespan_ms + EPSILON_MS if plan.actions else 0, reaching, driving)
 
 
 def _finished(makespan_ms: int, bound_ms: int, elapsed_s: float) -> Finished:
