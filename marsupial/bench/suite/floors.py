@@ -1,0 +1,238 @@
+"""Draws situations on made-up floors: rooms for rovers only between corridors for carriers.
+
+Corridors run between lots of different sizes like streets between blocks, and a room fills its lot. A carrier drives
+along corridors, a rover straight or diagonally inside a room, at half the speed; doors are the meeting points. Where
+rovers are `roaming` they leave rooms by their doors and drive along corridors too.
+
+Positions are integers, in ms at a carrier's speed, and only `random.Random.random` draws them, whose numbers are the
+same on every machine and with every Python: a floor never changes.
+"""
+
+from __future__ import annotations
+
+import random
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from marsupial.model.robots import Role
+from marsupial.model.situation import (
+    UNREACHABLE,
+    PlanningType,
+    RobotState,
+    Situation,
+    SituationGoal,
+    TargetInfo,
+    TravelTable,
+)
+
+DOCK_MS, UNDOCK_MS = 10_000, 5_000
+ROVER_SLOWNESS = 2
+OWN_TARGETS = 10
+"""One target in so many lies in a corridor."""
+
+FAR = 10**12
+"""No path, while tables are worked out."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Floor:
+    """What to draw.
+
+    Parameters
+    ----------
+    rovers
+        Aboard each carrier, as many as it has places for.
+    rooms, doors
+        Number of rooms for rovers only, and of doors of each: the second is opposite the first.
+    lot_ms
+        Least width and height of a lot; they are up to twice as much.
+    scattered
+        Carriers start anywhere in the corridors, not all on the first one.
+    roaming
+        Rovers drive along corridors too.
+    in_flight
+        Every other carrier is busy, and every other rover on the ground in a room, half of those busy.
+    homes
+        Every carrier has to end where it starts.
+    """
+
+    seed: int
+    carriers: int
+    rovers: int
+    targets: int
+    rooms: int
+    doors: int = 1
+    lot_ms: tuple[int, int] = (12_000, 12_000)
+    scattered: bool = False
+    roaming: bool = False
+    in_flight: bool = False
+    recover: bool = False
+    homes: bool = False
+
+    def situation(self) -> Situation:
+        """Draw the situation."""
+        return _Drawing(self).situation()
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """Where a place is, in the corridors, in a room (its number), or in both: at a door."""
+
+    x: int
+    y: int
+    corridor: bool
+    room: int | None = None
+
+
+class _Drawing:
+    """One drawing of a floor: its corridors first, then doors, targets and robots."""
+
+    def __init__(self, floor: Floor) -> None:
+        self._floor = floor
+        self._random = random.Random(floor.seed)
+        columns = next(n for n in range(1, floor.rooms + 1) if n * n >= floor.rooms)
+        rows = -(-floor.rooms // columns)
+        self._xs = self._lines(columns, floor.lot_ms[0])
+        self._ys = self._lines(rows, floor.lot_ms[1])
+        lots = [(i, j) for j in range(rows) for i in range(columns)]
+        self._rooms = lots[: floor.rooms]
+
+    def situation(self) -> Situation:
+        floor = self._floor
+        meetings = [point for room in range(floor.rooms) for point in self._doors(room)]
+        own = max(1, floor.targets // OWN_TARGETS)
+        targets = [self._inside(i % floor.rooms if i < floor.rooms else self._below(floor.rooms))
+                   for i in range(floor.targets - own)]  # fmt: skip
+        targets += [self._in_corridor() for _ in range(own)]
+        infos = tuple(self._target(i, point) for i, point in enumerate(targets, 1))
+        robots, starts = self._robots()
+        homes = [point for robot, point in zip(robots, starts, strict=True) if robot.home and point]
+        points = [point for point in starts if point] + targets + meetings + homes
+        return Situation(
+            types=(
+                PlanningType(name="carrier", role=Role.CARRIER, capacity=floor.rovers),
+                PlanningType(name="rover", role=Role.ROVER, dock_ms=DOCK_MS, undock_ms=UNDOCK_MS),
+            ),
+            robots=tuple(robots),
+            targets=infos,
+            meetings=tuple(f"m{i}" for i in range(1, len(meetings) + 1)),
+            homes=tuple(robot.home for robot in robots if robot.home),
+            travel_ms={"carrier": self._carriers_table(points), "rover": self._rovers_table(points)},
+            goal=SituationGoal(recover_rovers=floor.recover, return_home=floor.homes),
+        )
+
+    def _below(self, end: int) -> int:
+        return int(self._random.random() * end)
+
+    def _between(self, low: int, high: int) -> int:
+        return low + self._below(high - low)
+
+    def _lines(self, lots: int, least_ms: int) -> list[int]:
+        lines = [0]
+        for _ in range(lots):
+            lines.append(lines[-1] + self._between(least_ms, 2 * least_ms))
+        return lines
+
+    def _doors(self, room: int) -> list[Point]:
+        """Return the doors of a room: on one side, and where it has two on the side opposite."""
+        i, j = self._rooms[room]
+        west, east, north, south = self._xs[i], self._xs[i + 1], self._ys[j], self._ys[j + 1]
+        side = self._below(4)
+        doors = []
+        for k in range(self._floor.doors):
+            x, y = self._between(west + 1, east), self._between(north + 1, south)
+            x, y = [(x, north), (west, y), (x, south), (east, y)][(side + 2 * k) % 4]
+            doors.append(Point(x, y, corridor=True, room=room))
+        return doors
+
+    def _inside(self, room: int) -> Point:
+        i, j = self._rooms[room]
+        x, y = self._between(self._xs[i] + 1, self._xs[i + 1]), self._between(self._ys[j] + 1, self._ys[j + 1])
+        return Point(x, y, corridor=False, room=room)
+
+    def _in_corridor(self, *, first: bool = False) -> Point:
+        if first or self._below(2):
+            line = 0 if first else self._below(len(self._ys))
+            return Point(self._below(self._xs[-1]), self._ys[line], corridor=True)
+        return Point(self._xs[self._below(len(self._xs))], self._below(self._ys[-1]), corridor=True)
+
+    def _target(self, number: int, point: Point) -> TargetInfo:
+        explorers = {"carrier"} if point.corridor else {"rover"}
+        if point.corridor and self._floor.roaming:
+            explorers.add("rover")
+        return TargetInfo(name=f"t{number}", explorers=frozenset(explorers), reveal_m2=float(self._between(5, 40)))
+
+    def _robots(self) -> tuple[list[RobotState], list[Point | None]]:
+        """Return the robots, and where each starts; None aboard."""
+        floor = self._floor
+        robots: list[RobotState] = []
+        starts: list[Point | None] = []
+        for i in range(1, floor.carriers + 1):
+            name = f"c{i}"
+            busy = self._below(8_000) if floor.in_flight and i % 2 else 0
+            home = f"h{i}" if floor.homes else None
+            robots.append(RobotState(name=name, type="carrier", place=f"{name}_start", free_at_ms=busy, home=home))
+            starts.append(self._in_corridor(first=not floor.scattered))
+            for j in range(1, floor.rovers + 1):
+                robots.append(self._rover(f"r{i}_{j}", name, aground=floor.in_flight and j % 2 == i % 2))
+                starts.append(None if robots[-1].carrier else self._inside(self._below(floor.rooms)))
+        return robots, starts
+
+    def _rover(self, name: str, carrier: str, *, aground: bool) -> RobotState:
+        if not aground:
+            return RobotState(name=name, type="rover", carrier=carrier)
+        busy = self._below(8_000) if self._below(2) else 0
+        return RobotState(name=name, type="rover", place=f"{name}_start", free_at_ms=busy)
+
+    def _carriers_table(self, points: Sequence[Point]) -> TravelTable:
+        """Return the ms (n, n) between points along corridors."""
+        table = np.full((len(points), len(points)), UNREACHABLE, dtype=np.int64)
+        exits = [self._crossings(point) if point.corridor else [] for point in points]
+        for a, p in enumerate(points):
+            for b, q in enumerate(points):
+                if p.corridor and q.corridor:
+                    table[a, b] = self._along(p, q, exits[a], exits[b])
+        return table
+
+    def _along(self, p: Point, q: Point, out: Sequence[tuple[int, int]], into: Sequence[tuple[int, int]]) -> int:
+        if (p.x == q.x and p.x in self._xs) or (p.y == q.y and p.y in self._ys):
+            return abs(p.x - q.x) + abs(p.y - q.y)
+        return min(
+            abs(p.x - x) + abs(p.y - y) + abs(x - u) + abs(y - v) + abs(u - q.x) + abs(v - q.y)
+            for x, y in out
+            for u, v in into
+        )
+
+    def _crossings(self, point: Point) -> list[tuple[int, int]]:
+        """Return the crossings at both ends of the stretch of corridor a point is on."""
+        if point.y in self._ys:
+            i = min(bisect_right(self._xs, point.x), len(self._xs) - 1)
+            return [(self._xs[i - 1], point.y), (self._xs[i], point.y)]
+        j = min(bisect_right(self._ys, point.y), len(self._ys) - 1)
+        return [(point.x, self._ys[j - 1]), (point.x, self._ys[j])]
+
+    def _rovers_table(self, points: Sequence[Point]) -> TravelTable:
+        """Return the ms (n, n) between points inside a room, and where rovers roam through doors and corridors."""
+        n = len(points)
+        table = np.full((n, n), FAR, dtype=np.int64)
+        if self._floor.roaming:
+            along = self._carriers_table(points)
+            table = np.where(along == UNREACHABLE, FAR, ROVER_SLOWNESS * along)
+        for a, p in enumerate(points):
+            for b, q in enumerate(points):
+                if p.room is not None and p.room == q.room:
+                    table[a, b] = min(table[a, b], _straight_ms(p, q))
+        np.fill_diagonal(table, np.where(table.diagonal() < FAR, 0, FAR))
+        for k in range(n):
+            np.minimum(table, table[:, k, None] + table[None, k, :], out=table)
+        table[table >= FAR] = UNREACHABLE
+        return table
+
+
+def _straight_ms(p: Point, q: Point) -> int:
+    """Return a rover's ms between points of a room, straight and diagonally, rounded up."""
+    short, long = sorted((abs(p.x - q.x), abs(p.y - q.y)))
+    return -(-ROVER_SLOWNESS * (1_000_000 * long + 414_214 * short) // 1_000_000)
