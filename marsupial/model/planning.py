@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from marsupial.errors import UsageError
 from marsupial.model.plan import Plan
@@ -98,4 +98,13 @@ class Engine(Protocol):
         UsageError
             If it can't keep a budget of that kind.
         """
+        ...
+
+
+@runtime_checkable
+class Cancellable(Protocol):
+    """Events of a search that can be ended from another thread."""
+
+    def cancel(self) -> None:
+        """Ask for the end; returns at once."""
         ...

@@ -14,11 +14,10 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from threading import Lock
-from typing import Protocol, runtime_checkable
 
 from marsupial.errors import UsageError
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Cancellable, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
@@ -26,15 +25,6 @@ from marsupial.planning.decompose import PartSize, decompose, merge
 from marsupial.planning.reachability import impossible
 
 AT_A_TIME = 2
-
-
-@runtime_checkable
-class Cancellable(Protocol):
-    """Events of a search that can be ended from another thread."""
-
-    def cancel(self) -> None:
-        """Ask for the end; returns at once."""
-        ...
 
 
 class Decomposed:

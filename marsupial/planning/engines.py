@@ -8,6 +8,7 @@ from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.planning import Budget, Engine, EngineInfo
 from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.aries import aries
+from marsupial.planning.auto import auto
 from marsupial.planning.decompose import PartSize
 from marsupial.planning.decomposed import Decomposed
 from marsupial.planning.external import PREFIX, External
@@ -17,6 +18,7 @@ from marsupial.planning.tamer import tamer
 ENGINES: Mapping[str, Callable[[], Engine]] = {
     "anytime": Anytime,
     "aries": aries,
+    "auto": auto,
     "greedy": Greedy,
     "tamer": tamer,
 }

@@ -1,0 +1,100 @@
+"""What several engines have come to so far: the best plan that the checker accepts, what is proven, who has ended."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Finished, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+from marsupial.planning.score import Score, score
+
+_FAILURES = frozenset({Outcome.CRASHED, Outcome.KILLED, Outcome.MEMORY})
+_LAST_TO_TELL = (Outcome.UNSUPPORTED, *_FAILURES)
+
+
+class Standings:
+    """Who has found and proven what, by the engines' names, for one situation."""
+
+    def __init__(self, situation: Situation) -> None:
+        self._situation = situation
+        self._score: Score | None = None
+        self._finder = ""
+        self._shortest_ms: dict[str, int] = {}
+        self._bounds_ms: dict[str, int] = {}
+        self._ends: dict[str, Finished] = {}
+        self._refused: Counter[str] = Counter()
+        self.plan: Plan | None = None
+
+    def take(self, name: str, plan: Plan) -> bool:
+        """Check a plan and keep it if it has a better score than all before it; say whether it has."""
+        if not check(self._situation, plan).valid:
+            self._refused[name] += 1
+            return False
+        self._shortest_ms[name] = min(plan.makespan_ms, self._shortest_ms.get(name, plan.makespan_ms))
+        found = score(self._situation, plan)
+        if self._score is not None and found >= self._score:
+            return False
+        self.plan, self._score, self._finder = plan, found, name
+        return True
+
+    def ended(self, name: str, end: Finished) -> None:
+        """Note how an engine ended. Where it says OPTIMAL without a bound, its shortest plan's makespan is one."""
+        self._ends[name] = end
+        bound_ms = end.lower_bound_ms
+        if bound_ms is None and end.outcome is Outcome.OPTIMAL:
+            bound_ms = self._shortest_ms.get(name)
+        if bound_ms is not None:
+            self._bounds_ms[name] = bound_ms
+
+    @property
+    def bound_ms(self) -> int | None:
+        """The highest lower bound on the makespan that no plan refutes."""
+        return max((bound for _, bound in self._tenable()), default=None)
+
+    @property
+    def optimal(self) -> bool:
+        """Whether no plan can have a shorter makespan."""
+        return self.plan is not None and self.plan.makespan_ms == self.bound_ms
+
+    @property
+    def unsolvable(self) -> bool:
+        """Whether it is proven that there is no plan."""
+        return self.plan is None and any(end.outcome is Outcome.UNSOLVABLE for end in self._ends.values())
+
+    def finished(self, elapsed_s: float, *, time_is_up: bool) -> Finished:
+        """Return the end of all of them together."""
+        outcome, detail = self._without_plan(time_is_up) if self.plan is None else self._with_plan(self.plan)
+        trouble = [
+            f"{name} {end.outcome}{f' ({end.detail})' if end.detail else ''}"
+            for name, end in self._ends.items()
+            if end.outcome in _FAILURES
+        ]
+        trouble += [f"{name}: {count} plans refused by the checker" for name, count in self._refused.items()]
+        return Finished(
+            outcome=outcome,
+            detail="; ".join([detail, *trouble]),
+            elapsed_s=elapsed_s,
+            lower_bound_ms=None if outcome is Outcome.UNSOLVABLE else self.bound_ms,
+        )
+
+    def _tenable(self) -> list[tuple[str, int]]:
+        limit = None if self.plan is None else self.plan.makespan_ms
+        return [(name, bound) for name, bound in self._bounds_ms.items() if limit is None or bound <= limit]
+
+    def _with_plan(self, plan: Plan) -> tuple[Outcome, str]:
+        if not self.optimal:
+            return Outcome.SATISFICING, f"plan by {self._finder}, not proven best"
+        prover = next(name for name, bound in self._tenable() if bound == plan.makespan_ms)
+        return Outcome.OPTIMAL, f"plan by {self._finder}, its makespan proven optimal by {prover}"
+
+    def _without_plan(self, time_is_up: bool) -> tuple[Outcome, str]:
+        proof = next((end for end in self._ends.values() if end.outcome is Outcome.UNSOLVABLE), None)
+        if proof is not None:
+            return proof.outcome, proof.detail
+        if time_is_up:
+            return Outcome.TIMEOUT, "no engine had a plan in time"
+        ends = sorted(self._ends.values(), key=lambda end: end.outcome in _LAST_TO_TELL)
+        told = [end for end in ends if end.outcome not in (Outcome.OPTIMAL, Outcome.SATISFICING)]
+        return (told[0].outcome, told[0].detail or "no plan") if told else (Outcome.NO_PLAN, "no plan")
