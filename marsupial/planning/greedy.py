@@ -22,11 +22,12 @@ import numpy as np
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning.costs import NEVER, Costs, Times
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
 from marsupial.planning.recovery import go_home, recover
 from marsupial.planning.rides import follow, ride
 from marsupial.planning.timeline import Timeline, replay
-from marsupial.planning.ways import NEVER, Costs, Times, Ways
+from marsupial.planning.ways import Ways
 
 ROUNDS = 8
 """How many plans are made at most; beyond that little is gained."""
@@ -142,50 +143,46 @@ def _last_explored(timeline: Timeline) -> str:
 def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
     """Add the exploring of every target that can be served; return the timeline and the names of the others."""
     names = [target.name for target in timeline.situation.targets]
-    explored = timeline.plan.explored
+    explored = timeline.explored
     ways = Ways(timeline, costs, np.array([name not in explored for name in names], dtype=np.bool_))
     while ways.left.any():
-        done = ways.done_ms.min(axis=0, initial=NEVER)
+        done, numbers = ways.soonest()
         target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
         if done[target] < NEVER:
-            changed = _take(ways, target, names[target])
-            ways.explored(target)
-            ways.update(changed)
+            _take(ways, int(numbers[target]), target, names[target])
+            ways.advance()
+            ways.left[target] = False
             continue
         relayed = _relay_to_target(ways, names)
         if relayed is None:
             break
         ways = Ways(relayed[0], costs, ways.left)
-        ways.explored(relayed[1])
+        ways.left[relayed[1]] = False
     return ways.timeline, [name for name, left in zip(names, ways.left, strict=True) if left]
 
 
-def _take(ways: Ways, target: int, name: str) -> set[str]:
-    """Add the soonest way to explore a target; return the robots that took part."""
-    robot, carrier = ways.way(int(np.argmin(ways.done_ms[:, target])))
-    if carrier is None:
-        ways.timeline.explore(robot, name)
-        return {robot}
-    before = set(ways.timeline.cargo[carrier])
-    ride(ways.timeline, robot, ways.journey(robot, carrier, target))
+def _take(ways: Ways, number: int, target: int, name: str) -> None:
+    """Add a way to explore a target."""
+    robot, carrier = ways.way(number)
+    if carrier is not None:
+        ride(ways.timeline, robot, ways.journey(robot, carrier, target))
     ways.timeline.explore(robot, name)
-    return {robot, carrier} | before
 
 
 def _relay_to_target(ways: Ways, names: list[str]) -> tuple[Timeline, int] | None:
     """Return the timeline with one more target explored, by several rides in a row, or None if there is no such way."""
-    options = []
-    for i in ways.rovers:
-        explore = np.where(ways.left, ways.costs.explore[ways.kinds[i].name][ways.costs.meetings], NEVER)
-        if not (explore < NEVER).any():
+    options, known = [], ways.arrivals
+    for i in known.rovers:
+        outing = np.where(ways.left, ways.costs.outing[known.kinds[i]], NEVER)
+        if not (outing < NEVER).any():
             continue
-        times, rides = ways.relay(ways.robots[i])
-        done = times[:, None] + explore
+        times, rides = known.relay(i)
+        done = times[:, None] + outing
         meeting, target = (int(k) for k in np.unravel_index(int(np.argmin(done)), done.shape))
         if done[meeting, target] < NEVER:
             options.append((int(done[meeting, target]), i, meeting, target, rides))
     for _, i, meeting, target, rides in sorted(options, key=lambda option: option[:2]):
-        rover = ways.robots[i]
+        rover = known.robots[i]
         timeline = ways.timeline.copy()
         if follow(timeline, rover, meeting, rides) and timeline.can_drive(rover, names[target]):
             timeline.explore(rover, names[target])

@@ -7,7 +7,7 @@ be reached at all. Whether all rovers can end aboard is a matching of rovers to 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -20,39 +20,31 @@ Flags = npt.NDArray[np.bool_]
 
 def reach(situation: Situation) -> dict[str, Flags]:
     """Return, per robot, which places (bool, order of `situation.places`) it could ever get to, carried or not."""
-    drives = {kind.name: _drives(situation, kind.name) for kind in situation.types}
-    index = situation.place_index
-    reached = {}
-    for carrier in situation.of_role(Role.CARRIER):
-        assert carrier.place is not None  # a carrier is never carried
-        reached[carrier.name] = _closure(drives[carrier.type], _flags(situation, (carrier.place,)))
+    carriers = situation.of_role(Role.CARRIER)
+    reached = _each(situation, carriers, {}, _closure)
     meetings = _flags(situation, situation.meetings)
-    rides = {
-        carrier.name: reached[carrier.name] & meetings
-        for carrier in situation.of_role(Role.CARRIER)
-        if situation.type_of(carrier.name).capacity > 0
-    }
-    for rover in situation.of_role(Role.ROVER):
-        seed = np.zeros(len(index), dtype=np.bool_)
-        if rover.place is not None:
-            seed[index[rover.place]] = True
-        elif rover.carrier is not None:
-            seed |= rides[rover.carrier]
-        reached[rover.name] = _ride(drives[rover.type], seed, np.array(list(rides.values()), dtype=np.bool_))
-    return reached
+    rides = {c.name: reached[c.name] & meetings for c in carriers if situation.type_of(c.name).capacity > 0}
+    distinct = np.array(list({flags.tobytes(): flags for flags in rides.values()}.values()), dtype=np.bool_)
+
+    def ride(drives: Flags, seed: Flags) -> Flags:
+        return _ride(drives, seed, distinct)
+
+    return reached | _each(situation, situation.of_role(Role.ROVER), rides, ride)
 
 
 def hopeless_targets(situation: Situation, reached: Mapping[str, Flags]) -> dict[str, str]:
     """Return the targets that no plan can explore, each with the reason as a sentence; `reached` is of `reach`."""
+    by_type: dict[str, Flags] = {}
+    for robot in situation.robots:
+        by_type[robot.type] = by_type.get(robot.type, False) | reached[robot.name]
     reasons = {}
     for target in situation.targets:
         column = situation.place_index[target.name]
-        explorers = [robot for robot in situation.robots if robot.type in target.explorers]
+        explorers = sorted(target.explorers & by_type.keys())
         if not explorers:
             reasons[target.name] = f"no robot of the team is of a type that can explore {target.name}"
-        elif not any(reached[robot.name][column] for robot in explorers):
-            kinds = " or ".join(sorted({robot.type for robot in explorers}))
-            reasons[target.name] = f"no {kinds} can get to {target.name}, not even carried"
+        elif not any(by_type[kind][column] for kind in explorers):
+            reasons[target.name] = f"no {' or '.join(explorers)} can get to {target.name}, not even carried"
     return reasons
 
 
@@ -64,9 +56,9 @@ def impossible(situation: Situation) -> str | None:
         return next(iter(hopeless.values()))
     goal = situation.goal
     if goal.recover_rovers or goal.return_home:
-        rovers, carriers = situation.of_role(Role.ROVER), situation.of_role(Role.CARRIER)
-        options = [_boards(situation, reached, rover, carriers) for rover in rovers]
-        if -1 in matching(options, [situation.type_of(carrier.name).capacity for carrier in carriers]):
+        carriers = situation.of_role(Role.CARRIER)
+        places = [situation.type_of(carrier.name).capacity for carrier in carriers]
+        if -1 in matching(_boards(situation, reached), places):
             return "the carriers have no places for all rovers that each rover could get to"
     for robot in situation.of_role(Role.CARRIER) if goal.return_home else ():
         if robot.home is not None and not reached[robot.name][situation.place_index[robot.home]]:
@@ -114,15 +106,47 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
     return chosen
 
 
-def _boards(
-    situation: Situation, reached: Mapping[str, Flags], rover: RobotState, carriers: Sequence[RobotState]
-) -> list[int]:
-    meetings = _flags(situation, situation.meetings)
-    return [
-        i
-        for i, carrier in enumerate(carriers)
-        if rover.carrier == carrier.name or (reached[rover.name] & reached[carrier.name] & meetings).any()
-    ]
+def _boards(situation: Situation, reached: Mapping[str, Flags]) -> list[list[int]]:
+    """Return, per rover, the carriers it could be aboard at the end."""
+    rovers, carriers = situation.of_role(Role.ROVER), situation.of_role(Role.CARRIER)
+    columns = [situation.place_index[name] for name in situation.meetings]
+
+    def meets(team: Sequence[RobotState]) -> Flags:
+        return np.array([reached[robot.name][columns] for robot in team], dtype=np.bool_).reshape(
+            len(team), len(columns)
+        )
+
+    boards = meets(rovers) @ meets(carriers).T
+    for i, rover in enumerate(rovers):
+        if rover.carrier is not None:
+            boards[i, [carrier.name for carrier in carriers].index(rover.carrier)] = True
+    return [np.flatnonzero(row).tolist() for row in boards]
+
+
+def _each(
+    situation: Situation,
+    robots: Sequence[RobotState],
+    rides: Mapping[str, Flags],
+    close: Callable[[Flags, Flags], Flags],
+) -> dict[str, Flags]:
+    """Return what each robot reaches: its start, and what `close` makes of the places it gets to from there.
+
+    A rover that is aboard sets out from where its carrier can set it down (`rides`). No place is a start and something
+    else, so robots that first get to the same places reach the same.
+    """
+    drives = {kind: _drives(situation, kind) for kind in {robot.type for robot in robots}}
+    closed: dict[tuple[str, bytes], Flags] = {}
+    reached = {}
+    for robot in robots:
+        start = None if robot.place is None else situation.place_index[robot.place]
+        first = rides[robot.carrier or ""] if start is None else drives[robot.type][start]
+        key = (robot.type, first.tobytes())
+        if key not in closed:
+            closed[key] = close(drives[robot.type], first)
+        reached[robot.name] = closed[key].copy()
+        if start is not None:
+            reached[robot.name][start] = True
+    return reached
 
 
 def _drives(situation: Situation, kind: str) -> Flags:

@@ -11,28 +11,28 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from marsupial.model.plan import EPSILON_MS
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
+from marsupial.planning.arrivals import Arrivals
+from marsupial.planning.costs import NEVER, Costs, Mask, Times
 from marsupial.planning.reachability import matching
 from marsupial.planning.rides import Ride, board, follow
 from marsupial.planning.timeline import Timeline
-from marsupial.planning.ways import NEVER, Costs, Times, Ways
 
 
 def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
     """Add the picking up of every rover; return the timeline and a sentence on those left, if any."""
-    rovers = [robot.name for robot in timeline.situation.of_role(Role.ROVER)]
-    nothing = np.zeros(len(timeline.situation.targets), dtype=np.bool_)
-    stranded_ms = _stranded_ms(timeline.situation)
-    for _ in range(3 * len(rovers)):  # rides on full carriers set others down, and might do so for ever
-        if all(timeline.on[rover] is not None for rover in rovers):
+    known, stranded_ms = Arrivals(timeline, costs), _stranded_ms(timeline.situation)
+    for _ in range(3 * len(known.rovers)):  # rides on full carriers set others down, and might do so for ever
+        if (known.aboard >= 0).all():
             break
-        step = _Pickups(Ways(timeline, costs, nothing), stranded_ms).next()
+        step = _Pickups(known, stranded_ms).next()
         if step is None:
             break
-        timeline = step
-    out = [rover for rover in rovers if timeline.on[rover] is None]
-    return timeline, f"list scheduling found no place on a carrier for {out[0]}" if out else ""
+        known.advance(step)
+    out = [known.robots[v] for v, on in zip(known.rovers, known.aboard, strict=True) if on < 0]
+    return known.timeline, f"list scheduling found no place on a carrier for {out[0]}" if out else ""
 
 
 def go_home(timeline: Timeline) -> str:
@@ -49,22 +49,22 @@ def go_home(timeline: Timeline) -> str:
 
 
 class _Pickups:
-    """Which carrier could pick up which rover, when and where. Rovers are indices into `Ways.robots`."""
+    """Which carrier could pick up which rover, when and where. Rovers are indices into `Arrivals.robots`."""
 
-    def __init__(self, ways: Ways, stranded_ms: Times) -> None:
-        self.ways, self.timeline = ways, ways.timeline
-        self.meetings = ways.timeline.situation.meetings
-        self.carriers = [ways.robots[c] for c in ways.carriers]
-        self.places = [ways.kinds[c].capacity for c in ways.carriers]
-        load = [len(self.timeline.cargo[carrier]) for carrier in self.carriers]
-        self.free = [places - n for places, n in zip(self.places, load, strict=True)]
-        self.out = [v for v in ways.rovers if self.timeline.on[ways.robots[v]] is None]
-        self.carrier_ms = ways.arrive_ms[ways.carriers] + stranded_ms
+    def __init__(self, known: Arrivals, stranded_ms: Times) -> None:
+        self.known, self.timeline = known, known.timeline
+        self.meetings = known.timeline.situation.meetings
+        self.carriers = [known.robots[c] for c in known.carriers]
+        self.places = [known.capacity[c] for c in known.carriers]
+        self.free = [n - len(self.timeline.cargo[name]) for n, name in zip(self.places, self.carriers, strict=True)]
+        self.out = [v for v, on in zip(known.rovers, known.aboard, strict=True) if on < 0]
+        self.carrier_ms = known.arrive_ms[known.carriers] + stranded_ms
+        self.carrier_ms[np.array(self.places) == 0] = NEVER
 
     def next(self) -> Timeline | None:
         """Return the timeline one step further: with a rover picked up or, if need be, another set down."""
         for alone in (True, False):
-            journeys = {v: self.ways.relay(self.ways.robots[v], alone=alone) for v in self.out}
+            journeys = {v: self.known.relay(v, alone=alone) for v in self.out}
             step = self._board_one(journeys, every=True) or self._make_room(journeys, alone=alone)
             if step is not None:
                 return step
@@ -75,52 +75,56 @@ class _Pickups:
 
         With `every` only if all rovers that are out find one.
         """
-        aboard_ms = {v: self._aboard_ms(v, times) for v, (times, _) in journeys.items()}
-        soonest = {v: table.min(axis=1, initial=NEVER) for v, table in aboard_ms.items()}
-        options = {v: _by_time(times) for v, times in soonest.items()}
-        seats = _seated(list(options.values()), self.free)
+        soonest = np.array([self._aboard_ms(v, journeys[v][0]) for v in self.out])
+        seats = _seated(soonest < NEVER, self.free)
         if every and seats < len(self.out):
             return None
-        pairs = sorted((int(soonest[v][k]), v, k) for v in self.out for k in options[v] if self.free[k] > 0)
-        for _, v, k in pairs:
+        for pair in np.argsort(np.where(np.array(self.free) > 0, soonest, NEVER), axis=None, kind="stable").tolist():
+            row, k = divmod(pair, len(self.carriers))
+            if self.free[k] == 0 or soonest[row, k] >= NEVER:
+                break
             free = [n - (i == k) for i, n in enumerate(self.free)]
-            if _seated([options[other] for other in self.out if other != v], free) + 1 < seats:
+            if _seated(np.delete(soonest, row, axis=0) < NEVER, free) + 1 < seats:
                 continue
-            step = self._board(v, k, int(np.argmin(aboard_ms[v][k])), journeys[v][1])
+            v = self.out[row]
+            meeting = int(np.argmin(self._aboard_at_ms(v, journeys[v][0])[k]))
+            step = self._board(v, k, meeting, journeys[v][1])
             if step is not None:
                 return step
         return None
 
     def _make_room(self, out: Mapping[int, _Journey], *, alone: bool) -> Timeline | None:
         """Return the timeline with a rover set down so that more can be aboard in the end, None if none helps."""
-        aboard = [v for v in self.ways.rovers if v not in out]
-        journeys = {v: self.ways.relay(self.ways.robots[v], alone=alone) for v in aboard} | dict(out)
-        tables = {v: self._aboard_ms(v, times) for v, (times, _) in journeys.items()}
-        options = {v: _by_time(table.min(axis=1, initial=NEVER)) for v, table in tables.items()}
-        own = {v: self.carriers.index(self.timeline.on[self.ways.robots[v]] or "") for v in aboard}
+        aboard = [v for v in self.known.rovers if v not in out]
+        journeys = {v: self.known.relay(v, alone=alone) for v in aboard} | dict(out)
+        options = {v: _by_time(self._aboard_ms(v, times)) for v, (times, _) in journeys.items()}
+        own = {v: self.carriers.index(self.timeline.on[self.known.robots[v]] or "") for v in aboard}
         for v, k in own.items():
             options[v] = [k, *(other for other in options[v] if other != k)]
         chosen = dict(zip(options, matching(list(options.values()), self.places), strict=True))
         for v in aboard:
             if chosen[v] != own[v]:
                 timeline = self.timeline.copy()
-                meeting = int(np.argmin(tables[v][chosen[v]]))
-                return timeline if follow(timeline, self.ways.robots[v], meeting, journeys[v][1]) else None
+                meeting = int(np.argmin(self._aboard_at_ms(v, journeys[v][0])[chosen[v]]))
+                return timeline if follow(timeline, self.known.robots[v], meeting, journeys[v][1]) else None
         return None
 
     def _board(self, v: int, k: int, meeting: int, rides: Mapping[int, Ride]) -> Timeline | None:
-        rover, carrier, place = self.ways.robots[v], self.carriers[k], self.meetings[meeting]
+        rover, carrier, place = self.known.robots[v], self.carriers[k], self.meetings[meeting]
         timeline = self.timeline.copy()
         if not follow(timeline, rover, meeting, rides) or not timeline.can_drive(carrier, place):
             return None
         board(timeline, rover, carrier, place)
         return timeline
 
-    def _aboard_ms(self, v: int, ready: Times) -> Times:
-        """Return (carriers, meetings): when `v` would be aboard, and that carrier home where it has to be."""
-        done = np.maximum(ready, self.carrier_ms) + max(1, self.ways.kinds[v].dock_ms)
-        done[np.array(self.places) == 0] = NEVER
+    def _aboard_at_ms(self, v: int, ready_ms: Times) -> Times:
+        """Return (carriers, meetings): when `v` would be aboard, of a carrier that can go home where it has to."""
+        done = np.maximum(ready_ms, self.carrier_ms) + self.known.docking_ms[v] - EPSILON_MS
         return np.minimum(done, NEVER)
+
+    def _aboard_ms(self, v: int, ready_ms: Times) -> Times:
+        """Return (carriers,): when `v` would be aboard each at the soonest."""
+        return np.asarray(self._aboard_at_ms(v, ready_ms).min(axis=1, initial=NEVER))
 
 
 _Journey = tuple[Times, Mapping[int, Ride]]
@@ -142,5 +146,9 @@ def _by_time(times: Times) -> list[int]:
     return [int(k) for k in np.argsort(times, kind="stable") if times[k] < NEVER]
 
 
-def _seated(options: Sequence[Sequence[int]], places: Sequence[int]) -> int:
+def _seated(fits: Mask, places: Sequence[int]) -> int:
+    """Return how many rovers find a place; bool (rovers, carriers): who could go on which."""
+    if fits[:, np.array(places) > 0].all():
+        return min(len(fits), sum(places))
+    options = [np.flatnonzero(row).tolist() for row in fits]
     return sum(carrier >= 0 for carrier in matching(options, places))

@@ -56,6 +56,11 @@ class Timeline:
         """The plan so far."""
         return Plan.of(self.actions)
 
+    @property
+    def explored(self) -> frozenset[str]:
+        """Names of the targets explored so far."""
+        return frozenset(action.place for action in self.actions if action.name is ActionName.EXPLORE)
+
     def is_full(self, carrier: str) -> bool:
         """Say whether no rover can dock on `carrier` now."""
         return len(self.cargo[carrier]) >= self.situation.type_of(carrier).capacity

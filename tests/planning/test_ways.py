@@ -3,12 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from situations import full_carrier, many_rooms, one_room, relay, rover_left_behind, situations
+from situations import full_carrier, many_rooms, one_hall, one_room, relay, rover_left_behind, situations
 
 from marsupial.model.situation import Situation
-from marsupial.planning.rides import Ride, follow, ride
+from marsupial.planning.costs import NEVER, Costs
+from marsupial.planning.rides import Ride, ride
 from marsupial.planning.timeline import Timeline
-from marsupial.planning.ways import NEVER, Costs, Ways
+from marsupial.planning.ways import Ways
 
 
 def ways_of(situation: Situation, timeline: Timeline | None = None) -> Ways:
@@ -16,61 +17,52 @@ def ways_of(situation: Situation, timeline: Timeline | None = None) -> Ways:
     return Ways(timeline or Timeline.of(situation), Costs(situation), left)
 
 
-def take_soonest(ways: Ways, target: int) -> set[str]:
-    """Carry out the soonest way to a target; return the robots that took part."""
-    robot, carrier = ways.way(int(np.argmin(ways.done_ms[:, target])))
-    timeline = ways.timeline
-    changed = {robot}
+def take_soonest(ways: Ways, target: int) -> None:
+    """Carry out the soonest way to a target."""
+    robot, carrier = ways.way(int(ways.soonest()[1][target]))
     if carrier is not None:
-        changed |= {carrier, *timeline.cargo[carrier]}
-        assert ride(timeline, robot, ways.journey(robot, carrier, target))
-    timeline.explore(robot, timeline.situation.targets[target].name)
-    return changed
+        assert ride(ways.timeline, robot, ways.journey(robot, carrier, target))
+    ways.timeline.explore(robot, ways.timeline.situation.targets[target].name)
 
 
-def test_the_table_has_a_row_for_every_way() -> None:
+def soonest_ms(situation: Situation) -> list[int]:
+    return ways_of(situation).soonest()[0].tolist()
+
+
+def test_there_is_a_way_for_every_robot_alone_and_for_every_ride() -> None:
     ways = ways_of(one_room())
-    assert ways.done_ms.tolist()[:3] == [[NEVER], [NEVER], [19_002]]  # carrier alone, rover alone, rover set down
-    assert (ways.done_ms[3:] >= NEVER).all()
-    assert ways.way(2) == ("r1", "c1")
+    assert (ways.alone_ms >= NEVER).all()
+    assert ways.landed_ms.tolist() == [[[15_002]], [[NEVER]]]  # set down by the carrier it is aboard; fetched
+    done, numbers = ways.soonest()
+    assert done.tolist() == [19_002]
+    assert ways.way(int(numbers[0])) == ("r1", "c1")
+
+
+def test_who_goes_alone_needs_no_carrier() -> None:
+    ways = ways_of(one_hall())
+    done, numbers = ways.soonest()
+    assert done.tolist() == [10_000, 30_000]
+    assert ways.way(int(numbers[0])) == ("c1", None)
+
+
+def test_what_is_not_left_is_not_done() -> None:
+    ways = ways_of(one_hall())
+    ways.left[0] = False
+    assert ways.soonest()[0].tolist() == [NEVER, 30_000]
 
 
 def test_fetching_counts_the_longer_of_both_ways_to_the_meeting() -> None:
     ways = ways_of(rover_left_behind())
-    assert int(ways.done_ms.min()) == 59_004
+    assert ways.soonest()[0].tolist() == [59_004]
     assert ways.journey("r1", "c1", 0) == Ride(carrier="c1", pickup="m1", set_down="m2", then_to="m2")
 
 
 def test_a_full_carrier_makes_room_before_it_fetches() -> None:
-    assert int(ways_of(full_carrier()).done_ms.min()) == 41_005
+    assert soonest_ms(full_carrier()) == [41_005]
 
 
-def test_a_relay_is_not_in_the_table_but_found() -> None:
-    ways = ways_of(relay())
-    assert (ways.done_ms >= NEVER).all()
-    times, rides = ways.relay("r1")
-    assert times.tolist() == [15_002, 35_003, 70_006]
-    assert rides[2] == Ride(carrier="c2", pickup="m2", set_down="m3", then_to="m3")
-    assert rides[1] == Ride(carrier="c1", pickup=None, set_down="m1", then_to="m2")
-
-
-def test_alone_a_rover_gets_where_its_carrier_and_its_wheels_take_it() -> None:
-    times, _ = ways_of(relay()).relay("r1", alone=True)
-    assert times.tolist()[:2] == [15_002, 35_003]
-    assert times[2] >= NEVER
-
-
-def test_following_the_rides_brings_the_rover_there_in_time() -> None:
-    situation = relay()
-    times, rides = ways_of(situation).relay("r1")
-    timeline = Timeline.of(situation)
-    assert follow(timeline, "r1", 2, rides)
-    assert (timeline.at["r1"], timeline.ready_ms["r1"]) == ("m3", int(times[2]))
-
-
-def test_a_ride_that_is_not_possible_says_so() -> None:
-    timeline = Timeline.of(relay())
-    assert not ride(timeline, "r1", Ride(carrier="c1", pickup=None, set_down="m3", then_to="m3"))
+def test_a_relay_is_no_way_of_one_ride() -> None:
+    assert soonest_ms(relay()) == [NEVER]
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -88,13 +80,16 @@ def mended_equals_new(situation: Situation) -> None:
     """Explore target by target; each is done when the table said, and then the table is as if made anew."""
     ways = ways_of(situation)
     for target in range(len(situation.targets)):
-        said = int(ways.done_ms[:, target].min())
+        said = int(ways.soonest()[0][target])
         if said >= NEVER:
             continue
-        changed = take_soonest(ways, target)
+        take_soonest(ways, target)
         assert max(action.end_ms for action in ways.timeline.actions if action.place == f"t{target}") == said
-        ways.explored(target)
-        ways.update(changed)
+        ways.left[target] = False
+        ways.advance()
         new = Ways(ways.timeline, ways.costs, ways.left)
-        assert (np.minimum(ways.done_ms, NEVER) == np.minimum(new.done_ms, NEVER)).all()
-        assert (ways.arrive_ms == new.arrive_ms).all()
+        assert (ways.landed_ms == new.landed_ms).all()
+        assert (ways.alone_ms == new.alone_ms).all()
+        assert (ways.arrivals.arrive_ms == new.arrivals.arrive_ms).all()
+        assert (ways.arrivals.boarding_ms == new.arrivals.boarding_ms).all()
+        assert all(one.tolist() == other.tolist() for one, other in zip(ways.soonest(), new.soonest(), strict=True))

@@ -1,0 +1,55 @@
+"""Durations of driving as arrays, ready to be added up: the tables that list scheduling looks things up in."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.plan import EPSILON_MS
+from marsupial.model.situation import UNREACHABLE, Situation
+
+Times = npt.NDArray[np.int64]
+Indices = npt.NDArray[np.int64]
+Mask = npt.NDArray[np.bool_]
+NEVER = 1 << 56
+"""Any time from here on means that it can't be done; a dozen of them can be added without overflow."""
+
+
+class Costs:
+    """Durations of driving, as they will stand in actions: at least 1 ms, `NEVER` without a path.
+
+    All tables are int64; their first axis goes over the situation's types. Those between being ready at one place and
+    being ready at another count the gap between actions.
+
+    Attributes
+    ----------
+    explore
+        (types, places, targets): exploring a target from a place.
+    outing
+        (types, meetings, targets): the same from a meeting.
+    meet
+        (types, places, meetings): from being ready at a place to being ready at a meeting, 0 where it is the same.
+    stay
+        (types, meetings, meetings): the same from a meeting.
+    ride
+        The same for carriers, `NEVER` on the diagonal: riding nowhere is of no use.
+    """
+
+    def __init__(self, situation: Situation) -> None:
+        index = situation.place_index
+        meetings = np.array([index[name] for name in situation.meetings], dtype=np.intp)
+        targets = np.array([index[target.name] for target in situation.targets], dtype=np.intp)
+        kinds, places = len(situation.types), len(index)
+        self.explore: Times = np.empty((kinds, places, len(targets)), dtype=np.int64)
+        self.meet: Times = np.empty((kinds, places, len(meetings)), dtype=np.int64)
+        for k, kind in enumerate(situation.types):
+            table = situation.travel_ms[kind.name]
+            drive = np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1))
+            may = np.array([kind.name in target.explorers for target in situation.targets], dtype=np.bool_)
+            self.explore[k] = np.where(may, drive[:, targets], NEVER)
+            self.meet[k] = drive[:, meetings] + EPSILON_MS
+        self.meet[:, meetings, np.arange(len(meetings))] = 0
+        self.outing: Times = self.explore[:, meetings]
+        self.stay: Times = self.meet[:, meetings]
+        self.ride: Times = self.stay.copy()
+        self.ride[:, np.arange(len(meetings)), np.arange(len(meetings))] = NEVER
