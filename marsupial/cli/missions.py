@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from marsupial.bench.simulate import MissionSummary, simulate
+from marsupial.cli.first_use import prepare
 from marsupial.cli.interrupt import asked_to_stop
 from marsupial.cli.messages import warn
 from marsupial.cli.outputs import writing
@@ -19,18 +20,14 @@ from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Limits, PlanningTime, Scenario
-from marsupial.planning.engines import engine_infos, mission_engine
-from marsupial.planning.processes import warm_up
+from marsupial.planning.engines import mission_engine
 
-PREFERRED = ("aries", "tamer", "greedy")
-"""Default planners; the first that can be used here and keeps the kind of budget asked for."""
+DEFAULT_PLANNER = "auto"
 
 PLANNING_STRATEGIES = frozenset({"temporal"})
 """Strategies that ask a planner."""
 
 NO_PLANNER = "none"
-IN_PROCESS = frozenset({NO_PLANNER, "greedy"})
-"""Planners that need no process of their own."""
 
 DEFAULT_BUDGET_S = 1.0
 
@@ -62,14 +59,13 @@ def carry_out(request: Request) -> MissionSummary:
     """
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
-    if planner not in IN_PROCESS:
-        warm_up(wait=False)  # its libraries take seconds to import: meanwhile the map is read
+    ready = None if planner == NO_PLANNER else prepare(planner)  # which may take seconds: meanwhile the map is read
     scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
     scenario = _changed(scenario, request)
     for text in warnings:
         warn(text)
-    if planner not in IN_PROCESS:
-        warm_up()
+    if ready is not None:
+        ready()
     with ExitStack() as stack:
         observers: list[Observer] = [stack.enter_context(progress(scenario, request.seed))]
         if request.log is not None:
@@ -100,22 +96,12 @@ def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DE
     return Budget(seconds=seconds, steps=steps)
 
 
-def default_planner(budget: Budget) -> str:
-    """Return the first of the preferred planners that can be used here with a budget of that kind."""
-    infos = {info.name: info for info in engine_infos()}
-    return next(
-        name
-        for name in PREFERRED
-        if infos[name].missing is None and (budget.steps is None or infos[name].deterministic_steps)
-    )
-
-
 def _planner(request: Request, budget: Budget) -> str:
     if request.strategy not in PLANNING_STRATEGIES:
         if request.planner is not None:
             warn(f"strategy {request.strategy} asks no planner: --planner {request.planner} is ignored")
         return NO_PLANNER
-    planner = default_planner(budget) if request.planner is None else request.planner
+    planner = DEFAULT_PLANNER if request.planner is None else request.planner
     mission_engine(planner, budget)  # refuses what can't be used before anything is started
     return planner
 

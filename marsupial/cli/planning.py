@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from marsupial.cli.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
+from marsupial.cli.first_use import prepare
 from marsupial.cli.inputs import about, read_text
 from marsupial.cli.messages import say
 from marsupial.errors import SituationError
@@ -17,8 +18,11 @@ from marsupial.formats.situation import situation_from_json
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning.anytime.bounds import makespan_bound_ms
+from marsupial.planning.anytime.encoding import encode
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
+from marsupial.planning.score import score
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,13 +36,21 @@ class Proposal:
 
 @dataclass(slots=True, kw_only=True)
 class Search:
-    """What came of asking an engine; `plan` is the best plan that was accepted."""
+    """What came of asking an engine: the best plan that was accepted, and a time no plan ends before if known."""
 
     situation: Situation
     planner: str
     plan: Plan | None = None
     proposals: list[Proposal] = field(default_factory=list)
     finished: Finished = field(default_factory=lambda: Finished(outcome=Outcome.NO_PLAN))
+    bound_ms: int | None = None
+
+    @property
+    def gap(self) -> float | None:
+        """What the makespan has above the lower bound, as a share of the makespan: 0 where it is optimal."""
+        if self.plan is None or self.bound_ms is None:
+            return None
+        return (self.plan.makespan_ms - self.bound_ms) / max(1, self.plan.makespan_ms)
 
     @property
     def exit_code(self) -> int:
@@ -64,6 +76,8 @@ def read_situation(path: Path) -> Situation:
 def search(situation: Situation, planner: str, budget: Budget) -> Search:
     """Ask `planner` for plans and say on stderr what comes."""
     found = Search(situation=situation, planner=planner)
+    if engine(planner).info.missing is None:
+        prepare(planner)()
     with closing(_asked(planner, situation, budget)) as events:
         for event in events:
             if isinstance(event, Finished):
@@ -72,18 +86,23 @@ def search(situation: Situation, planner: str, budget: Budget) -> Search:
                 _weigh(found, event)
     detail = f": {found.finished.detail}" if found.finished.detail else ""
     say(f"{planner}: {found.finished.outcome}{detail}")
+    found.bound_ms = found.finished.lower_bound_ms
+    if found.plan is not None:
+        found.bound_ms = _bound_ms(situation, found.plan, found.finished)
+        say(_judgement(found.plan.makespan_ms, found.bound_ms))
     return found
 
 
 def search_json(found: Search) -> dict[str, Any]:
     """Return what `plan --json` prints besides the plan itself."""
-    bound = found.finished.lower_bound_ms
+    bound = found.bound_ms
     return {
         "planner": found.planner,
         "outcome": str(found.finished.outcome),
         "detail": found.finished.detail,
         "makespan_s": None if found.plan is None else found.plan.makespan_ms / 1000,
         "lower_bound_s": None if bound is None else bound / 1000,
+        "gap": found.gap,
         "elapsed_s": found.finished.elapsed_s,
         "proposals": [
             {"elapsed_s": p.elapsed_s, "makespan_s": p.makespan_ms / 1000, "violation": p.violation}
@@ -106,5 +125,20 @@ def _weigh(found: Search, event: Improved) -> None:
         f"{event.elapsed_s:8.3f} s  makespan {verdict.makespan_ms / 1000:.3f} s, "
         f"{len(event.plan.actions)} actions{words}"
     )
-    if violation is None and (found.plan is None or event.plan.makespan_ms < found.plan.makespan_ms):
+    if violation is None and (
+        found.plan is None or score(found.situation, event.plan) < score(found.situation, found.plan)
+    ):
         found.plan = event.plan
+
+
+def _bound_ms(situation: Situation, plan: Plan, end: Finished) -> int:
+    """Return the better of the engine's bound and the one every situation has; one that `plan` refutes is none."""
+    bounds = (end.lower_bound_ms, makespan_bound_ms(encode(situation)))
+    return max((bound for bound in bounds if bound is not None and bound <= plan.makespan_ms), default=0)
+
+
+def _judgement(makespan_ms: int, bound_ms: int) -> str:
+    makespan = f"makespan {makespan_ms / 1000:.3f} s"
+    if makespan_ms <= bound_ms:
+        return f"{makespan}, optimal"
+    return f"{makespan}, bound {bound_ms / 1000:.3f} s, gap {100 * (makespan_ms - bound_ms) / makespan_ms:.1f} %"

@@ -17,9 +17,7 @@ def run(
     strategy: Annotated[str, typer.Option("--strategy", "-s", help="Who decides: temporal, heuristic.")] = "temporal",
     planner: Annotated[
         str | None,
-        typer.Option(
-            "--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: aries, else tamer, greedy]."
-        ),
+        typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto]."),
     ] = None,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,

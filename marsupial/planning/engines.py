@@ -23,6 +23,9 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
     "tamer": tamer,
 }
 
+PROCESSES = frozenset({"aries", "tamer"})
+"""Those that run in processes of their own, as external planners do."""
+
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (
         PartSize(rovers=3, targets=4, seconds=3.0),

@@ -24,8 +24,8 @@ from marsupial.model.situation import Situation
 from marsupial.planning.race import Clock, Race, crash
 from marsupial.planning.standings import Standings
 
-GRACE_S = 0.05
-"""How long after the end of the budget the lead may still finish the step it is in."""
+GRACE_S, FIRST_PLAN_S = 0.05, 1.0
+"""How long after the end of the budget the lead may still finish the step it is in, with a plan and without any."""
 
 POLISH_S = 0.1
 """How long the lead goes on at least where the makespan can't get shorter."""
@@ -108,15 +108,17 @@ class Portfolio:
         lead, *waiting = members
         race = Race(situation, self._clock)
         race.enter(lead.name, lead.make, Budget(seconds=max(1e-3, end - begun)), standings.plan)
-        grace_s = GRACE_S
+        proven = False
         try:
             while (race.running or waiting) and not standings.unsolvable:
                 now = self._clock()
+                grace_s = FIRST_PLAN_S if standings.plan is None else 0.0 if proven else GRACE_S
                 alone = lead.name not in race.running
                 if now >= end + grace_s or (alone and (now >= end or standings.optimal)):
                     return
-                if standings.optimal and grace_s:
-                    end, grace_s = min(end, 2 * now - begun + POLISH_S), 0.0
+                if standings.optimal and not proven:
+                    proven, end = True, min(end, 2 * now - begun + POLISH_S)
+                    continue
                 while waiting and now < end and (now - begun >= waiting[0].head_start_s or not race.running):
                     member = waiting.pop(0)
                     race.enter(member.name, member.make, Budget(seconds=max(1e-3, end - now)), standings.plan)

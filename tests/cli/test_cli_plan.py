@@ -2,16 +2,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from situations import one_room, out_of_reach
+from situations import one_room, out_of_reach, two_rooms
 
 from marsupial.cli.main import main
 from marsupial.formats.pddl import problem_text
 from marsupial.formats.plantext import read_plan_text
 from marsupial.formats.situation import situation_to_json
-from marsupial.model.plan import Plan
+from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning import engines
@@ -161,3 +162,63 @@ def test_a_file_that_is_no_text_is_invalid_input(capsys: pytest.CaptureFixture[s
     path.write_bytes(b"\xff\xfe\xfa")
     assert main(["plan", str(path), *GREEDY]) == 3
     assert capsys.readouterr().err == f"error: {path}: is not UTF-8 text\n"
+
+
+def test_without_a_planner_named_auto_plans_and_says_that_its_makespan_is_optimal(
+    capsys: pytest.CaptureFixture[str], room: str
+) -> None:
+    assert main(["plan", room, "--steps", "2"]) == 0
+    *_, outcome, judgement = capsys.readouterr().err.splitlines()
+    assert outcome.startswith("auto: optimal: plan by anytime")
+    assert judgement == "makespan 19.002 s, optimal"
+
+
+def test_an_engine_that_proves_nothing_is_judged_by_a_bound_all_the_same(
+    capsys: pytest.CaptureFixture[str], room: str
+) -> None:
+    assert main(["plan", room, *GREEDY]) == 0
+    assert capsys.readouterr().err.splitlines()[-1] == "makespan 19.002 s, optimal"
+    assert main(["plan", room, *GREEDY, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["lower_bound_s"], answer["gap"]) == (19.002, 0.0)
+
+
+def begun_late(plan: Plan, ms: int) -> Plan:
+    return Plan(actions=tuple(replace(action, start_ms=action.start_ms + ms) for action in plan.actions))
+
+
+@pytest.mark.parametrize("bound_ms", [None, 12_000, 50_000])
+def test_the_gap_is_what_the_makespan_has_above_the_best_bound_that_can_be_true(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, room: str, bound_ms: int | None
+) -> None:
+    late = begun_late(serve(one_room())[0], 998)
+    script(
+        monkeypatch,
+        Improved(plan=late, elapsed_s=0.1),
+        Finished(outcome=Outcome.SATISFICING, lower_bound_ms=bound_ms),
+    )
+    assert main(["plan", room, "--planner", "scripted", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.splitlines()[-1] == "makespan 20.000 s, bound 19.002 s, gap 5.0 %"
+    answer = json.loads(captured.out)
+    assert (answer["lower_bound_s"], answer["gap"]) == (19.002, pytest.approx(0.0499))
+
+
+def test_of_two_plans_as_long_the_one_that_reaches_targets_sooner_is_kept(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    plan, _ = serve(two_rooms())
+    first = next(action for action in plan.actions if action.name is ActionName.EXPLORE)
+    waits = replace(first, start_ms=first.start_ms + 1)
+    later = Plan.of(waits if action is first else action for action in plan.actions)
+    script(
+        monkeypatch,
+        Improved(plan=later, elapsed_s=0.1),
+        Improved(plan=plan, elapsed_s=0.1),
+        Finished(outcome=Outcome.SATISFICING),
+    )
+    path = tmp_path / "situation.json"
+    path.write_text(situation_to_json(two_rooms()))
+    assert later.makespan_ms == plan.makespan_ms
+    assert main(["plan", str(path), "--planner", "scripted"]) == 0
+    assert read_plan_text(capsys.readouterr().out, two_rooms()) == plan

@@ -1,0 +1,66 @@
+"""What a planner costs once per process is paid before any budget counts.
+
+Compiled code is loaded, or compiled where this machine has never run it, by planning for a tiny team; the process that
+starts other planners imports their libraries. Both go on in the background until somebody waits for them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from threading import Thread
+
+import numpy as np
+
+from marsupial.cli.messages import say
+from marsupial.model.planning import Budget
+from marsupial.model.robots import Role
+from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
+from marsupial.planning.engines import PROCESSES, engine
+from marsupial.planning.external import PREFIX
+from marsupial.planning.processes import warm_up
+
+_SILENT_S = 2.0
+
+
+def prepare(planner: str) -> Callable[[], None]:
+    """Begin to get a planner ready and return what waits until it is."""
+    if planner in PROCESSES or planner.startswith(PREFIX):
+        warm_up(wait=False)
+        return warm_up
+    trial = Thread(target=_try_out, args=(planner,), name=f"trial of {planner}", daemon=True)
+    trial.start()
+    return lambda: _wait(trial)
+
+
+def _wait(trial: Thread) -> None:
+    trial.join(_SILENT_S)
+    if trial.is_alive():
+        say("compiling the planner, which is done once on a machine ...")
+        trial.join()
+
+
+def _try_out(planner: str) -> None:
+    with suppress(Exception):  # whoever asks it in earnest is told
+        for _ in engine(planner).solve(_tiny(), Budget(steps=1)):
+            pass
+
+
+def _tiny() -> Situation:
+    """Return one that needs a bit of everything: setting down, exploring twice, picking up, driving home."""
+    times = np.full((6, 6), 1000, dtype=np.int64)
+    return Situation(
+        types=(
+            PlanningType(name="carrier", role=Role.CARRIER, capacity=1),
+            PlanningType(name="rover", role=Role.ROVER, dock_ms=1000, undock_ms=1000),
+        ),
+        robots=(
+            RobotState(name="carrier1", type="carrier", place="start", home="home"),
+            RobotState(name="rover1", type="rover", carrier="carrier1"),
+        ),
+        targets=tuple(TargetInfo(name=name, explorers=frozenset({"rover"})) for name in ("target1", "target2")),
+        meetings=("meeting1", "meeting2"),
+        homes=("home",),
+        travel_ms={"carrier": times, "rover": times},
+        goal=SituationGoal(recover_rovers=True, return_home=True),
+    )
