@@ -72,7 +72,7 @@ app.command()(validate)
 app.command("map")(describe_map)
 app.command()(planners)
 app.command()(scenarios)
-app.command()(bench)
+app.add_typer(bench, name="bench")
 app.command()(demo)
 
 

@@ -1,8 +1,16 @@
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 
+from marsupial.bench.suite.best import digest_of, known_best, read_best, write_best
+from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.cli.main import main
+from marsupial.planning.checker import check
+
+SMALL = ("--instance", "rooms-1x1-3", "--budget", "0.2")
 
 
 def test_paths_are_timed_beside_scipy(capsys: pytest.CaptureFixture[str]) -> None:
@@ -14,4 +22,66 @@ def test_paths_are_timed_beside_scipy(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_an_unknown_benchmark_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "speed"]) == 2
-    assert capsys.readouterr().err == "error: unknown benchmark 'speed'; there are paths\n"
+    assert "'speed'" in capsys.readouterr().err
+
+
+def test_planners_are_compared_on_the_instances_asked_for(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    rows_file = tmp_path / "rows.json"
+    assert main(["bench", "planners", "--engine", "greedy", *SMALL, "--json", str(rows_file)]) == 0
+    shown = capsys.readouterr()
+    assert "rooms-1x1-3: 1x1, 3 targets; best known" in shown.out
+    assert "summary, up to 24 robots: 1 instances" in shown.out
+    assert "rooms-1x1-3: greedy, 0.2 s:" in shown.err
+    (row,) = json.loads(rows_file.read_text())
+    assert (row["instance"], row["engine"], row["budget_s"], row["solved"]) == ("rooms-1x1-3", "greedy", 0.2, True)
+    assert row["makespan_ms"] == row["improvements"][-1][1]
+
+
+def test_a_file_of_best_plans_gets_what_it_lacks_and_loses_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "best.json"
+    known = known_best()
+    del known["rooms-1x1-3"]
+    file.write_text(write_best(known))
+    asked = ["bench", "planners", "--engine", "greedy", *SMALL, "--update", str(file)]
+    assert main(asked) == 0
+    assert read_best(file.read_text()) == known_best()
+    assert main(asked) == 0
+    assert read_best(file.read_text()) == known_best()
+
+
+def test_a_new_file_of_best_plans_begins_with_those_known(tmp_path: Path) -> None:
+    file = tmp_path / "best.json"
+    assert main(["bench", "planners", "--engine", "greedy", *SMALL, "--update", str(file)]) == 0
+    situation = INSTANCES["rooms-1x1-3"].situation()
+    best = read_best(file.read_text())
+    assert best.keys() == known_best().keys()
+    assert best["rooms-1x1-3"].digest == digest_of(situation)
+    assert check(situation, best["rooms-1x1-3"].read_plan(situation)).valid
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (["--instance", "nope*"], 2, "error: --instance: none is like 'nope*'"),
+        (["--engine", "nope"], 2, "error: unknown planner 'nope'"),
+        (["--engine", "greedy in parts"], 2, "error: unknown planner 'greedy in parts'"),
+        (["--budget", "0"], 2, "error: --budget: must be positive, got 0"),
+        (["--budget", "nan"], 2, "error: --budget: must be positive, got nan"),
+    ],
+)
+def test_what_cannot_be_run_is_said(
+    options: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["bench", "planners", *options]) == code
+    assert capsys.readouterr().err.startswith(message)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"suite": 1, "best": {"x": 3}}', '{"suite": 0, "best": {}}'])
+def test_a_file_that_holds_no_best_plans_is_left_alone(
+    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "mine.json"
+    file.write_text(text)
+    assert main(["bench", "planners", "--engine", "greedy", *SMALL, "--update", str(file)]) == 3
+    assert capsys.readouterr().err.startswith(f"error: {file}: ")
+    assert file.read_text() == text

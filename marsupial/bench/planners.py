@@ -1,0 +1,218 @@
+"""Every planner on every instance of the suite, within the same budgets, in this process and warmed up.
+
+The bench keeps its own clock, counts a plan only if it comes by the deadline and our checker accepts it, and checks it
+after the run, so that checking costs the engine no time. Ratios are to the best plan known, be it one of the run.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+
+from marsupial.bench.suite.best import Best, with_bound, with_plan
+from marsupial.bench.suite.catalogue import INSTANCES, Instance
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+from marsupial.planning.engines import ENGINES, PART_SIZES, engine, mission_engine
+
+BUDGETS_S = (0.1, 1.0, 10.0)
+IN_PARTS = " in parts"
+WARM_UP, WARM_UP_S = "pressure-1x1-3", 1.0
+CLOSE = 1.01
+"""Ratio to the best that counts as close to it."""
+
+GRACE_S, GRACE_SHARE = 0.01, 0.02
+"""A plan counts that comes this long after the end of the budget: one on its way, and the noise of the machine."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contender:
+    """An engine in the bench; `missing` is why it can't be used here. `make` takes the budget in seconds."""
+
+    name: str
+    make: Callable[[float], Engine]
+    missing: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arrival:
+    """An accepted plan that came in time: seconds since the engine was asked, and its makespan."""
+
+    elapsed_s: float
+    makespan_ms: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """One engine on one instance.
+
+    Parameters
+    ----------
+    arrivals, plan
+        Accepted plans that came in time, and the first of the shortest of them.
+    served
+        Most targets explored by a plan, be it one for a part of the targets only.
+    refused, late
+        Plans that the checker refused, and accepted or not plans that came too late.
+    finished
+        None where the engine had to be stopped.
+    wall_s
+        Until the engine was done or stopped.
+    """
+
+    instance: str
+    engine: str
+    budget_s: float
+    arrivals: tuple[Arrival, ...]
+    plan: Plan | None
+    served: int
+    refused: int
+    late: int
+    finished: Finished | None
+    wall_s: float
+
+    @property
+    def makespan_ms(self) -> int | None:
+        """Of the best plan, or None."""
+        return None if self.plan is None else self.plan.makespan_ms
+
+    @property
+    def bound_ms(self) -> int | None:
+        """No plan is shorter, says the engine; None where it says nothing or says it too late."""
+        if self.finished is None or self.wall_s > deadline_s(self.budget_s):
+            return None
+        if self.finished.outcome is Outcome.OPTIMAL and self.finished.lower_bound_ms is None:
+            return self.makespan_ms
+        return self.finished.lower_bound_ms
+
+    def within_s(self, limit_ms: float) -> float | None:
+        """Return when the first plan came that takes no longer than `limit_ms`."""
+        return next((arrival.elapsed_s for arrival in self.arrivals if arrival.makespan_ms <= limit_ms), None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Round:
+    """All runs on one instance, and the best that is known after them; None if nobody ever found a plan."""
+
+    instance: Instance
+    best: Best | None
+    runs: tuple[Run, ...]
+
+
+def deadline_s(budget_s: float) -> float:
+    """Return until when plans count."""
+    return budget_s + GRACE_S + GRACE_SHARE * budget_s
+
+
+def contenders(names: Iterable[str] = ()) -> tuple[Contender, ...]:
+    """Return the engines of these names, or all: as they are, and in parts where missions use them so.
+
+    Raises
+    ------
+    UsageError
+        If there is none of a name.
+    """
+    everyone = [*ENGINES, *(name + IN_PARTS for name in PART_SIZES)]
+    return tuple(_contender(name) for name in names or sorted(everyone))
+
+
+def _contender(name: str) -> Contender:
+    inner = name.removesuffix(IN_PARTS)
+    split = name != inner and inner in PART_SIZES
+    missing = engine(inner if split else name).info.missing
+    if split:
+        return Contender(name=name, make=lambda s: mission_engine(inner, Budget(seconds=s)), missing=missing)
+    return Contender(name=name, make=lambda _: engine(name), missing=missing)
+
+
+def warm_up(contender: Contender) -> None:
+    """Let an engine compile and import what it needs: on a tiny instance, whatever comes of it."""
+    run(INSTANCES[WARM_UP], contender, WARM_UP_S)
+
+
+def play(
+    instance: Instance, engines: Iterable[Contender], budgets_s: Iterable[float], known: Best | None
+) -> Iterator[Run | Round]:
+    """Yield the run of every engine within every budget as it is done, then the round.
+
+    What is known only gets better: shorter plans, and higher bounds of engines that name one.
+    """
+    runs = []
+    for budget_s in budgets_s:
+        for contender in engines:
+            runs.append(run(instance, contender, budget_s))
+            yield runs[-1]
+    yield Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
+
+
+def improved(known: Best | None, situation: Situation, runs: Iterable[Run]) -> Best | None:
+    """Return the best plan and bound known after these runs."""
+    runs = tuple(runs)
+    for done in runs:
+        if done.plan is not None:
+            known = with_plan(known, situation, done.plan, done.engine)
+    for done in runs:
+        if known is not None and done.finished is not None and done.finished.lower_bound_ms is not None:
+            known = with_bound(known, done.finished.lower_bound_ms, done.engine)
+    return known
+
+
+def run(
+    instance: Instance, contender: Contender, budget_s: float, clock: Callable[[], float] = time.perf_counter
+) -> Run:
+    """Ask an engine for plans until the deadline; `clock` gives seconds."""
+    situation = instance.situation()
+    asked = contender.make(budget_s)
+    came: list[tuple[float, Plan]] = []
+    finished: Finished | None = None
+    begun = clock()
+    try:
+        with closing(_events(asked, situation, budget_s)) as events:
+            for event in events:
+                now = clock() - begun
+                if isinstance(event, Finished):
+                    finished = event
+                else:
+                    came.append((now, event.plan))
+                if now > deadline_s(budget_s):
+                    break
+    except Exception as error:  # a broken engine is a result: the bench goes on to the next
+        finished = Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")
+    wall_s = clock() - begun
+    return _judged(instance, situation, contender.name, budget_s, came, finished, wall_s)
+
+
+def _events(asked: Engine, situation: Situation, budget_s: float) -> Generator[Improved | Finished]:
+    """Ask an engine; closing this ends it."""
+    yield from asked.solve(situation, Budget(seconds=budget_s))
+
+
+def _judged(
+    instance: Instance,
+    situation: Situation,
+    name: str,
+    budget_s: float,
+    came: list[tuple[float, Plan]],
+    finished: Finished | None,
+    wall_s: float,
+) -> Run:
+    """Check the plans that came in time."""
+    timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
+    parts = [(at, plan) for at, plan in timely if check(situation, plan, targets=plan.explored).valid]
+    whole = [(at, plan) for at, plan in parts if len(plan.explored) == len(situation.targets)]
+    return Run(
+        instance=instance.name,
+        engine=name,
+        budget_s=budget_s,
+        arrivals=tuple(Arrival(elapsed_s=at, makespan_ms=plan.makespan_ms) for at, plan in whole),
+        plan=min((plan for _, plan in whole), key=lambda plan: plan.makespan_ms, default=None),
+        served=max((len(plan.explored) for _, plan in parts), default=0),
+        refused=len(timely) - len(parts),
+        late=len(came) - len(timely),
+        finished=finished,
+        wall_s=wall_s,
+    )

@@ -1,0 +1,124 @@
+"""The best plans known for the instances of the suite: they live in ``best.json`` and only ever improve.
+
+::
+
+    {"suite": VERSION, "best": {instance: {"digest", "makespan_ms", "found_by", "lower_bound_ms", "bound_by",
+                                           "plan": [lines in IPC format]}}}
+
+A plan is believed because the checker accepts it; a bound because of the engine that proved it, so that one is named.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from importlib.resources import files
+from typing import Any
+
+from marsupial.bench.suite.catalogue import VERSION
+from marsupial.errors import InputError, InvalidPlanError
+from marsupial.formats.plantext import read_plan_text, write_plan_text
+from marsupial.formats.situation import situation_to_json
+from marsupial.model.plan import Plan
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Best:
+    """The best plan known for an instance.
+
+    Parameters
+    ----------
+    digest
+        Of the situation it is for, see `digest_of`.
+    plan
+        Lines in IPC format.
+    lower_bound_ms
+        No plan has a shorter makespan, says the engine `bound_by`; 0 where none has said anything.
+    """
+
+    digest: str
+    makespan_ms: int
+    found_by: str
+    plan: tuple[str, ...]
+    lower_bound_ms: int = 0
+    bound_by: str = ""
+
+    @property
+    def optimal(self) -> bool:
+        """Whether the plan is proven best."""
+        return self.lower_bound_ms == self.makespan_ms
+
+    def read_plan(self, situation: Situation) -> Plan:
+        """Return the plan; not checked."""
+        return read_plan_text("\n".join(self.plan), situation)
+
+
+def digest_of(situation: Situation) -> str:
+    """Return what tells a situation from any other: the start of a hash of its JSON."""
+    return hashlib.sha256(situation_to_json(situation).encode()).hexdigest()[:16]
+
+
+def known_best() -> dict[str, Best]:
+    """Return the best plans that come with marsupial, by instance."""
+    return read_best((files("marsupial.bench.suite") / "best.json").read_text(encoding="utf-8"))
+
+
+def read_best(text: str) -> dict[str, Best]:
+    """Return best plans by instance from the text of a file.
+
+    Raises
+    ------
+    InputError
+        If it is no such file, or of another version of the suite.
+    """
+    try:
+        data = json.loads(text)
+        version, rows = data["suite"], data["best"]
+        best = {name: Best(**{**row, "plan": tuple(row["plan"])}) for name, row in rows.items()}
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise InputError(f"no file of best plans: {type(error).__name__}: {error}") from None
+    if version != VERSION:
+        raise InputError(f"best plans of suite version {version}, this is version {VERSION}")
+    return best
+
+
+def write_best(best: Mapping[str, Best]) -> str:
+    """Return the text of a file of best plans, one line of a plan a line."""
+    rows: dict[str, Any] = {name: asdict(best[name]) for name in sorted(best)}
+    return json.dumps({"suite": VERSION, "best": rows}, indent=1) + "\n"
+
+
+def with_plan(known: Best | None, situation: Situation, plan: Plan, found_by: str) -> Best:
+    """Return `known`, or where `plan` is shorter than its plan a new one with `plan`.
+
+    A bound that the plan refutes is dropped.
+
+    Raises
+    ------
+    InvalidPlanError
+        If the checker refuses the plan, or what is known is for another situation.
+    """
+    verdict = check(situation, plan)
+    if not verdict.valid:
+        raise InvalidPlanError(f"{found_by}: {verdict.violation}")
+    digest = digest_of(situation)
+    if known is not None and known.digest != digest:
+        raise InvalidPlanError("the best plan known is for another situation")
+    if known is not None and known.makespan_ms <= plan.makespan_ms:
+        return known
+    lines = tuple(line for line in write_plan_text(plan, situation).splitlines() if not line.startswith(";"))
+    new = Best(digest=digest, makespan_ms=plan.makespan_ms, found_by=found_by, plan=lines)
+    if known is None or known.lower_bound_ms > plan.makespan_ms:
+        return new
+    return replace(new, lower_bound_ms=known.lower_bound_ms, bound_by=known.bound_by)
+
+
+def with_bound(known: Best, bound_ms: int, bound_by: str) -> Best:
+    """Return `known` with a higher bound; one that its plan refutes changes nothing."""
+    if not known.lower_bound_ms < bound_ms <= known.makespan_ms:
+        return known
+    return replace(known, lower_bound_ms=bound_ms, bound_by=bound_by)

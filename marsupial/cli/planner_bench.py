@@ -1,0 +1,111 @@
+"""The work of `marsupial bench planners`: what to run, progress on stderr, files that grow as rounds are done."""
+
+from __future__ import annotations
+
+import json as json_text
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from marsupial.bench.planner_report import Row, progress_line, rows_of
+from marsupial.bench.planners import BUDGETS_S, Contender, Round, contenders, play, warm_up
+from marsupial.bench.suite.best import Best, known_best, read_best, write_best
+from marsupial.bench.suite.catalogue import INSTANCES, Instance
+from marsupial.cli.inputs import about, read_text
+from marsupial.cli.messages import say
+from marsupial.cli.outputs import write_file
+from marsupial.errors import InputError, UsageError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Selection:
+    """Who plays on what, for how many seconds; `absent` can't play here."""
+
+    engines: tuple[Contender, ...]
+    absent: tuple[Contender, ...]
+    instances: tuple[Instance, ...]
+    budgets_s: tuple[float, ...]
+
+    @classmethod
+    def of(cls, engines: Iterable[str], patterns: Iterable[str], budgets_s: Iterable[float]) -> Selection:
+        """Return what these options ask for; without any, everything.
+
+        Raises
+        ------
+        UsageError
+            If there is no such engine or instance, a budget is not positive, or no engine is left.
+        """
+        patterns, budgets_s = tuple(patterns), tuple(budgets_s) or BUDGETS_S
+        asked = contenders(tuple(engines))
+        present = tuple(contender for contender in asked if contender.missing is None)
+        if not present:
+            raise UsageError("; ".join(f"planner {contender.name}: {contender.missing}" for contender in asked))
+        for budget_s in budgets_s:
+            if not (math.isfinite(budget_s) and budget_s > 0):
+                raise UsageError(f"--budget: must be positive, got {budget_s:g}")
+        return cls(
+            engines=present,
+            absent=tuple(contender for contender in asked if contender.missing is not None),
+            instances=_instances(patterns),
+            budgets_s=tuple(sorted(set(budgets_s))),
+        )
+
+
+def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[Row, ...]:
+    """Play all rounds and return their rows.
+
+    Parameters
+    ----------
+    json, update
+        File for the rows, and file of best plans to improve; both are written after every round.
+    """
+    best = known_best()
+    if update is not None and update.exists():
+        text = read_text(update, InputError)
+        with about(update):
+            best |= read_best(text)
+    for contender in chosen.engines:
+        say(f"warming up {contender.name}")
+        warm_up(contender)
+    rounds: list[Round] = []
+    for instance in chosen.instances:
+        rounds.append(_round(instance, chosen, best.get(instance.name), f"{len(rounds) + 1}/{len(chosen.instances)}"))
+        if json is not None:
+            write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
+        _enter(rounds[-1], best)
+        if update is not None:
+            write_file(update, write_best(best))
+    return rows_of(rounds)
+
+
+def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in INSTANCES):
+            raise UsageError(f"--instance: none is like {pattern!r}; there are {', '.join(INSTANCES)}")
+    return tuple(
+        instance
+        for name, instance in INSTANCES.items()
+        if not patterns or any(fnmatchcase(name, pattern) for pattern in patterns)
+    )
+
+
+def _round(instance: Instance, chosen: Selection, known: Best | None, number: str) -> Round:
+    for result in play(instance, chosen.engines, chosen.budgets_s, known):
+        if isinstance(result, Round):
+            return result
+        say(f"{number}  {progress_line(result)}")
+    raise AssertionError("a round ends with its result")
+
+
+def _enter(done: Round, best: dict[str, Best]) -> None:
+    """Note what is better than what was known, and say so."""
+    name, known = done.instance.name, best.get(done.instance.name)
+    if done.best is None or done.best == known:
+        return
+    best[name] = done.best
+    if known is None or done.best.makespan_ms < known.makespan_ms:
+        say(f"{name}: a new best plan, {done.best.makespan_ms / 1000:.3f} s, by {done.best.found_by}")
+    if done.best.optimal:
+        say(f"{name}: proven optimal by {done.best.bound_by}")
