@@ -1,7 +1,9 @@
 """Engines in threads, side by side: what they say comes in one queue, and all of them can be stopped at any time.
 
-An engine is stopped through the `cancel` of its events where they have one, and through its clock, which then leaps
-ahead: an engine that keeps a budget by that clock ends by itself at its next look at it.
+An engine waits while its event is being looked at, as a generator does: otherwise it and who looks at it would slow
+each other down, and engines that judge their pace by their first steps would be misled. It is stopped through the
+`cancel` of its events where they have one, and through its clock, which then leaps ahead: an engine that keeps a budget
+by that clock ends by itself at its next look at it.
 """
 
 from __future__ import annotations
@@ -9,7 +11,8 @@ from __future__ import annotations
 import queue
 import time
 from collections.abc import Callable
-from threading import Lock, Thread
+from contextlib import suppress
+from threading import Event, Lock, Thread
 
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Cancellable, Engine, Finished, Improved, Outcome
@@ -29,7 +32,8 @@ class Race:
     def __init__(self, situation: Situation, clock: Clock) -> None:
         self._situation = situation
         self._clock = clock
-        self._events: queue.SimpleQueue[tuple[str, Improved | Finished | None]] = queue.SimpleQueue()
+        self._events: queue.SimpleQueue[tuple[str, Improved | Finished | None, Event]] = queue.SimpleQueue()
+        self._looked_at = Event()
         self._threads: dict[str, Thread] = {}
         self._cancellable: list[Cancellable] = []
         self._stopped = False
@@ -46,8 +50,9 @@ class Race:
 
     def next(self, seconds: float) -> tuple[str, Improved | Finished] | None:
         """Return the next event with its engine's name, or None if there is none within `seconds` or an engine left."""
+        self._looked_at.set()
         try:
-            name, event = self._events.get(timeout=max(0.0, seconds))
+            name, event, self._looked_at = self._events.get(timeout=max(0.0, seconds))
         except queue.Empty:
             return None
         if event is None:
@@ -61,6 +66,10 @@ class Race:
             self._stopped = True
             for events in self._cancellable:
                 events.cancel()
+        self._looked_at.set()
+        with suppress(queue.Empty):
+            while True:
+                self._events.get_nowait()[2].set()
         until = time.monotonic() + PATIENCE_S
         for thread in self._threads.values():
             thread.join(max(0.0, until - time.monotonic()))
@@ -78,13 +87,21 @@ class Race:
                     if self._stopped:
                         events.cancel()
             for event in events:
-                self._events.put((name, event))
-                if self._stopped and not isinstance(events, Cancellable):
+                if not self._tell(name, event) and not isinstance(events, Cancellable):
                     break
         except Exception as error:
-            self._events.put((name, crash(error)))
+            self._tell(name, crash(error))
         finally:
-            self._events.put((name, None))
+            self._tell(name, None)
+
+    def _tell(self, name: str, event: Improved | Finished | None) -> bool:
+        """Hand over an event and wait until it has been looked at; say whether anybody is still interested."""
+        looked_at = Event()
+        with self._lock:
+            if self._stopped:
+                return False
+            self._events.put((name, event, looked_at))
+        return looked_at.wait() and not self._stopped
 
 
 def crash(error: Exception) -> Finished:
