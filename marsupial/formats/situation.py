@@ -13,8 +13,9 @@
       "travel_ms": {type name: [row per place it leaves from: [ms per place it goes to, or null: no path]]}
     }
 
-Times are integer milliseconds, areas square metres. Numbers that are 0, flags that are false and ``homes``, ``home``
-and ``places`` may be left out. Reading reports every problem with its path, as ``robots[1].type: ...``.
+Times are integer milliseconds, 10^12 at most, areas square metres. Numbers that are 0, flags that are false and
+``homes``, ``home`` and ``places`` may be left out. Reading reports every problem with its path, as
+``robots[1].type: ...``.
 """
 
 from __future__ import annotations
@@ -40,7 +41,11 @@ from marsupial.model.situation import (
 
 FORMAT, VERSION = "marsupial situation", 1
 
-_LONGEST_MS = 10**15
+_LONGEST_MS = 10**12
+"""About 30 years; plans of thousands of such actions still add up without overflow."""
+
+_MOST_PLACES = 10**6
+"""On one carrier."""
 
 
 def situation_to_json(situation: Situation) -> str:
@@ -68,7 +73,9 @@ def situation_from_json(text: str) -> Situation:
         With every problem found and its path, or the line where the text is no JSON.
     """
     try:
-        data = json.loads(text)
+        data = json.loads(text, object_pairs_hook=_unique)
+    except SituationError:
+        raise
     except (ValueError, RecursionError) as error:
         raise SituationError(f"no JSON: {error}") from None
     if not isinstance(data, Mapping):
@@ -151,9 +158,9 @@ def _read(fields: Fields) -> Situation | None:
 def _type(fields: Fields) -> PlanningType:
     role = fields.choice("role", [role.value for role in Role])
     kind = PlanningType(
-        name=fields.text("name"),
+        name=_name(fields, "name"),
         role=Role(role) if role else Role.ROVER,
-        capacity=fields.integer("capacity", 0, at_least=0),
+        capacity=fields.integer("capacity", 0, at_least=0, at_most=_MOST_PLACES),
         dock_ms=fields.integer("dock_ms", 0, at_least=0, at_most=_LONGEST_MS),
         undock_ms=fields.integer("undock_ms", 0, at_least=0, at_most=_LONGEST_MS),
     )
@@ -165,9 +172,9 @@ def _robot(fields: Fields) -> RobotState:
     if fields.has("place") == fields.has("carrier"):
         fields.wrong("", "must have either a place or a carrier")
     robot = RobotState(
-        name=fields.text("name"),
+        name=_name(fields, "name"),
         type=fields.text("type"),
-        place=fields.text("place", "") or None,
+        place=_name(fields, "place", "") or None,
         carrier=fields.text("carrier", "") or None,
         free_at_ms=fields.integer("free_at_ms", 0, at_least=0, at_most=_LONGEST_MS),
         home=fields.text("home", "") or None,
@@ -178,9 +185,9 @@ def _robot(fields: Fields) -> RobotState:
 
 def _target(fields: Fields) -> TargetInfo:
     target = TargetInfo(
-        name=fields.text("name"),
+        name=_name(fields, "name"),
         explorers=frozenset(_names(fields, "explorers")),
-        reveal_m2=fields.number("reveal_m2", 0.0),
+        reveal_m2=fields.number("reveal_m2", 0.0, at_least=0),
     )
     fields.finish()
     return target
@@ -194,6 +201,28 @@ def _goal(fields: Fields) -> SituationGoal:
     return goal
 
 
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object as a dictionary: no field may be given twice."""
+    fields = dict(pairs)
+    if len(fields) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise SituationError(f"field {next(key for key in keys if keys.count(key) > 1)!r} is given twice")
+    return fields
+
+
+def _name(fields: Fields, key: str, default: str | None = None) -> str:
+    """Take a name: any text that UTF-8 can hold."""
+    name = fields.text(key, default)
+    if not _is_name(name) and name:
+        fields.wrong(key, f"must be a name, got {shown(name)}")
+    return name
+
+
+def _is_name(value: object) -> bool:
+    """Say whether it is a text that isn't blank and has no half of a surrogate pair in it."""
+    return isinstance(value, str) and bool(value.strip()) and not any("\ud800" <= c <= "\udfff" for c in value)
+
+
 def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...]:
     """Take a list of names, which may be empty."""
     if not fields.has(key):
@@ -205,7 +234,7 @@ def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...
         fields.wrong(key, f"must be a list of names, got {shown(value)}")
         return ()
     for i, item in enumerate(value):
-        if not isinstance(item, str) or not item.strip():
+        if not _is_name(item):
             fields.wrong(f"{key}[{i}]", f"must be a name, got {shown(item)}")
     return tuple(item for item in value if isinstance(item, str))
 

@@ -9,6 +9,7 @@ docking is aboard already, and its carrier is busy until the docking ends.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -201,7 +202,7 @@ def _problems(situation: Situation) -> list[Problem]:
     problems: list[Problem] = []
     names = [kind.name for kind in situation.types]
     roles = {kind.name: kind.role for kind in situation.types}
-    for name in sorted({n for n in names if names.count(n) > 1}):
+    for name in sorted(n for n, times in Counter(names).items() if times > 1):
         problems.append(Problem("types", f"name {name!r} is used twice"))
     problems += _robot_problems(situation, roles)
     for i, target in enumerate(situation.targets):
@@ -209,7 +210,7 @@ def _problems(situation: Situation) -> list[Problem]:
         if unknown:
             problems.append(Problem(f"targets[{i}].explorers", f"unknown robot type {unknown[0]!r}"))
     everything = [r.name for r in situation.robots] + list(situation.places)
-    for name in sorted({n for n in everything if everything.count(n) > 1}):
+    for name in sorted(n for n, times in Counter(everything).items() if times > 1):
         problems.append(Problem("places", f"name {name!r} is used twice"))
     shape = (len(situation.places), len(situation.places))
     for kind in situation.types:

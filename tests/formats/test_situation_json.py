@@ -79,6 +79,10 @@ def test_all_problems_are_reported_at_once_with_their_paths() -> None:
         ("robots", [{"name": "c1", "type": "lorry", "place": "c1_start"}], "robots[0].type"),
         ("robots", [7], "robots[0]"),
         ("targets", None, "targets"),
+        ("targets", [{"name": "t1", "explorers": [], "reveal_m2": -1}], "targets[0].reveal_m2"),
+        ("targets", [{"name": "t\ud800", "explorers": []}], "targets[0].name"),
+        ("types", [{"name": "carrier", "role": "carrier", "capacity": 10**30}], "types[0].capacity"),
+        ("types", [{"name": "carrier", "role": "carrier", "dock_ms": 10**13}], "types[0].dock_ms"),
     ],
 )
 def test_a_wrong_field_is_named(key: str, value: object, path: str) -> None:
@@ -93,6 +97,11 @@ def test_a_wrong_field_is_named(key: str, value: object, path: str) -> None:
 def test_text_that_is_no_json_mapping_is_refused(text: str) -> None:
     with pytest.raises(SituationError):
         situation_from_json(text)
+
+
+def test_a_field_given_twice_is_refused() -> None:
+    with pytest.raises(SituationError, match="'b' is given twice"):
+        situation_from_json('{"a": 1, "b": 2, "b": 3}')
 
 
 def test_a_number_that_json_cannot_hold_is_refused() -> None:
