@@ -109,6 +109,16 @@ def test_the_same_steps_and_seed_give_the_same_log(capsys: pytest.CaptureFixture
     assert ended.status is Status.COMPLETE
 
 
+def test_without_a_planner_named_auto_plans_and_its_steps_are_reproducible_too(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    logs = [tmp_path / "a.jsonl", tmp_path / "b.jsonl"]
+    for log in logs:
+        code, summary, _ = run_json(capsys, "lobby", "--steps", "2", "--log", str(log))
+        assert (code, summary["planner"], summary["plans_refused"]) == (0, "auto", 0)
+    assert logs[0].read_bytes() == logs[1].read_bytes()
+
+
 def test_a_bare_map_is_a_scenario(capsys: pytest.CaptureFixture[str], room: Path) -> None:
     code, summary, _ = run_json(capsys, str(room), *QUICK, "--carriers", "1", "--rovers", "0")
     assert (code, summary["scenario"], summary["coverage"]) == (0, "room", 1.0)
