@@ -50,8 +50,8 @@ class Footprint:
         self.possible: Mask = np.ones(shape, dtype=np.bool_)
         _close_outside(self._offsets, self._closed, self.possible)
 
-    def reveal(self, indices: npt.NDArray[np.int64], cells: CellArray) -> None:
-        """Take in cells that were unknown until now.
+    def reveal(self, indices: npt.NDArray[np.int64], cells: CellArray) -> npt.NDArray[np.int64]:
+        """Take in cells that were unknown until now; return the cells that have become standable.
 
         Parameters
         ----------
@@ -60,10 +60,12 @@ class Footprint:
         cells
             The known map (height, width) with their codes already in it.
         """
-        _reveal(
+        opened = np.empty(min(len(indices) * len(self._offsets), cells.size), dtype=np.int64)
+        count = _reveal(
             indices, cells, self._drivable, self._offsets,
-            self._barred, self._closed, self.standable, self.possible,
+            self._barred, self._closed, self.standable, self.possible, opened,
         )  # fmt: skip
+        return opened[:count].copy()
 
 
 def standable(grid: Grid, kind: RobotType) -> Mask:
@@ -90,9 +92,11 @@ def _close_outside(offsets: Any, closed: Any, possible: Any) -> None:
 
 @numba.njit(cache=True, nogil=True)
 def _reveal(
-    indices: Any, cells: Any, drivable: Any, offsets: Any, barred: Any, closed: Any, standable: Any, possible: Any
-) -> None:
+    indices: Any, cells: Any, drivable: Any, offsets: Any,
+    barred: Any, closed: Any, standable: Any, possible: Any, opened: Any,
+) -> int:  # fmt: skip
     height, width = cells.shape
+    count = 0
     for index in indices:
         y, x = index // width, index % width
         opens = drivable[cells[y, x]]
@@ -102,7 +106,11 @@ def _reveal(
                 continue
             if opens:
                 barred[v, u] -= 1
-                standable[v, u] = barred[v, u] == 0
+                if barred[v, u] == 0:
+                    standable[v, u] = True
+                    opened[count] = v * width + u
+                    count += 1
             else:
                 closed[v, u] += 1
                 possible[v, u] = False
+    return count

@@ -8,6 +8,7 @@ through, as robots can't pass there either.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numba
@@ -15,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.model.grid import Cell, CellArray
+
+Indices = npt.NDArray[np.int64]
 
 # forward and sideways unit vectors of the eight octants: (forward x, forward y, sideways x, sideways y)
 _OCTANTS = np.array(
@@ -64,6 +67,35 @@ class Sight:
         )  # fmt: skip
         view: npt.NDArray[np.int64] = self._seen[:count]
         return view
+
+    def clusters(self, groups: Sequence[Indices], range_cells: float) -> list[tuple[int, Indices]]:
+        """Split cells into clusters whose members are all visible from the cluster's seed.
+
+        Parameters
+        ----------
+        groups
+            Row-major indices, each once, in the order in which seeds are chosen: in each group the cell in the middle
+            of what is left of it. A seed's cluster may take cells of other groups.
+
+        Returns
+        -------
+        list
+            (seed, members in ascending order) of each.
+        """
+        if not groups:
+            return []
+        cells = np.concatenate(groups)
+        ends = np.cumsum([len(group) for group in groups])
+        free = np.zeros(self._cells.size, dtype=np.bool_)
+        free[cells] = True
+        seeds, found, found_ends = np.empty((3, len(cells)), dtype=np.int64)
+        count = _split(
+            self._cells, self._opaque, range_cells, _OCTANTS, self._intervals, self._stamps, self._stamp, self._seen,
+            cells, ends, free, seeds, found, found_ends,
+        )  # fmt: skip
+        self._stamp += count
+        members = np.split(found, found_ends[: count - 1])
+        return [(seed, np.sort(group)) for seed, group in zip(seeds[:count].tolist(), members, strict=True)]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -120,3 +152,59 @@ def _sweep(
             high, next_high = next_high, high
             n = m
     return count
+
+
+@numba.njit(cache=True, nogil=True)
+def _split(
+    cells: Any, opaque: Any, reach: float, octants: Any, intervals: Any, stamps: Any, stamp: int, seen: Any,
+    left: Any, ends: Any, free: Any, seeds: Any, found: Any, found_ends: Any,
+) -> int:  # fmt: skip
+    width = cells.shape[1]
+    begin = count = tail = 0
+    for end in ends:
+        while True:
+            size = _free_first(left, begin, end, free)
+            if size == 0:
+                break
+            seed = _middle(left, begin, size, width)
+            seeds[count] = seed
+            visible = _sweep(
+                cells, opaque, seed % width, seed // width, reach,
+                octants, intervals, stamps, stamp + count + 1, seen,
+            )  # fmt: skip
+            for k in range(visible):
+                if free[seen[k]]:
+                    free[seen[k]] = False
+                    found[tail] = seen[k]
+                    tail += 1
+            found_ends[count] = tail
+            count += 1
+        begin = end
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
+def _free_first(left: Any, begin: int, end: int, free: Any) -> int:
+    """Move the free cells of a group to its front, in order; return how many there are."""
+    size = 0
+    for k in range(begin, end):
+        if free[left[k]]:
+            left[begin + size] = left[k]
+            size += 1
+    return size
+
+
+@numba.njit(cache=True, nogil=True)
+def _middle(left: Any, begin: int, size: int, width: int) -> int:
+    """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
+    x = y = 0.0
+    for k in range(begin, begin + size):
+        x += left[k] % width
+        y += left[k] // width
+    x, y = x / size, y / size
+    best, nearest = left[begin], np.inf
+    for k in range(begin, begin + size):
+        apart = (left[k] % width - x) ** 2 + (left[k] // width - y) ** 2
+        if apart < nearest:
+            best, nearest = left[k], apart
+    return best

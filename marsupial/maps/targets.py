@@ -27,7 +27,7 @@ from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import UNKNOWN, Cell, Mask
 from marsupial.model.mission import MapTarget, Remaining
-from marsupial.paths.fields import grow
+from marsupial.paths.nearest import Nearest
 
 Indices = npt.NDArray[np.int64]
 
@@ -74,12 +74,22 @@ class TargetFinder:
         self._drivable = np.zeros(256, dtype=np.bool_)
         self._drivable[sorted(frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values())))] = True
 
-    def frontier(self) -> Mask:
-        """Return the mask of the known cells that some type can drive on and that have an unknown neighbour."""
-        grid = self._territory.grid
-        out = np.zeros((grid.height, grid.width), dtype=np.bool_)
-        _frontier(grid.cells, self._drivable, *self._territory.known, out)
-        return out
+        self._frontier: Indices = np.empty(0, dtype=np.int64)
+        self._read = 0
+        self._viewpoints: Indices = np.empty(grid.cells.size, dtype=np.int64)
+        self._nearest = {
+            kind.name: Nearest(territory.see_through, 1.1 * kind.radius_m / grid.resolution_m + 2.5)
+            for kind in territory.kinds.values()
+        }
+
+    def frontier(self) -> Indices:
+        """Return the known cells, ascending, that some type can drive on and that have an unknown neighbour."""
+        news = self._territory.revealed[self._read :]
+        self._read += len(news)
+        # what was revealed before can only cease to be one
+        left = np.concatenate([self._frontier, *news])
+        self._frontier = np.sort(left[_at_unknown(self._territory.grid.cells, self._drivable, left)])
+        return self._frontier
 
     def find(self, reach: Reach) -> tuple[Target, ...]:
         """Return the targets for a team with that reach.
@@ -88,7 +98,7 @@ class TargetFinder:
         """
         grid = self._territory.grid
         kinds = sorted(self._territory.kinds)
-        frontier = np.flatnonzero(self.frontier())
+        frontier = self.frontier()
         approaches = {name: self._approaches(name, reach.by_type[name], frontier) for name in kinds}
         cells = np.unique(np.concatenate([near for near, _ in approaches.values()]))
         access = np.zeros(len(cells), dtype=np.int64)
@@ -111,45 +121,30 @@ class TargetFinder:
         targets, reach
             What `find` returned, and for which reach.
         """
-        frontier = self.frontier()
-        for target in targets:
-            frontier.ravel()[target.cells] = False
-        return tuple(self._refusal(group, reach) for group in groups(np.flatnonzero(frontier), frontier.shape))
+        covered = np.concatenate([np.empty(0, dtype=np.int64), *(target.cells for target in targets)])
+        left = np.setdiff1d(self.frontier(), covered)
+        return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
 
     def _approaches(self, name: str, reach: Mask, frontier: Indices) -> tuple[Indices, Indices]:
         """Return the cells a type can explore, ascending, and the viewpoint nearest to each.
 
         They are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves.
         """
-        footprint, window = self._territory.footprints[name], self._territory.known
-        viewpoints = np.zeros(reach.shape, dtype=np.bool_)
-        _viewpoints(reach, footprint.standable, footprint.possible, *window, viewpoints)
-        radius = footprint.kind.radius_m / self._territory.grid.resolution_m
-        near = self._territory.see_through[window.cut], viewpoints[window.cut]
-        _, origin = grow(*near, 1.1 * radius + 2.5)
-        nearest = origin.ravel()[window.inside(frontier, reach.shape[1])]
-        if (nearest < 0).all():
-            lone = np.flatnonzero(viewpoints)
+        footprint = self._territory.footprints[name]
+        count = _viewpoints(reach, footprint.standable, footprint.possible, *self._territory.known, self._viewpoints)
+        viewpoints = self._viewpoints[:count]
+        nearest = self._nearest[name].once(viewpoints, frontier)
+        near = nearest >= 0
+        if not near.any():
+            lone = viewpoints.copy()
             return lone, lone
-        return frontier[nearest >= 0], window.on_map(nearest[nearest >= 0], reach.shape[1])
+        return frontier[near], nearest[near]
 
     def _clusters(self, cells: Indices, range_cells: float) -> list[tuple[int, Indices]]:
         """Split cells into clusters whose members all see the cluster's seed; return (seed, members) of each."""
-        grid = self._territory.grid
-        free = np.zeros(grid.cells.size, dtype=np.bool_)
-        free[cells] = True
-        clusters: list[tuple[int, Indices]] = []
-        for group in sorted(groups(cells, grid.cells.shape), key=lambda g: (-len(g), int(g[0]))):
-            rest = group[free[group]]
-            while len(rest):
-                seed = _middle(rest, grid.width)
-                # the unknown between two cells is no reason to keep them apart; known walls are
-                seen = self._sight.visible(_cell(seed, grid.width), range_cells)
-                members = np.sort(seen[free[seen]])
-                free[members] = False
-                clusters.append((seed, members))
-                rest = rest[free[rest]]
-        return clusters
+        touching = groups(cells, self._territory.grid.cells.shape)
+        # the unknown between two cells is no reason to keep them apart; known walls are
+        return self._sight.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
 
     def _target(self, seed: int, members: Indices, viewpoints: Mapping[str, Cell]) -> Target:
         grid = self._territory.grid
@@ -206,29 +201,35 @@ def _approach(approaches: tuple[Indices, Indices], cell: int, width: int) -> Cel
 
 
 @numba.njit(cache=True, nogil=True)
-def _frontier(cells: Any, drivable: Any, bottom: int, top: int, left: int, right: int, out: Any) -> None:
+def _at_unknown(cells: Any, drivable: Any, indices: Any) -> Any:
     height, width = cells.shape
-    for y in range(bottom, top):
-        for x in range(left, right):
-            if drivable[cells[y, x]]:
-                out[y, x] = (
-                    (x > 0 and cells[y, x - 1] == UNKNOWN)
-                    or (x + 1 < width and cells[y, x + 1] == UNKNOWN)
-                    or (y > 0 and cells[y - 1, x] == UNKNOWN)
-                    or (y + 1 < height and cells[y + 1, x] == UNKNOWN)
-                )
+    out = np.zeros(indices.size, dtype=np.bool_)
+    for i, index in enumerate(indices):
+        y, x = index // width, index % width
+        if drivable[cells[y, x]]:
+            out[i] = (
+                (x > 0 and cells[y, x - 1] == UNKNOWN)
+                or (x + 1 < width and cells[y, x + 1] == UNKNOWN)
+                or (y > 0 and cells[y - 1, x] == UNKNOWN)
+                or (y + 1 < height and cells[y + 1, x] == UNKNOWN)
+            )
+    return out
 
 
 @numba.njit(cache=True, nogil=True)
 def _viewpoints(
     reach: Any, standable: Any, possible: Any, bottom: int, top: int, left: int, right: int, out: Any
-) -> None:
+) -> int:
     height, width = reach.shape
+    count = 0
     for y in range(bottom, top):
         for x in range(left, right):
-            if reach[y, x]:
-                for direction in range(4):
-                    u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
-                    v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
-                    if 0 <= u < width and 0 <= v < height and possible[v, u] and not standable[v, u]:
-                        out[y, x] = True
+            if reach[y, x] and (
+                (x > 0 and possible[y, x - 1] and not standable[y, x - 1])
+                or (x + 1 < width and possible[y, x + 1] and not standable[y, x + 1])
+                or (y > 0 and possible[y - 1, x] and not standable[y - 1, x])
+                or (y + 1 < height and possible[y + 1, x] and not standable[y + 1, x])
+            ):
+                out[count] = y * width + x
+                count += 1
+    return count

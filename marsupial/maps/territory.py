@@ -60,6 +60,11 @@ class Territory:
     ----------
     revision
         Goes up whenever something is revealed.
+    revealed
+        Per revision the cells (row-major indices) that were revealed.
+    opened
+        Per revision the cells (row-major indices) where a type can stand from then on, by type; under the empty name
+        those that one can see through.
     """
 
     def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
@@ -67,6 +72,8 @@ class Territory:
         self.kinds = {kind.name: kind for kind in kinds}
         self.footprints = {kind.name: Footprint((grid.height, grid.width), kind, grid.resolution_m) for kind in kinds}
         self.revision = 0
+        self.revealed: list[npt.NDArray[np.int64]] = []
+        self.opened: list[Mapping[str, npt.NDArray[np.int64]]] = []
         self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
         self._opaque = grid.opaque_codes()
         self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
@@ -77,12 +84,15 @@ class Territory:
         if not len(indices):
             return
         self.revision += 1
-        self.see_through.ravel()[indices] = self._opaque[self.grid.cells.ravel()[indices]] == 0
-        y, x = np.divmod(indices, self.grid.width)
-        self._lowest = Cell(min(self._lowest.x, int(x.min())), min(self._lowest.y, int(y.min())))
-        self._highest = Cell(max(self._highest.x, int(x.max())), max(self._highest.y, int(y.max())))
-        for footprint in self.footprints.values():
-            footprint.reveal(indices, self.grid.cells)
+        clear = indices[self._opaque[self.grid.cells.ravel()[indices]] == 0]
+        self.see_through.ravel()[clear] = True
+        x = indices % self.grid.width
+        bottom, top = int(indices.min()) // self.grid.width, int(indices.max()) // self.grid.width
+        self._lowest = Cell(min(self._lowest.x, int(x.min())), min(self._lowest.y, bottom))
+        self._highest = Cell(max(self._highest.x, int(x.max())), max(self._highest.y, top))
+        opened = {name: footprint.reveal(indices, self.grid.cells) for name, footprint in self.footprints.items()}
+        self.revealed.append(indices)
+        self.opened.append({"": clear} | opened)
 
     @property
     def known(self) -> Window:

@@ -1,0 +1,181 @@
+"""What the team can reach, kept up to date while the map grows.
+
+The same answer as `Territory.reach`, for the price of what is new: known ground is never taken back, so areas only
+grow from the cells that have become passable. They are found anew when a robot is lost, and a rover type's when one
+of its robots has gone aboard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
+from marsupial.model.grid import Mask
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType, Role
+from marsupial.paths.nearest import Nearest
+
+Indices = npt.NDArray[np.int64]
+
+_NONE: Indices = np.empty(0, dtype=np.int64)
+
+
+class GrowingReach:
+    """The reach of one team that drives and docks on one growing map.
+
+    Parameters
+    ----------
+    territory
+        Kept up to date by its owner.
+    """
+
+    def __init__(self, territory: Territory) -> None:
+        self._territory = territory
+        self._names: frozenset[str] | None = None
+        self._standing: frozenset[str] = frozenset()
+        self._areas: dict[str, _Area] = {}
+        self._docks: dict[tuple[str, str], _Dock] = {}
+        self._read = 0
+
+    def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
+        """Return what the team can reach; the masks are live and change with the next answer."""
+        names = frozenset(robot.name for robot in robots)
+        if names != self._names:
+            self._begin(names)
+        standing = frozenset(robot.name for robot in robots if robot.cell is not None)
+        left = self._standing - standing
+        self._standing = standing
+        opened = self._opened()
+        territory = self._territory
+        fresh = {}
+        for carrier in territory.of_role(Role.CARRIER):
+            starts = self._starts(carrier, robots)
+            fresh[carrier.name] = self._areas[carrier.name].grow(starts, opened.get(carrier.name, _NONE))
+        for rover in territory.of_role(Role.ROVER):
+            area = self._areas[rover.name]
+            if any(robot.name in left for robot in robots if robot.type == rover.name):
+                area.clear()
+            ways = [dock for (_, name), dock in self._docks.items() if name == rover.name]
+            landings = [
+                dock.grow(fresh[dock.carrier], opened.get("", _NONE), opened.get(rover.name, _NONE)) for dock in ways
+            ]
+            if area.empty:
+                landings = [np.flatnonzero(dock.docking.cells) for dock in ways]
+            starts = np.concatenate([self._starts(rover, robots), *landings])
+            if any(robot.type == rover.name for robot in robots):
+                area.grow(starts, opened.get(rover.name, _NONE))
+        return Reach(
+            by_type={name: area.cells for name, area in self._areas.items()},
+            docking={pair: dock.docking for pair, dock in self._docks.items()},
+        )
+
+    def _begin(self, names: frozenset[str]) -> None:
+        territory = self._territory
+        self._names, self._standing = names, frozenset()
+        self._read = len(territory.opened)
+        kinds = (*territory.of_role(Role.CARRIER), *territory.of_role(Role.ROVER))
+        self._areas = {kind.name: _Area(territory.footprints[kind.name].standable) for kind in kinds}
+        self._docks = {
+            (carrier.name, rover.name): _Dock(territory, carrier, rover)
+            for carrier in territory.of_role(Role.CARRIER)
+            for rover in territory.of_role(Role.ROVER)
+            if carrier.capacity > 0
+        }
+
+    def _opened(self) -> dict[str, Indices]:
+        """Return the cells opened since the last time, by type; under no name those that one can now see through."""
+        news = self._territory.opened[self._read :]
+        self._read += len(news)
+        return {name: np.concatenate([part[name] for part in news]) for name in news[0]} if news else {}
+
+    def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Indices:
+        width = self._territory.grid.width
+        cells = [r.cell.y * width + r.cell.x for r in robots if r.type == kind.name and r.cell is not None]
+        return np.array(cells, dtype=np.int64)
+
+
+class _Area:
+    """The cells connected to some starts among those where a type may stand."""
+
+    def __init__(self, allowed: Mask) -> None:
+        self._allowed = allowed
+        self._queue = np.empty(allowed.size, dtype=np.int64)
+        self.cells: Mask = np.zeros_like(allowed)
+        self.empty = True
+
+    def clear(self) -> None:
+        """Forget all starts."""
+        self.cells[:] = False
+        self.empty = True
+
+    def grow(self, starts: Indices, opened: Indices) -> Indices:
+        """Take in starts and cells that have become allowed; return the cells that are new to the area."""
+        count = _spread(self._allowed, starts, opened, self.cells, self._queue)
+        self.empty = self.empty and count == 0
+        return self._queue[:count].copy()
+
+
+class _Dock:
+    """Where one rover type may stand to dock with one carrier type."""
+
+    def __init__(self, territory: Territory, carrier: RobotType, rover: RobotType) -> None:
+        self.carrier = carrier.name
+        limit = dock_range_cells(carrier, rover, territory.grid.resolution_m)
+        # a carrier's own cell may be one that a rover can't drive on, and the other way round
+        self._nearest = Nearest(territory.see_through, limit)
+        self._standable = territory.footprints[rover.name].standable
+        shape = self._standable.shape
+        self.docking = Docking(cells=np.zeros(shape, dtype=np.bool_), carrier_at=np.full(shape, -1, dtype=np.int64))
+
+    def grow(self, carrier_cells: Indices, seen: Indices, opened: Indices) -> Indices:
+        """Take in cells carriers newly reach, cells to see through, cells to stand on; return new docking cells."""
+        changed = np.concatenate([self._nearest.add(carrier_cells, seen), opened])
+        origins = self._nearest.origins(changed)
+        good = (origins >= 0) & self._standable.ravel()[changed]
+        at = changed[good]
+        cells = self.docking.cells.ravel()
+        fresh = at[~cells[at]]
+        cells[at] = True
+        self.docking.carrier_at.ravel()[at] = origins[good]
+        return fresh
+
+
+@numba.njit(cache=True, nogil=True)
+def _spread(allowed: Any, starts: Any, opened: Any, out: Any, queue: Any) -> int:
+    height, width = allowed.shape
+    tail = 0
+    for start in starts:
+        y, x = start // width, start % width
+        if allowed[y, x] and not out[y, x]:
+            out[y, x] = True
+            queue[tail] = start
+            tail += 1
+    for index in opened:
+        y, x = index // width, index % width
+        beside = (
+            (x > 0 and out[y, x - 1])
+            or (x + 1 < width and out[y, x + 1])
+            or (y > 0 and out[y - 1, x])
+            or (y + 1 < height and out[y + 1, x])
+        )
+        if beside and not out[y, x]:
+            out[y, x] = True
+            queue[tail] = index
+            tail += 1
+    head = 0
+    while head < tail:
+        y, x = queue[head] // width, queue[head] % width
+        head += 1
+        for direction in range(4):
+            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
+            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
+            if 0 <= u < width and 0 <= v < height and allowed[v, u] and not out[v, u]:
+                out[v, u] = True
+                queue[tail] = v * width + u
+                tail += 1
+    return tail

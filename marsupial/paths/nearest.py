@@ -1,0 +1,129 @@
+"""Which source is the nearest to each cell, kept up to date as sources and passable cells are added.
+
+What `marsupial.paths.fields.grow` finds at once, found little by little: the cost goes with what is new and not with
+the size of the map. Sources and passable cells only ever come on top, so distances only fall; a cell whose distance
+falls, or whose nearest source of the same distance turns out to have a lower index, hands that on to its neighbours
+until nothing changes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import Mask
+from marsupial.paths.kernels import SQRT2, TOLERANCE
+
+Indices = npt.NDArray[np.int64]
+
+_NONE: Indices = np.empty(0, dtype=np.int64)
+_QUEUED, _CHANGED = np.uint8(1), np.uint8(2)
+
+
+class Nearest:
+    """The nearest source within a limit, for every cell of one mask. Not for use by two threads at once.
+
+    Parameters
+    ----------
+    passable
+        Boolean mask (height, width), referred to, not copied: cells may become passable (say so to `add`).
+    limit
+        Longest distance in cells.
+    """
+
+    def __init__(self, passable: Mask, limit: float) -> None:
+        self._passable = passable
+        self._limit = limit + TOLERANCE
+        size = passable.size
+        # nothing is filled: only the pages a search writes to take up memory
+        self._label = np.zeros(size, dtype=np.int32)  # the source's index and one more; 0 where there is none
+        self._distance = np.zeros(size, dtype=np.float64)
+        self._flags = np.zeros(size, dtype=np.uint8)
+        self._queue = np.empty(size + 1, dtype=np.int32)
+        self._changed = np.empty(size, dtype=np.int32)
+
+    def add(self, sources: Indices, opened: Indices = _NONE) -> Indices:
+        """Take in new sources, and cells that have become passable; return the cells whose source changed.
+
+        Parameters
+        ----------
+        sources, opened
+            Row-major indices. Sources on impassable ground are left out.
+        """
+        return self._add(sources, opened).astype(np.int64)
+
+    def origins(self, cells: Indices) -> Indices:
+        """Return the row-major index of the nearest source of each cell, the lowest among equals; -1 for none."""
+        return self._label[cells].astype(np.int64) - 1
+
+    def once(self, sources: Indices, cells: Indices) -> Indices:
+        """Return what `origins` says of these cells with these sources added, and forget all sources there are."""
+        changed = self._add(sources, _NONE)
+        found = self.origins(cells)
+        self._label[changed] = 0
+        return found
+
+    def _add(self, sources: Indices, opened: Indices) -> npt.NDArray[np.int32]:
+        count = _settle(
+            self._passable, sources, opened, self._limit,
+            self._label, self._distance, self._flags, self._queue, self._changed,
+        )  # fmt: skip
+        changed: npt.NDArray[np.int32] = self._changed[:count]
+        return changed
+
+
+@numba.njit(cache=True, nogil=True)
+def _settle(
+    passable: Any, sources: Any, opened: Any, limit: float,
+    label: Any, distance: Any, flags: Any, queue: Any, changed: Any,
+) -> int:  # fmt: skip
+    height, width = passable.shape
+    count = head = tail = 0
+    for index in sources:
+        if passable[index // width, index % width] and label[index] != index + 1:
+            label[index], distance[index] = index + 1, 0.0
+            changed[count] = queue[tail] = index
+            count += 1
+            tail += 1
+            flags[index] = _QUEUED | _CHANGED
+    for index in opened:
+        y, x = index // width, index % width
+        for v in range(max(y - 1, 0), min(y + 2, height)):
+            for u in range(max(x - 1, 0), min(x + 2, width)):
+                near = v * width + u
+                if label[near] and not flags[near] & _QUEUED:
+                    flags[near] |= _QUEUED
+                    queue[tail] = near
+                    tail += 1
+    while head != tail:
+        cell = queue[head]
+        head = head + 1 if head + 1 < queue.size else 0
+        flags[cell] &= _CHANGED
+        y, x = cell // width, cell % width
+        for v in range(max(y - 1, 0), min(y + 2, height)):
+            for u in range(max(x - 1, 0), min(x + 2, width)):
+                if not passable[v, u] or not (passable[y, u] and passable[v, x]):
+                    continue
+                length = distance[cell] + (SQRT2 if u != x and v != y else 1.0)
+                near = v * width + u
+                if length > limit or near == cell:
+                    continue
+                if label[near]:
+                    if length > distance[near] + TOLERANCE:
+                        continue
+                    if length >= distance[near] - TOLERANCE and label[cell] >= label[near]:
+                        continue
+                label[near], distance[near] = label[cell], length
+                if not flags[near] & _CHANGED:
+                    changed[count] = near
+                    count += 1
+                if not flags[near] & _QUEUED:
+                    queue[tail] = near
+                    tail = tail + 1 if tail + 1 < queue.size else 0
+                flags[near] = _QUEUED | _CHANGED
+    for k in range(count):
+        flags[changed[k]] = 0
+    return count

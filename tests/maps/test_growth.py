@@ -1,0 +1,79 @@
+from __future__ import annotations
+
+import numpy as np
+from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from marsupial.maps.growth import GrowingReach
+from marsupial.maps.territory import Reach, Territory
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
+from marsupial.model.mission import PlacedRobot
+
+CARRIER, ROVER = carrier(), rover()
+
+
+def assert_same(mine: Reach, theirs: Reach) -> None:
+    for name, mask in theirs.by_type.items():
+        assert np.array_equal(mine.by_type[name], mask), name
+    assert mine.docking.keys() == theirs.docking.keys()
+    for pair, docking in theirs.docking.items():
+        assert np.array_equal(mine.docking[pair].cells, docking.cells)
+        assert np.array_equal(mine.docking[pair].carrier_at, docking.carrier_at)
+
+
+def test_what_only_a_lost_robot_reached_is_out_of_reach_again() -> None:
+    growing = GrowingReach(Territory(draw("..#.."), (ROVER,)))
+    r, s = standing("r", Cell(0, 0), "rover"), standing("s", Cell(4, 0), "rover")
+    assert picture(growing.reach([r, s]).by_type["rover"]) == ["xx.xx"]
+    assert picture(growing.reach([s]).by_type["rover"]) == ["...xx"]
+
+
+def test_a_rover_picked_up_reaches_what_its_carrier_can_set_it_down_at() -> None:
+    rows = ("......##", "......##", "......#.")
+    growing = GrowingReach(Territory(draw(*rows), (CARRIER, ROVER)))
+    c = standing("c", Cell(1, 1))
+    assert picture(growing.reach([c, standing("r", Cell(7, 0), "rover")]).by_type["rover"])[2] == "xxxxxx.x"
+    assert picture(growing.reach([c, aboard("r", "c")]).by_type["rover"])[2] == "xxxxxx.."
+
+
+def cell_in(mask: Mask, data: st.DataObject) -> Cell | None:
+    inside = np.flatnonzero(mask)
+    if not len(inside):
+        return None
+    index = int(data.draw(st.sampled_from(inside.tolist())))
+    return Cell(index % mask.shape[1], index // mask.shape[1])
+
+
+def moved(robot: PlacedRobot, reach: Reach, data: st.DataObject) -> PlacedRobot:
+    """Return where a robot may be next: elsewhere in the part of its reach it is in, aboard, or set down."""
+    docking = reach.docking["carrier", "rover"].cells
+    if robot.cell is None:
+        cell = cell_in(docking, data) if data.draw(st.booleans()) else None
+        return robot if cell is None else standing(robot.name, cell, robot.type)
+    if robot.type == "rover" and docking[robot.cell.y, robot.cell.x] and data.draw(st.booleans()):
+        return aboard(robot.name, "c")
+    return robot
+
+
+@settings(deadline=None, max_examples=200)
+@given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH)), seed=st.integers(0, 2**32 - 1), data=st.data())
+def test_reach_that_grew_is_that_found_anew(truth: CellArray, seed: int, data: st.DataObject) -> None:
+    rng = np.random.default_rng(seed)
+    known = np.full_like(truth, UNKNOWN)
+    territory = Territory(Grid(cells=known, resolution_m=1.0), (CARRIER, ROVER))
+    growing = GrowingReach(territory)
+    free = np.flatnonzero(truth == FLOOR)
+    if not len(free):
+        return
+    c, r, s = (Cell(int(i) % truth.shape[1], int(i) // truth.shape[1]) for i in rng.choice(free, 3))
+    robots = [standing("c", c), standing("r", r, "rover"), aboard("s", "c"), standing("t", s, "rover")]
+    order = rng.permutation(truth.size)
+    for new in np.array_split(order, data.draw(st.integers(1, 5))):
+        known.ravel()[new] = truth.ravel()[new]
+        territory.reveal(new)
+        reach = territory.reach(robots)
+        assert_same(growing.reach(robots), reach)
+        robots = [moved(robot, reach, data) for robot in robots]
+        if len(robots) > 2 and data.draw(st.integers(0, 4)) == 0:
+            robots = robots[:-1]

@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from paths_grids import drawn, masks
+
+from marsupial.model.grid import Mask
+from marsupial.paths.fields import grow
+from marsupial.paths.nearest import Nearest
+
+EVERY = np.arange(100, dtype=np.int64)
+
+
+def at(*indices: int) -> np.ndarray:
+    return np.array(indices, dtype=np.int64)
+
+
+def test_of_two_sources_equally_near_the_lower_index_counts() -> None:
+    nearest = Nearest(drawn("....."), 9.0)
+    nearest.add(at(4))
+    assert nearest.add(at(0)).tolist() == [0, 1, 2]
+    assert nearest.origins(EVERY[:5]).tolist() == [0, 0, 0, 4, 4]
+
+
+def test_cells_beyond_the_limit_or_behind_a_wall_have_no_source() -> None:
+    nearest = Nearest(drawn("...#."), 1.0)
+    nearest.add(at(0))
+    assert nearest.origins(EVERY[:5]).tolist() == [0, 0, -1, -1, -1]
+
+
+def test_a_door_that_opens_lets_distances_through() -> None:
+    passable = drawn("..#..")
+    nearest = Nearest(passable, 9.0)
+    nearest.add(at(0))
+    passable[0, 2] = True
+    assert sorted(nearest.add(at(), at(2)).tolist()) == [2, 3, 4]
+
+
+def test_asking_once_leaves_nothing_behind() -> None:
+    nearest = Nearest(drawn("....."), 9.0)
+    assert nearest.once(at(1), EVERY[:5]).tolist() == [1] * 5
+    assert nearest.once(at(3), EVERY[:5]).tolist() == [3] * 5
+    assert nearest.origins(EVERY[:5]).tolist() == [-1] * 5
+
+
+@settings(deadline=None)
+@given(truth=masks(), limit=st.sampled_from((0.5, 1.5, 2.5, 4.0, math.inf)), data=st.data())
+def test_little_by_little_finds_what_growing_at_once_finds(truth: Mask, limit: float, data: st.DataObject) -> None:
+    indices = st.lists(st.integers(0, truth.size - 1), max_size=4, unique=True).map(lambda cells: at(*cells))
+    passable, sources = np.zeros_like(truth), np.zeros_like(truth)
+    nearest = Nearest(passable, limit)
+    for _ in range(data.draw(st.integers(1, 5))):
+        opened = data.draw(indices)
+        opened = opened[truth.ravel()[opened] & ~passable.ravel()[opened]]
+        passable.ravel()[opened] = True
+        added = data.draw(indices)
+        added = added[passable.ravel()[added]]
+        sources.ravel()[added] = True
+        before = nearest.origins(np.arange(truth.size))
+        changed = nearest.add(added, opened)
+        after = nearest.origins(np.arange(truth.size))
+        assert set(np.flatnonzero(before != after).tolist()) <= set(changed.tolist())
+        assert np.array_equal(after, grow(passable, sources, limit)[1].ravel())
