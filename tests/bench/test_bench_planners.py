@@ -1,0 +1,301 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import pytest
+from situations import one_room, two_rooms
+
+from marsupial.bench.planner_report import Row, progress_line, rows_of, table
+from marsupial.bench.planners import (
+    Contender,
+    Round,
+    Run,
+    contenders,
+    deadline_s,
+    improved,
+    play,
+    run,
+)
+from marsupial.bench.suite.best import with_plan
+from marsupial.bench.suite.catalogue import Instance
+from marsupial.errors import UsageError
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.decomposed import Decomposed
+from marsupial.planning.engines import ENGINES, PART_SIZES
+from marsupial.planning.greedy import Greedy
+
+SATISFIED = Finished(outcome=Outcome.SATISFICING)
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A source of one situation."""
+
+    value: Situation
+
+    def situation(self) -> Situation:
+        return self.value
+
+
+@dataclass
+class Clock:
+    """A clock that moves when told to."""
+
+    now: float = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@dataclass
+class Scripted:
+    """An engine that says what it is told to, each line at its moment in seconds, and notes whether it was closed."""
+
+    clock: Clock
+    lines: tuple[tuple[float, Improved | Finished | Exception], ...]
+    info: EngineInfo = Greedy.info
+    closed: list[bool] = field(default_factory=list)
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        begun = self.clock.now
+        try:
+            for at, line in self.lines:
+                self.clock.now = begun + at
+                if isinstance(line, Exception):
+                    raise line
+                yield line
+        finally:
+            self.closed.append(True)
+
+
+def instance_of(situation: Situation, name: str = "x-1x1-1") -> Instance:
+    return Instance(name=name, team="1x1", targets=len(situation.targets), family="x", source=Fixed(situation))
+
+
+def plan_for(situation: Situation, *, wait_ms: int = 0) -> Plan:
+    """Return greedy's first plan, its last action put off."""
+    events = Greedy().solve(situation, Budget(steps=1))
+    *others, last = next(event.plan for event in events if isinstance(event, Improved)).actions
+    return Plan.of([*others, replace(last, start_ms=last.start_ms + wait_ms)])
+
+
+def told(plan: Plan) -> Improved:
+    return Improved(plan=plan, elapsed_s=0.0)
+
+
+def played(
+    *lines: tuple[float, Improved | Finished | Exception],
+    situation: Situation | None = None,
+    budget_s: float = 1.0,
+    name: str = "fake",
+) -> Run:
+    clock = Clock()
+    contender = Contender(name=name, make=lambda _: Scripted(clock, lines), missing=None)
+    return run(instance_of(situation or one_room()), contender, budget_s, clock)
+
+
+def row_of(*runs: Run, known: Plan | None = None, situation: Situation | None = None) -> Row:
+    """Return the row of the first run."""
+    situation = situation or one_room()
+    best = None if known is None else with_plan(None, situation, known, "somebody")
+    return Row(Round(instance=instance_of(situation), best=improved(best, situation, runs), runs=runs), runs[0])
+
+
+def test_plans_are_timed_when_they_come() -> None:
+    slow, quick = plan_for(one_room(), wait_ms=500), plan_for(one_room())
+    done = played((0.25, told(slow)), (0.5, told(quick)), (0.75, SATISFIED))
+    assert [(arrival.elapsed_s, arrival.makespan_ms) for arrival in done.arrivals] == [
+        (0.25, slow.makespan_ms),
+        (0.5, quick.makespan_ms),
+    ]
+    assert (done.plan, done.finished, done.wall_s) == (quick, SATISFIED, 0.75)
+
+
+def test_a_plan_after_the_deadline_does_not_count_and_the_engine_is_closed() -> None:
+    clock = Clock()
+    plan = plan_for(one_room())
+    engine = Scripted(clock, ((deadline_s(1.0) + 0.125, told(plan)), (5.0, SATISFIED)))
+    done = run(instance_of(one_room()), Contender(name="fake", make=lambda _: engine, missing=None), 1.0, clock)
+    assert (done.plan, done.late, done.finished) == (None, 1, None)
+    assert engine.closed == [True]
+    assert done.wall_s < 5.0
+    row = row_of(done)
+    assert row.over_s == pytest.approx(deadline_s(1.0) + 0.125 - 1.0)
+    assert row.outcome == "stopped, 1 late"
+
+
+def test_a_plan_on_its_way_at_the_end_of_the_budget_counts() -> None:
+    assert 1.0 < deadline_s(1.0) < 1.05
+    done = played((deadline_s(1.0) - 0.001, told(plan_for(one_room()))), (deadline_s(1.0) - 0.001, SATISFIED))
+    assert done.plan is not None
+
+
+def test_plans_the_checker_refuses_are_counted_and_not_used() -> None:
+    plan = plan_for(one_room())
+    broken = Plan.of([*plan.actions[:-1], replace(plan.actions[-1], duration_ms=1)])
+    done = played((0.1, told(broken)), (0.2, told(plan)), (0.3, told(broken)), (0.4, SATISFIED))
+    assert (done.plan, done.refused, len(done.arrivals)) == (plan, 2, 1)
+    assert "2 INVALID" in row_of(done).outcome
+
+
+def test_a_plan_for_some_targets_solves_nothing_but_is_told_of() -> None:
+    situation = two_rooms()
+    part = plan_for(situation.restricted(targets=frozenset({situation.targets[0].name})))
+    done = played((0.1, told(part)), (0.2, SATISFIED), situation=situation)
+    assert (done.plan, done.served, done.refused) == (None, 1, 0)
+    assert f"1/{len(situation.targets)} targets" in row_of(done, situation=situation).outcome
+
+
+def test_an_engine_that_breaks_is_a_result() -> None:
+    plan = plan_for(one_room())
+    done = played((0.1, told(plan)), (0.2, RuntimeError("oh dear")))
+    assert done.plan == plan
+    assert row_of(done).outcome == "crashed: RuntimeError: oh dear"
+
+
+def test_the_ratio_is_to_the_best_plan_known() -> None:
+    best = plan_for(one_room())
+    slow = plan_for(one_room(), wait_ms=best.makespan_ms)
+    row = row_of(played((0.1, told(slow)), (0.2, SATISFIED)), known=best)
+    assert (row.ratio, row.first_s, row.close_s) == (2.0, pytest.approx(0.1), None)
+    assert row.behind is False
+
+
+def test_a_better_plan_of_the_run_is_the_best_known() -> None:
+    best, slow = plan_for(one_room()), plan_for(one_room(), wait_ms=1_000)
+    quick = played((0.5, told(best)), (0.6, SATISFIED), name="quick")
+    behind = played((0.1, told(slow)), (0.2, SATISFIED), name="slow")
+    row = row_of(behind, quick, known=slow)
+    assert row.best_ms == best.makespan_ms
+    assert row.round.best is not None
+    assert row.round.best.found_by == "quick"
+    assert row.behind
+    assert not row_of(quick, behind, known=slow).behind
+
+
+def test_only_engines_with_the_same_budget_are_compared() -> None:
+    best, slow = plan_for(one_room()), plan_for(one_room(), wait_ms=1_000)
+    long = played((0.5, told(best)), (0.6, SATISFIED), budget_s=10.0)
+    assert not row_of(played((0.1, told(slow)), (0.2, SATISFIED)), long).behind
+
+
+def test_an_engine_without_a_plan_is_behind_one_with_a_plan_only() -> None:
+    nothing = played((0.1, Finished(outcome=Outcome.NO_PLAN)))
+    assert not row_of(nothing, nothing).behind
+    assert row_of(nothing, played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED), name="other")).behind
+
+
+def test_the_time_to_a_plan_close_to_the_best_is_that_of_the_first_such_plan() -> None:
+    best = plan_for(one_room())
+    near, far = (plan_for(one_room(), wait_ms=best.makespan_ms * percent // 1000) for percent in (9, 12))
+    row = row_of(played((0.1, told(far)), (0.2, told(near)), (0.3, told(best)), (0.4, SATISFIED)))
+    assert row.close_s == pytest.approx(0.2)
+
+
+def test_a_makespan_that_meets_its_bound_is_proven() -> None:
+    plan = plan_for(one_room())
+    end = Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=plan.makespan_ms)
+    row = row_of(played((0.1, told(plan)), (0.2, end)))
+    assert (row.proven, row.gap, row.refuted) == (True, 0.0, False)
+    assert row.round.best is not None
+    assert row.round.best.optimal
+
+
+def test_optimal_without_a_bound_is_taken_as_said_but_not_kept() -> None:
+    row = row_of(played((0.1, told(plan_for(one_room()))), (0.2, Finished(outcome=Outcome.OPTIMAL))))
+    assert row.proven
+    assert row.round.best is not None
+    assert row.round.best.lower_bound_ms == 0
+
+
+def test_a_proof_after_the_deadline_is_none() -> None:
+    plan = plan_for(one_room())
+    end = Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=plan.makespan_ms)
+    row = row_of(played((0.1, told(plan)), (2.0, end)))
+    assert (row.proven, row.gap) == (False, None)
+
+
+def test_a_bound_that_a_plan_refutes_is_shown_and_not_kept() -> None:
+    best, slow = plan_for(one_room()), plan_for(one_room(), wait_ms=1_000)
+    wrong = Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=slow.makespan_ms)
+    row = row_of(played((0.1, told(slow)), (0.2, wrong)), known=best)
+    assert (row.refuted, row.proven) == (True, False)
+    assert row.outcome == "optimal, REFUTED"
+    assert row.round.best is not None
+    assert row.round.best.lower_bound_ms == 0
+
+
+def test_a_bound_below_the_makespan_leaves_a_gap() -> None:
+    plan = plan_for(one_room())
+    end = Finished(outcome=Outcome.SATISFICING, lower_bound_ms=plan.makespan_ms * 3 // 4)
+    assert row_of(played((0.1, told(plan)), (0.2, end))).gap == pytest.approx(0.25, abs=1e-3)
+
+
+def test_a_round_has_a_run_for_every_engine_and_budget() -> None:
+    chosen = contenders(["greedy", "anytime"])
+    results = list(play(instance_of(one_room()), chosen, (0.05, 0.1), None))
+    last = results[-1]
+    assert isinstance(last, Round)
+    assert tuple(results[:-1]) == last.runs
+    assert [(done.engine, done.budget_s) for done in last.runs] == [
+        ("greedy", 0.05), ("anytime", 0.05), ("greedy", 0.1), ("anytime", 0.1)
+    ]  # fmt: skip
+    assert [(row.run.engine, row.run.budget_s) for row in rows_of([last])] == [
+        ("anytime", 0.05), ("anytime", 0.1), ("greedy", 0.05), ("greedy", 0.1)
+    ]  # fmt: skip
+
+
+def test_every_engine_contends_and_those_that_missions_split_in_parts_too() -> None:
+    names = {contender.name for contender in contenders()}
+    assert names == ENGINES.keys() | {f"{name} in parts" for name in PART_SIZES}
+
+
+def test_in_parts_is_how_missions_use_an_engine() -> None:
+    (contender,) = contenders(["aries in parts"])
+    if contender.missing is None:
+        assert isinstance(contender.make(1.0), Decomposed)
+
+
+def test_unknown_engines_are_refused() -> None:
+    with pytest.raises(UsageError, match="unknown planner 'nope'"):
+        contenders(["nope"])
+
+
+def test_an_external_planner_may_contend() -> None:
+    (contender,) = contenders(["cmd:nobody-has-this {domain} {problem}"])
+    assert contender.missing is not None
+
+
+def test_the_table_has_every_run_a_summary_by_size_and_who_is_missing() -> None:
+    done = played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED))
+    other = replace(done, engine="other", plan=None, arrivals=())
+    small = Round(instance=instance_of(one_room()), best=improved(None, one_room(), [done]), runs=(done, other))
+    big = replace(small, instance=replace(small.instance, name="y-9x3-1", team="9x3"))
+    absent = Contender(name="ghost", make=lambda _: Greedy(), missing="not installed")
+    lines = table(rows_of([small, big]), [absent]).splitlines()
+    assert sum(line.startswith("  fake ") for line in lines) == 4
+    assert "summary, up to 24 robots: 1 instances" in lines
+    assert "summary, more than 24 robots: 1 instances" in lines
+    assert lines[-1] == "ghost: not available, not installed"
+    (heads,) = {line for line in lines if "mean ratio" in line}
+    summary = [line.split() for line in lines[lines.index(heads) + 1 :] if line.startswith("  other ")]
+    assert all(words[2:6] == ["0%", "-", "-", "0%"] and words[7] == "1" for words in summary)
+
+
+def test_a_row_is_json() -> None:
+    done = played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED))
+    values = json.loads(json.dumps(row_of(done).values(), allow_nan=False))
+    assert (values["engine"], values["solved"], values["ratio"]) == ("fake", True, 1.0)
+    assert values["improvements"] == [[pytest.approx(0.1), done.makespan_ms]]
+
+
+def test_progress_says_what_came_of_a_run() -> None:
+    done = played((0.1, told(plan_for(one_room()))), (0.2, SATISFIED))
+    assert progress_line(done) == "x-1x1-1: fake, 1 s: 19.002 s"
+    assert progress_line(replace(done, plan=None)) == "x-1x1-1: fake, 1 s: no plan"
