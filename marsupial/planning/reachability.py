@@ -63,7 +63,7 @@ def impossible(situation: Situation) -> str | None:
     for robot in situation.of_role(Role.CARRIER) if goal.return_home else ():
         if robot.home is not None and not reached[robot.name][situation.place_index[robot.home]]:
             return f"{robot.name} has no path to its home {robot.home}"
-    return None
+    return _dead_end(situation, reached)
 
 
 def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[int]:
@@ -104,6 +104,40 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
     for rover in range(len(options)):
         seat(rover, set())
     return chosen
+
+
+def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
+    """Return a sentence on a target from which nobody who can explore it gets to where it has to end, if there is one.
+
+    A rover has to get to a meeting that a carrier with places gets to, a carrier to its home if it has to return there.
+    """
+    if not (situation.goal.recover_rovers or situation.goal.return_home):
+        return None
+    carriers = [c for c in situation.of_role(Role.CARRIER) if situation.type_of(c.name).capacity > 0]
+    served = np.logical_or.reduce([_flags(situation, ()), *(reached[carrier.name] for carrier in carriers)])
+    served &= _flags(situation, situation.meetings)
+    drives = {kind.name: _drives(situation, kind.name) for kind in situation.types}
+    closed: dict[tuple[str, bytes], Flags] = {}
+
+    def ends_well(robot: RobotState, target: int) -> bool:
+        """Say whether a robot could explore a target and get from there to where it has to end."""
+        first = drives[robot.type][target]
+        key = (robot.type, first.tobytes())
+        if key not in closed:
+            closed[key] = _closure(drives[robot.type], first)
+        if situation.type_by_name[robot.type].role is Role.ROVER:
+            ends = bool((closed[key] & served).any())
+        elif situation.goal.return_home and robot.home is not None:
+            ends = bool(closed[key][situation.place_index[robot.home]])
+        else:
+            ends = True
+        return ends and bool(reached[robot.name][target])
+
+    for target in situation.targets:
+        explorers = (robot for robot in situation.robots if robot.type in target.explorers)
+        if not any(ends_well(robot, situation.place_index[target.name]) for robot in explorers):
+            return f"whoever explores {target.name} can't get from there to where it has to end"
+    return None
 
 
 def _boards(situation: Situation, reached: Mapping[str, Flags]) -> list[list[int]]:

@@ -1,8 +1,21 @@
 from __future__ import annotations
 
-import pytest
-from situations import SOLVABLE, bring_them_home, full_carrier, out_of_reach, relay
+from dataclasses import replace
 
+import pytest
+from situations import (
+    SOLVABLE,
+    bring_them_home,
+    carrier,
+    full_carrier,
+    hall,
+    one_room,
+    out_of_reach,
+    relay,
+    situation_of,
+)
+
+from marsupial.model.situation import UNREACHABLE, SituationGoal
 from marsupial.planning.reachability import hopeless_targets, impossible, matching, reach
 
 
@@ -48,6 +61,31 @@ def test_the_wrong_rover_alone_can_not_help() -> None:
 def test_one_carrier_with_one_place_can_not_take_two_rovers_home() -> None:
     situation = bring_them_home().restricted(robots=frozenset({"c1", "r1", "r2"}))
     assert impossible(situation) == "the carriers have no places for all rovers that each rover could get to"
+
+
+def test_a_target_nobody_comes_back_from_can_not_be_explored_where_all_have_to_come_back() -> None:
+    situation = one_room(goal=SituationGoal(recover_rovers=True))
+    assert impossible(situation) is None
+    trap = {kind: table.copy() for kind, table in situation.travel_ms.items()}
+    trap["rover"][situation.place_index["t1"]] = UNREACHABLE
+    assert impossible(replace(situation, travel_ms=trap, goal=SituationGoal())) is None
+    said = impossible(replace(situation, travel_ms=trap))
+    assert said == "whoever explores t1 can't get from there to where it has to end"
+
+
+def test_a_carrier_has_to_come_home_from_its_targets() -> None:
+    situation = situation_of(
+        [carrier(home="h1")],
+        {"t1": hall(5)},
+        {},
+        {"c1_start": hall(0)},
+        homes={"h1": hall(0)},
+        goal=SituationGoal(return_home=True),
+    )
+    assert impossible(situation) is None
+    trap = {kind: table.copy() for kind, table in situation.travel_ms.items()}
+    trap["carrier"][situation.place_index["t1"]] = UNREACHABLE
+    assert impossible(replace(situation, travel_ms=trap)) is not None
 
 
 def test_everybody_gets_the_preferred_place_where_there_are_enough() -> None:

@@ -1,0 +1,217 @@
+"""Situations that no mission should make but files can hold: every engine gives a clear result, none raises."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from situations import (
+    Spot,
+    bring_them_home,
+    carrier,
+    door,
+    hall,
+    many_rooms,
+    no_capacity,
+    one_hall,
+    one_room,
+    out_of_reach,
+    room,
+    rover,
+    situation_of,
+    two_rooms,
+)
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.planning.checker import check
+from marsupial.planning.engines import ENGINES
+
+HOME = SituationGoal(recover_rovers=True, return_home=True)
+ABOARD = SituationGoal(recover_rovers=True)
+
+
+def no_types() -> Situation:
+    return Situation(types=(), robots=(), targets=(), meetings=(), travel_ms={})
+
+
+def no_robots() -> Situation:
+    return situation_of([], {"t1": hall(3)}, {"m1": door(1)}, {})
+
+
+def no_targets() -> Situation:
+    return situation_of([carrier(), rover(on="c1")], {}, {"m1": door(1)}, {"c1_start": hall(0)}, goal=HOME)
+
+
+def no_rovers(spot: Spot) -> Situation:
+    return situation_of([carrier()], {"t1": spot}, {"m1": door(1)}, {"c1_start": hall(0)})
+
+
+def no_carriers(goal: SituationGoal | None = None) -> Situation:
+    return situation_of([rover()], {"t1": room(10)}, {"m1": door(1)}, {"r1_start": room(0)}, goal=goal)
+
+
+def no_meetings() -> Situation:
+    return situation_of([carrier(), rover(on="c1")], {"t1": room(10)}, {}, {"c1_start": hall(0)})
+
+
+def apart() -> Situation:
+    return situation_of([carrier()], {"t1": hall(10, 1)}, {}, {"c1_start": hall(0)})
+
+
+def one_cell() -> Situation:
+    """Return: everything is at the same spot."""
+    here = Spot(0, {"carrier": 0, "rover": 0})
+    robots = [carrier(home="h"), rover(on="c1")]
+    return situation_of(robots, {"t1": here}, {"m1": here}, {"c1_start": here}, homes={"h": here}, goal=HOME)
+
+
+def cut(situation: Situation, *roads: tuple[str, str, str]) -> Situation:
+    """Return the situation without some roads: type, from, to; the way back stays."""
+    tables = {kind: table.copy() for kind, table in situation.travel_ms.items()}
+    for kind, origin, place in roads:
+        tables[kind][situation.place_index[origin], situation.place_index[place]] = UNREACHABLE
+    return replace(situation, travel_ms=tables)
+
+
+def timed(situation: Situation, ms: int) -> Situation:
+    """Return the situation with every road between two places taking as long."""
+    tables = {kind: np.where(table > 0, ms, table) for kind, table in situation.travel_ms.items()}
+    return replace(situation, travel_ms=tables)
+
+
+def instant() -> Situation:
+    situation = timed(two_rooms(), 0)
+    return replace(situation, types=tuple(replace(kind, dock_ms=0, undock_ms=0) for kind in situation.types))
+
+
+def late() -> Situation:
+    situation = two_rooms()
+    return replace(situation, robots=(replace(situation.robots[0], free_at_ms=10**12), situation.robots[1]))
+
+
+def no_explorers() -> Situation:
+    situation = one_hall()
+    return replace(situation, targets=(situation.targets[0], replace(situation.targets[1], explorers=frozenset())))
+
+
+def no_roads() -> Situation:
+    situation = two_rooms()
+    tables = {kind: np.full_like(table, UNREACHABLE) for kind, table in situation.travel_ms.items()}
+    return replace(situation, travel_ms=tables)
+
+
+def home_cut_off() -> Situation:
+    return replace(cut(one_room(), ("carrier", "m1", "home"), ("carrier", "c1_start", "home")), goal=HOME)
+
+
+SOLVABLE: dict[str, Callable[[], Situation]] = {
+    "no types": no_types,
+    "nothing at all": lambda: situation_of([], {}, {}, {}),
+    "no targets": no_targets,
+    "no targets left": lambda: one_hall().restricted(targets=frozenset()),
+    "no rovers": lambda: no_rovers(hall(10)),
+    "no carriers": no_carriers,
+    "no capacity": no_capacity,
+    "no time": instant,
+    "thirty years a road": lambda: timed(two_rooms(), 10**12),
+    "thirty years home": lambda: timed(bring_them_home(), 10**12),
+    "busy for years": late,
+    "one cell": one_cell,
+    "one road less": lambda: cut(two_rooms(), ("carrier", "c1_start", "m2")),
+}
+
+UNSOLVABLE: dict[str, tuple[Callable[[], Situation], str]] = {
+    "no robots": (no_robots, "t1"),
+    "no rover for a room": (lambda: no_rovers(room(10)), "t1"),
+    "no carrier to board": (lambda: no_carriers(ABOARD), "no places"),
+    "no capacity to board": (lambda: replace(no_capacity(), goal=ABOARD), "no places"),
+    "no meetings": (no_meetings, "t1"),
+    "disconnected": (apart, "t1"),
+    "out of reach": (out_of_reach, "t2"),
+    "no explorers": (no_explorers, "t2"),
+    "no roads": (no_roads, "t1"),
+    "no way home": (home_cut_off, "c1"),
+    "no way back from a target": (lambda: replace(cut(one_room(), ("rover", "t1", "m1")), goal=ABOARD), "t1"),
+}
+
+WITHOUT_A_PLAN: dict[str, Callable[[], Situation]] = {
+    "the carrier is stuck at either door": lambda: cut(two_rooms(), ("carrier", "m1", "m2"), ("carrier", "m2", "m1")),
+    "no way home from the door": lambda: replace(cut(one_room(), ("carrier", "m1", "home")), goal=HOME),
+}
+"""There is none, but it takes a search to prove that."""
+
+
+def engine(name: str) -> Engine:
+    found = ENGINES[name]()
+    if found.info.missing is not None:
+        pytest.skip(found.info.missing)
+    return found
+
+
+def ask(asked: Engine, situation: Situation) -> tuple[list[Plan], Finished]:
+    budget = Budget(steps=3) if asked.info.deterministic_steps else Budget(seconds=1.0)
+    *improved, finished = asked.solve(situation, budget)
+    assert isinstance(finished, Finished)
+    return [event.plan for event in improved if isinstance(event, Improved)], finished
+
+
+PROMPT = [name for name in ENGINES if ENGINES[name]().info.deterministic_steps]
+"""Those that count steps; the others use up a second for each situation."""
+
+
+def solves(name: str, situation: Situation) -> None:
+    plans, finished = ask(engine(name), situation)
+    assert plans, finished
+    assert all(check(situation, plan).valid for plan in plans)
+    assert finished.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL), finished
+
+
+def gives_up(name: str, situation: Situation) -> None:
+    plans, finished = ask(engine(name), situation)
+    assert not plans
+    assert finished.outcome in (Outcome.UNSOLVABLE, Outcome.NO_PLAN, Outcome.TIMEOUT), finished
+    assert finished.detail
+
+
+@pytest.mark.parametrize("name", PROMPT)
+@pytest.mark.parametrize("case", SOLVABLE)
+def test_odd_situations_that_have_a_plan_are_solved(name: str, case: str) -> None:
+    solves(name, SOLVABLE[case]())
+
+
+@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("case", UNSOLVABLE)
+def test_what_is_seen_to_be_impossible_is_called_so_by_name(name: str, case: str) -> None:
+    make, named = UNSOLVABLE[case]
+    plans, finished = ask(engine(name), make())
+    assert not plans
+    assert finished.outcome is Outcome.UNSOLVABLE, finished
+    assert named in finished.detail
+
+
+@pytest.mark.parametrize("name", PROMPT)
+@pytest.mark.parametrize("case", WITHOUT_A_PLAN)
+def test_what_has_no_plan_ends_with_a_reason(name: str, case: str) -> None:
+    gives_up(name, WITHOUT_A_PLAN[case]())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(ENGINES) - set(PROMPT)))
+@pytest.mark.parametrize("case", [*SOLVABLE, *WITHOUT_A_PLAN])
+def test_engines_with_processes_give_clear_results_too(name: str, case: str) -> None:
+    if case in SOLVABLE:
+        solves(name, SOLVABLE[case]())
+    else:
+        gives_up(name, WITHOUT_A_PLAN[case]())
+
+
+@pytest.mark.parametrize("name", PROMPT)
+@pytest.mark.parametrize("targets", [200, pytest.param(1000, marks=pytest.mark.slow)])
+def test_a_great_many_targets_are_no_trouble(name: str, targets: int) -> None:
+    situation = many_rooms(6, 3, targets, 20)
+    plans, _ = ask(engine(name), situation)
+    assert check(situation, plans[-1]).valid
