@@ -3,7 +3,7 @@
 With a budget in seconds they run side by side and improvements are passed on as they come, those with a better score
 (`marsupial.planning.score`) only. It is over at the end of the budget, when all have ended, or when one proves that
 there is no plan. Once the makespan is proven optimal the lead goes on for as long again as it has taken, and a little
-more, to get targets reached sooner, unless it has ended by itself.
+more, to get targets reached sooner, from the plan of whoever has found it; unless the lead has ended by itself.
 
 With a budget in steps they run one after the other, each beginning with the best plan so far, so that the same steps
 give the same plans.
@@ -76,7 +76,7 @@ class Portfolio:
         if budget.seconds is None:
             events = self._in_turn(situation, budget, standings, members)
         else:
-            events = self._side_by_side(situation, begun + budget.seconds, standings, members)
+            events = _SideBySide(situation, standings, members, self._clock, begun + budget.seconds).events()
         with closing(events):
             for name, event in events:
                 if isinstance(event, Finished):
@@ -101,30 +101,69 @@ class Portfolio:
             if standings.optimal or standings.unsolvable:
                 return
 
-    def _side_by_side(
-        self, situation: Situation, end: float, standings: Standings, members: tuple[Member, ...]
-    ) -> Generator[tuple[str, Improved | Finished]]:
-        begun = self._clock()
-        lead, *waiting = members
-        race = Race(situation, self._clock)
-        race.enter(lead.name, lead.make, Budget(seconds=max(1e-3, end - begun)), standings.plan)
-        proven = False
+
+class _SideBySide:
+    """The members of a portfolio in threads, the first of them in the lead, until a moment of the clock."""
+
+    def __init__(
+        self, situation: Situation, standings: Standings, members: tuple[Member, ...], clock: Clock, end: float
+    ) -> None:
+        self._situation, self._standings, self._clock = situation, standings, clock
+        self._lead, *self._waiting = members
+        self._begun, self._end = clock(), end
+        self._proven = False
+        self._race = Race(situation, clock)
+
+    def events(self) -> Generator[tuple[str, Improved | Finished]]:
+        """Yield what they say, expecting it to be entered in the standings; closing this stops them."""
+        self._enter(self._lead)
         try:
-            while (race.running or waiting) and not standings.unsolvable:
-                now = self._clock()
-                grace_s = FIRST_PLAN_S if standings.plan is None else 0.0 if proven else GRACE_S
-                alone = lead.name not in race.running
-                if now >= end + grace_s or (alone and (now >= end or standings.optimal)):
-                    return
-                if standings.optimal and not proven:
-                    proven, end = True, min(end, 2 * now - begun + POLISH_S)
-                    continue
-                while waiting and now < end and (now - begun >= waiting[0].head_start_s or not race.running):
-                    member = waiting.pop(0)
-                    race.enter(member.name, member.make, Budget(seconds=max(1e-3, end - now)), standings.plan)
-                due = min([end + grace_s, *(begun + member.head_start_s for member in waiting[:1])])
-                event = race.next(due - now)
+            while self._goes_on():
+                if self._standings.optimal and not self._proven:
+                    self._polish()
+                self._let_in()
+                event = self._race.next(self._due() - self._clock())
                 if event is not None:
                     yield event
         finally:
-            race.stop()
+            self._race.stop()
+
+    def _goes_on(self) -> bool:
+        if self._standings.unsolvable or not (self._race.running or self._waiting):
+            return False
+        if self._lead.name in self._race.running:
+            return self._clock() < self._end + self._grace_s
+        return not self._standings.optimal and self._clock() < self._end
+
+    @property
+    def _grace_s(self) -> float:
+        if self._standings.plan is None:
+            return FIRST_PLAN_S
+        return 0.0 if self._proven else GRACE_S
+
+    def _polish(self) -> None:
+        """Leave only the lead, with a plan of the makespan that can't get shorter, and little time."""
+        now = self._clock()
+        self._proven, self._waiting = True, []
+        self._end = min(self._end, 2 * now - self._begun + POLISH_S)
+        if not self._standings.has_shortest(self._lead.name):
+            self._race.stop()
+            self._race = Race(self._situation, self._clock)
+            self._enter(self._lead)
+
+    def _let_in(self) -> None:
+        """Start the members whose time has come, or all of them where nobody is left."""
+        now = self._clock()
+        if now >= self._end:
+            self._waiting = []
+        for member in tuple(self._waiting):
+            if now - self._begun >= member.head_start_s or not self._race.running:
+                self._waiting.remove(member)
+                self._enter(member)
+
+    def _due(self) -> float:
+        return min([self._end + self._grace_s, *(self._begun + member.head_start_s for member in self._waiting)])
+
+    def _enter(self, member: Member) -> None:
+        left = Budget(seconds=max(1e-3, self._end - self._clock()))
+        self._race.enter(member.name, member.make, left, self._standings.plan)

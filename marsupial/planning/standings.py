@@ -58,6 +58,10 @@ class Standings:
         """Whether no plan can have a shorter makespan."""
         return self.plan is not None and self.plan.makespan_ms == self.bound_ms
 
+    def has_shortest(self, name: str) -> bool:
+        """Say whether the engine of that name has had a plan with the best makespan itself."""
+        return self.plan is not None and self._shortest_ms.get(name) == self.plan.makespan_ms
+
     @property
     def unsolvable(self) -> bool:
         """Whether it is proven that there is no plan."""

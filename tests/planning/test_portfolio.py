@@ -226,6 +226,15 @@ def test_once_the_makespan_is_proven_the_lead_still_gets_targets_reached_sooner(
     assert finished.lower_bound_ms is None
 
 
+def test_the_lead_goes_on_from_the_proven_plan_where_another_has_found_it() -> None:
+    asked: list[tuple[Budget, Plan | None]] = []
+    lead = member("lead", found(late(8)), never, asked=asked)
+    plans, finished = solve(lead, member("prover", found(late()), optimal()))
+    assert plans[-1] == late()
+    assert finished.outcome is Outcome.OPTIMAL
+    assert [start for _, start in asked] == [None, late()]
+
+
 def _wait(event: threading.Event) -> None:
     assert event.wait(30)
 
