@@ -9,6 +9,8 @@ from situations import one_room, two_rooms
 
 from marsupial.bench.planner_report import Row, progress_line, rows_of, table
 from marsupial.bench.planners import (
+    WARM_UP,
+    WARM_UPS,
     Contender,
     Round,
     Run,
@@ -17,6 +19,7 @@ from marsupial.bench.planners import (
     improved,
     play,
     run,
+    warm_up,
 )
 from marsupial.bench.suite.best import with_plan
 from marsupial.bench.suite.catalogue import Instance
@@ -249,6 +252,20 @@ def test_a_round_has_a_run_for_every_engine_and_budget() -> None:
     assert [(row.run.engine, row.run.budget_s) for row in rows_of([last])] == [
         ("anytime", 0.05), ("anytime", 0.1), ("greedy", 0.05), ("greedy", 0.1)
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("walls_s", "runs"), [((5.0, 0.1), 1 + len(WARM_UP)), ((5.0,), WARM_UPS * len(WARM_UP))])
+def test_an_engine_is_warm_once_it_keeps_its_budget(walls_s: tuple[float, ...], runs: int) -> None:
+    clock = Clock()
+    asked: list[float] = []
+
+    def make(budget_s: float) -> Scripted:
+        asked.append(budget_s)
+        wall_s = walls_s[min(len(asked), len(walls_s)) - 1]
+        return Scripted(clock, ((wall_s, SATISFIED),))
+
+    warm_up(Contender(name="fake", make=make, missing=None), clock)
+    assert len(asked) == runs
 
 
 def test_every_engine_contends_and_those_that_missions_split_in_parts_too() -> None:
