@@ -23,6 +23,7 @@ from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.costs import NEVER, Costs, Times
+from marsupial.planning.detours import Detours
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
 from marsupial.planning.recovery import go_home, recover
 from marsupial.planning.rides import follow, ride
@@ -64,7 +65,7 @@ class Greedy:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
             return
         best, complaint = start, ""
-        rounds = islice(_drafts(situation, Timeline.of(situation)), min(ROUNDS, budget.steps or ROUNDS))
+        rounds = islice(_drafts(situation), min(ROUNDS, budget.steps or ROUNDS))
         for n, draft in enumerate(rounds, 1):
             elapsed = self._clock() - begun
             complaint = complaint or draft.complaint
@@ -91,7 +92,7 @@ def serve(situation: Situation, start: Plan | None = None) -> tuple[Plan, frozen
     start
         A plan that can be carried out: it is kept, and what it leaves is added at its end.
     """
-    draft = next(_drafts(situation, Timeline.of(situation) if start is None else replay(situation, start)))
+    draft = next(_drafts(situation, start))
     return draft.plan, frozenset(target.name for target in situation.targets) - draft.plan.explored
 
 
@@ -103,16 +104,19 @@ class _Draft:
     complaint: str
 
 
-def _drafts(situation: Situation, start: Timeline) -> Iterator[_Draft]:
+def _drafts(situation: Situation, start: Plan | None = None) -> Iterator[_Draft]:
     """Yield one plan per round without end, all with the actions of `start` first.
 
     Each round gives the target that came last a head start.
     """
+    detours = Detours(situation)
+    situation = detours.situation
+    begun = Timeline.of(situation) if start is None else replay(situation, start)
     costs = Costs(situation)
     names = [target.name for target in situation.targets]
     head_start_ms = np.zeros(len(names), dtype=np.int64)
     while True:
-        timeline, left = _explore(start.copy(), costs, head_start_ms)
+        timeline, left = _explore(begun.copy(), costs, head_start_ms)
         last = names.index(left[0] if left else _last_explored(timeline)) if names else None
         complaint = _why_left(situation, left)
         goal = situation.goal
@@ -122,7 +126,7 @@ def _drafts(situation: Situation, start: Timeline) -> Iterator[_Draft]:
         if goal.return_home:
             trouble = go_home(timeline)
             complaint = complaint or trouble
-        yield _Draft(plan=timeline.plan, complaint=complaint)
+        yield _Draft(plan=detours.told(timeline.plan), complaint=complaint)
         if last is None:
             return
         head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
