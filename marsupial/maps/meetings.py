@@ -16,7 +16,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -38,15 +40,6 @@ _SAME_DOOR_CELLS = 3.0
 Indices = npt.NDArray[np.int64]
 
 _NO_AREA = 0
-
-# slices that put each cell of a mask beside its neighbour in one of the four directions
-_LOW, _HIGH, _ALL = slice(None, -1), slice(1, None), slice(None)
-_NEIGHBOURS = (
-    ((_ALL, _LOW), (_ALL, _HIGH)),
-    ((_ALL, _HIGH), (_ALL, _LOW)),
-    ((_LOW, _ALL), (_HIGH, _ALL)),
-    ((_HIGH, _ALL), (_LOW, _ALL)),
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +101,7 @@ class _Pair:
         self._window = territory.known
         self._areas = np.zeros(self._dock.shape, dtype=np.int32)
         cut = self._window.cut
+        self._docking_count = int(np.count_nonzero(self._dock[cut]))
         self._areas[cut], self._area_count = parts(self._rover_reach[cut] & ~docking.cells[cut])
 
     def on_borders(
@@ -172,15 +166,9 @@ class _Pair:
 
     def _beside_areas(self, wanted: Mask) -> tuple[Indices, npt.NDArray[np.int32]]:
         """Return the cells next to wanted areas where docking is possible and, beside them, which area it is."""
-        areas, dock = self._areas[self._window.cut], self._dock[self._window.cut]
-        cells, labels = [], []
-        for here, there in _NEIGHBOURS:
-            beside = np.zeros_like(areas)
-            beside[here] = areas[there]
-            near = np.flatnonzero(dock & wanted[beside])
-            cells.append(self._window.on_map(near, self._width))
-            labels.append(beside.ravel()[near])
-        return np.concatenate(cells), np.concatenate(labels)
+        cells, labels = np.empty(4 * self._docking_count, dtype=np.int64), np.empty(4 * self._docking_count, np.int32)
+        count = _beside_wanted(self._areas, self._dock, wanted, *self._window, cells, labels)
+        return cells[:count], labels[:count]
 
     def _rover_only(self, targets: Sequence[Target]) -> list[Target]:
         carriers = {kind.name for kind in self._territory.of_role(Role.CARRIER)}
@@ -200,7 +188,7 @@ class _Pair:
         if here:
             return {here}
         window = self._areas[max(0, cell.y - 1) : cell.y + 2, max(0, cell.x - 1) : cell.x + 2]
-        return set(np.unique(window[window > 0]).tolist())
+        return set(window.ravel().tolist()) - {_NO_AREA}
 
     def _beside(self, carrier_cell: Cell) -> list[MapMeeting]:
         """Return the point where a carrier standing there sets a rover down, if there is room for one."""
@@ -262,3 +250,22 @@ def _spread(cells: Indices, taken: Sequence[int], stretch: float, width: int) ->
         chosen.append(index)
         rest = rest[~near(index, rest)]
     return chosen
+
+
+@numba.njit(cache=True, nogil=True)
+def _beside_wanted(
+    areas: Any, dock: Any, wanted: Any, bottom: int, top: int, left: int, right: int, cells: Any, labels: Any
+) -> int:
+    height, width = areas.shape
+    count = 0
+    for y in range(bottom, top):
+        for x in range(left, right):
+            if not dock[y, x]:
+                continue
+            for direction in range(4):
+                u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
+                v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
+                if 0 <= u < width and 0 <= v < height and wanted[areas[v, u]]:
+                    cells[count], labels[count] = y * width + x, areas[v, u]
+                    count += 1
+    return count

@@ -29,13 +29,16 @@ def tolerance_cells(explorers: Iterable[str], ranges_cells: Mapping[str, float])
 def same_target(target: Target, others: Sequence[Target], ranges_cells: Mapping[str, float]) -> Target | None:
     """Return the nearest of `others` that `target` may have turned into, or None."""
     limit = tolerance_cells(target.viewpoints, ranges_cells)
-    near = [
-        ((other.cell.x - target.cell.x) ** 2 + (other.cell.y - target.cell.y) ** 2, other.name, other)
-        for other in others
-        if target.viewpoints.keys() & other.viewpoints.keys()
-    ]
-    near = [entry for entry in near if entry[0] <= limit * limit]
-    return min(near)[2] if near else None
+    x, y = target.cell
+    best: tuple[int, str] | None = None
+    found = None
+    for other in others:
+        apart = (other.cell.x - x) ** 2 + (other.cell.y - y) ** 2
+        if apart > limit * limit or (best is not None and (apart, other.name) >= best):
+            continue
+        if not target.viewpoints.keys().isdisjoint(other.viewpoints):
+            best, found = (apart, other.name), other
+    return found
 
 
 def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mapping[str, str]) -> Plan | None:

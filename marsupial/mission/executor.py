@@ -86,6 +86,8 @@ class Executor:
 
     def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
         """Start every action whose robots are all free; return the robots that found their way blocked."""
+        if not any(self._startable(name) for name in self._types):
+            return ()
         blocked: list[str] = []
         for robot in self._world.robots():
             action = self._startable(robot.name)

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -332,9 +334,19 @@ class Mission:
 
 def runs_of(indices: npt.NDArray[np.int64], cells: npt.NDArray[np.uint8]) -> tuple[int, ...]:
     """Return sorted row-major indices as flat runs (start, length, code) of equal neighbouring cells."""
-    codes = cells[indices]
-    breaks = np.flatnonzero((np.diff(indices) != 1) | (np.diff(codes) != 0)) + 1
-    starts = np.concatenate(([0], breaks))
-    lengths = np.diff(np.concatenate((starts, [len(indices)])))
-    runs = np.stack([indices[starts], lengths, codes[starts]], axis=1)
-    return tuple(runs.ravel().tolist())
+    runs = np.empty((len(indices), 3), dtype=np.int64)
+    count = _runs(indices, cells, runs)
+    return tuple(runs[:count].ravel().tolist())
+
+
+@numba.njit(cache=True, nogil=True)
+def _runs(indices: Any, cells: Any, runs: Any) -> int:
+    count = 0
+    for index in indices:
+        last = runs[count - 1]
+        if count and index == last[0] + last[1] and cells[index] == last[2]:
+            last[1] += 1
+        else:
+            runs[count, 0], runs[count, 1], runs[count, 2] = index, 1, cells[index]
+            count += 1
+    return count

@@ -30,7 +30,6 @@ from marsupial.model.situation import (
     TravelTable,
 )
 from marsupial.model.world import RobotReport
-from marsupial.paths.distances import Distances
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import travel_table_ms
 
@@ -81,8 +80,6 @@ class Surveyor:
         self._reach = self._growing.reach(())
         self._targets: tuple[Target, ...] = ()
         self._searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
-        self._distances = {name: Distances(search) for name, search in self._searches.items()}
-        self._read = 0
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
@@ -185,7 +182,6 @@ class Surveyor:
         meetings: Meetings,
         poses: Poses,
     ) -> Situation:
-        self._open_ways()
         kinds = tuple(_planning_type(kind) for kind in self._territory.kinds.values())
         homes = tuple(state.home for state in states if state.home is not None)
         names = [state.place for state in states if state.place is not None]
@@ -208,18 +204,11 @@ class Surveyor:
             goal=goal,
         )
 
-    def _open_ways(self) -> None:
-        news = self._territory.opened[self._read :]
-        self._read += len(news)
-        for opened in news:
-            for kind, distances in self._distances.items():
-                distances.open(opened[kind])
-
     def _table(self, kind: str, names: Sequence[str], poses: Poses) -> TravelTable:
         rows = [i for i, name in enumerate(names) if kind in poses[name]]
         table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
         if rows:
-            lengths = self._distances[kind].matrix([poses[names[i]][kind] for i in rows])
+            lengths = self._searches[kind].matrix([poses[names[i]][kind] for i in rows])
             speed = self._territory.kinds[kind].speed_mps
             table[np.ix_(rows, rows)] = travel_table_ms(lengths, self._territory.grid.resolution_m, speed)
         return table

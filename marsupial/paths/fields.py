@@ -85,18 +85,6 @@ class PathSearch:
         start = self._load([source])
         return self._costs(start, self._work.indices(wanted))
 
-    def costs_from(self, sources: Labels, wanted: Sequence[Cell]) -> Lengths:
-        """Return the distance of each wanted cell from the nearest source.
-
-        Parameters
-        ----------
-        sources
-            Row-major indices, each once; impassable ones are left out.
-        """
-        rows, columns = np.divmod(sources, self.passable.shape[1])
-        starts = self._load(np.stack((columns, rows), axis=1))
-        return self._costs(starts[self._work.passable(starts)], self._work.indices(wanted))
-
     def matrix(self, cells: Sequence[Cell]) -> Lengths:
         """Return the distances between all pairs of `cells`, float64 (k, k), symmetric.
 
@@ -116,15 +104,15 @@ class PathSearch:
             return None
         return route_of(start, self._work.descent(ends[0]))
 
-    def _load(self, cells: Sequence[Cell] | Labels) -> Indices:
+    def _load(self, cells: Sequence[Cell]) -> Indices:
         self._work.load(self.passable)
         return self._work.indices(cells)
 
-    def _costs(self, sources: Indices, wanted: Indices) -> Lengths:
+    def _costs(self, source: Indices, wanted: Indices) -> Lengths:
         goals = wanted[self._work.passable(wanted)]
-        if not goals.size or not self._work.passable(sources).any():
+        if not goals.size or not self._work.passable(source)[0]:
             return np.full(wanted.size, np.inf)
-        self._work.search(sources, goals)
+        self._work.search(source, goals)
         return self._work.costs(wanted)
 
     def _fill_component(self, cells: Indices, left: _Numbers, table: Lengths) -> _Numbers:
@@ -139,9 +127,8 @@ class PathSearch:
         reached = np.isfinite(distances)
         order = left[reached][np.argsort(-distances[reached], kind="stable")]
         table[centre, left] = table[left, centre] = distances
-        for k, outer in enumerate(order[:-1]):
-            inner = order[k:-1]  # the last is the centre
-            table[outer, inner] = table[inner, outer] = self._costs(cells[[outer]], cells[inner])
+        inner = order[:-1]  # the last is the centre
+        table[np.ix_(inner, inner)] = self._work.pairs(cells[inner])
         return left[~reached]
 
 

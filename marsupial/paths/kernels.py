@@ -138,6 +138,34 @@ def flood(
 
 
 @njit(cache=True, nogil=True)
+def pairs(
+    passable: Array,
+    offsets: Array,
+    cost: Array,
+    arrival: Array,
+    queue: Array,
+    touched: Array,
+    stale: np.uint64,
+    cells: Array,
+    table: Array,
+) -> np.uint64:
+    """Search from each of the connected `cells` to those after it and fill in `table`; return what is touched.
+
+    The parameters are those of `flood`.
+    """
+    for k in range(cells.size - 1):
+        if stale * np.uint64(4) > np.uint64(cost.size):
+            cost[:] = np.inf
+            stale = ZERO
+        _, stale = flood(
+            passable, offsets, cost, arrival, None, queue, touched, stale, cells[k : k + 1], cells[k + 1 :], np.inf
+        )
+        for i in range(k + 1, cells.size):
+            table[k, i] = table[i, k] = cost[cells[i]]
+    return stale
+
+
+@njit(cache=True, nogil=True)
 def _plant(
     passable: Array, offsets: Array, cost: Array, arrival: Array, queue: Array, touched: Array, sources: Array
 ) -> np.uint64:

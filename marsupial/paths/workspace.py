@@ -88,6 +88,26 @@ class Workspace:
         self._stale = int(touched)
         return float(final)
 
+    def pairs(self, cells: Indices) -> Lengths:
+        """Return the distances between passable `cells` that are all connected, float64 (k, k), symmetric.
+
+        Each is searched from in turn, only as far as those after it: quickest where these draw together.
+        """
+        table = np.zeros((cells.size, cells.size))
+        stale = kernels.pairs(
+            self._passable,
+            self._offsets,
+            self._cost,
+            self._arrival,
+            self._queue,
+            self._touched,
+            np.uint64(self._stale),
+            cells,
+            table,
+        )
+        self._stale = int(stale)
+        return table
+
     def costs(self, at: Indices) -> Lengths:
         """Return what the last search found for these cells."""
         return self._cost[at]

@@ -12,7 +12,9 @@ import heapq
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
+import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -23,7 +25,8 @@ from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
 from marsupial.model.world import News, RobotReport
-from marsupial.paths.routes import passing_times_ms, route_length
+from marsupial.paths.kernels import SQRT2
+from marsupial.paths.routes import passing_times_ms
 
 
 class _Doing(StrEnum):
@@ -214,7 +217,7 @@ class SimulatedWorld:
             return True
         there = robot.route[robot.step]
         if robot.cell is not None and there != robot.cell:
-            robot.distance_cells += route_length((robot.cell, there))
+            robot.distance_cells += 1.0 if there.x == robot.cell.x or there.y == robot.cell.y else SQRT2
             robot.driving_ms += int(robot.times_ms[robot.step] - robot.times_ms[robot.step - 1])
         robot.cell = there
         if robot.step == len(robot.route) - 1:
@@ -251,14 +254,27 @@ class SimulatedWorld:
 
     def _sense(self, robot: _Robot, cell: Cell) -> npt.NDArray[np.int64]:
         """Reveal what `robot` sees from `cell`; return the row-major indices of what is new."""
-        width, height = self._truth.width, self._truth.height
-        offsets = self._contact[robot.kind.name]
-        x, y = cell.x + offsets[:, 0], cell.y + offsets[:, 1]
-        inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
-        touched = y[inside] * width + x[inside]
         seen = self._sight.visible(cell, robot.kind.sensor_range_m / self._grid.resolution_m)
-        known, truth = self._known.ravel(), self._truth.cells.ravel()
-        seen = np.concatenate([seen[known[seen] == UNKNOWN], touched[known[touched] == UNKNOWN]])
-        fresh = np.unique(seen)
-        known[fresh] = truth[fresh]
-        return fresh
+        fresh = np.empty(len(seen) + len(self._contact[robot.kind.name]), dtype=np.int64)
+        count = _reveal(seen, self._contact[robot.kind.name], cell.x, cell.y, self._truth.cells, self._known, fresh)
+        return np.sort(fresh[:count])
+
+
+@numba.njit(cache=True, nogil=True)
+def _reveal(seen: Any, contact: Any, x: int, y: int, truth: Any, known: Any, fresh: Any) -> int:
+    """Enter in `known` what is seen from (x, y) and touched around it; list what is new in `fresh`."""
+    height, width = truth.shape
+    count = 0
+    for index in seen:
+        v, u = index // width, index % width
+        if known[v, u] == UNKNOWN:
+            known[v, u] = truth[v, u]
+            fresh[count] = index
+            count += known[v, u] != UNKNOWN
+    for k in range(len(contact)):
+        u, v = x + contact[k, 0], y + contact[k, 1]
+        if 0 <= u < width and 0 <= v < height and known[v, u] == UNKNOWN:
+            known[v, u] = truth[v, u]
+            fresh[count] = v * width + u
+            count += known[v, u] != UNKNOWN
+    return count

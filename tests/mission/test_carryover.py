@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_fakes import drive, meet, plan_of
 from situations import (
@@ -159,6 +159,7 @@ def moments(draw: st.DrawFn) -> tuple[Sequence[Action], Situation, dict[str, str
     return kept, now, renamed
 
 
+@settings(deadline=None)
 @given(moments())
 def test_whatever_comes_out_is_accepted_by_the_checker(
     moment: tuple[Sequence[Action], Situation, dict[str, str]],
@@ -171,6 +172,7 @@ def test_whatever_comes_out_is_accepted_by_the_checker(
         assert plan.actions
 
 
+@settings(deadline=None)
 @given(situations(goals=False))
 def test_the_greedy_plan_of_a_moment_is_carried_over_to_that_moment_whole(situation: Situation) -> None:
     plan, _ = serve(situation)
