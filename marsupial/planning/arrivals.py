@@ -87,9 +87,11 @@ class Arrivals:
             Per meeting the time, and the last ride on the way there (absent: it drives there from where it stands).
             Exact if no carrier is used twice, an estimate otherwise.
         """
-        names, stay = self.timeline.situation.meetings, self.costs.stay[self.kinds[v]]
         rides: dict[int, Ride] = {}
         on, times = self.timeline.on[self.robots[v]], np.minimum(self.arrive_ms[v], NEVER)
+        if alone and on is None:
+            return times, rides
+        names, stay = self.timeline.situation.meetings, self.costs.stay[self.kinds[v]]
         if on is not None:
             via = self.landed(v)[:, None] + stay
             for m in np.flatnonzero(via.min(axis=0, initial=NEVER) < NEVER):

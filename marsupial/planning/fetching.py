@@ -1,4 +1,4 @@
-"""The compiled part of the table of ways: rides of every rover on every carrier, and the soonest way to each target."""
+"""The compiled part of list scheduling: rides of every rover on every carrier, and what is soonest."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def mend_landed(
 
 
 @njit(cache=True, nogil=True)
-def soonest(alone: Any, landed: Any, rover_kinds: Any, outing: Any, left: Any, done: Any, ways: Any) -> None:
+def soonest(
+    alone: Any, landed: Any, aboard: Any, rover_kinds: Any, outing: Any, left: Any, done: Any, ways: Any
+) -> None:
     """Enter in `done` when each target that is `left` would be explored soonest, and in `ways` how.
 
     A way is a row of `alone`, or from there on a row of `landed`, slab after slab; among equals the first.
@@ -65,6 +67,8 @@ def soonest(alone: Any, landed: Any, rover_kinds: Any, outing: Any, left: Any, d
     first = np.full((outing.shape[0], meetings), -1)
     for s in range(slabs):
         for k in range(rovers):
+            if (s == 0) != (aboard[k] >= 0):
+                continue
             kind = rover_kinds[k]
             for m in range(meetings):
                 if landed[s, k, m] < ready[kind, m]:
@@ -77,3 +81,18 @@ def soonest(alone: Any, landed: Any, rover_kinds: Any, outing: Any, left: Any, d
                 end = ready[kind, m] + outing[kind, m, t]
                 if left[t] and (end < done[t] or (end == done[t] and first[kind, m] < ways[t])):
                     done[t], ways[t] = end, first[kind, m]
+
+
+@njit(cache=True, nogil=True)
+def soonest_aboard(ready: Any, carriers: Any, docking: Any, aboard: Any) -> None:
+    """Enter in `aboard` (rovers, carriers) when each rover could be aboard each carrier soonest, `NEVER` if not.
+
+    `ready` (rovers, meetings) and `carriers` (meetings, carriers) say when they are ready for that, `docking` (rovers,)
+    how long it takes.
+    """
+    aboard[:] = NEVER
+    for v in range(ready.shape[0]):
+        for m in range(ready.shape[1]):
+            if ready[v, m] < NEVER:
+                for c in range(aboard.shape[1]):
+                    aboard[v, c] = min(aboard[v, c], max(ready[v, m], carriers[m, c]) + docking[v])

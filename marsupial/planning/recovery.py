@@ -16,6 +16,7 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning.arrivals import Arrivals
 from marsupial.planning.costs import NEVER, Costs, Mask, Times
+from marsupial.planning.fetching import soonest_aboard
 from marsupial.planning.reachability import matching
 from marsupial.planning.rides import Ride, board, follow
 from marsupial.planning.timeline import Timeline
@@ -31,7 +32,7 @@ def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
         if step is None:
             break
         known.advance(step)
-    out = [known.robots[v] for v, on in zip(known.rovers, known.aboard, strict=True) if on < 0]
+    out = [known.robots[known.rovers[i]] for i in np.flatnonzero(known.aboard < 0)]
     return known.timeline, f"list scheduling found no place on a carrier for {out[0]}" if out else ""
 
 
@@ -57,7 +58,7 @@ class _Pickups:
         self.carriers = [known.robots[c] for c in known.carriers]
         self.places = [known.capacity[c] for c in known.carriers]
         self.free = [n - len(self.timeline.cargo[name]) for n, name in zip(self.places, self.carriers, strict=True)]
-        self.out = [v for v, on in zip(known.rovers, known.aboard, strict=True) if on < 0]
+        self.out = [known.rovers[i] for i in np.flatnonzero(known.aboard < 0)]
         self.carrier_ms = known.arrive_ms[known.carriers] + stranded_ms
         self.carrier_ms[np.array(self.places) == 0] = NEVER
 
@@ -75,20 +76,18 @@ class _Pickups:
 
         With `every` only if all rovers that are out find one.
         """
-        soonest = np.array([self._aboard_ms(v, journeys[v][0]) for v in self.out])
-        seats = _seated(soonest < NEVER, self.free)
+        aboard_ms = self._aboard_ms(journeys)
+        seats = _seated(aboard_ms < NEVER, self.free)
         if every and seats < len(self.out):
             return None
-        for pair in np.argsort(np.where(np.array(self.free) > 0, soonest, NEVER), axis=None, kind="stable").tolist():
-            row, k = divmod(pair, len(self.carriers))
-            if self.free[k] == 0 or soonest[row, k] >= NEVER:
-                break
+        untried = np.where(np.array(self.free) > 0, aboard_ms, NEVER)
+        while untried.min(initial=NEVER) < NEVER:
+            row, k = divmod(int(np.argmin(untried)), len(self.carriers))
+            untried[row, k] = NEVER
             free = [n - (i == k) for i, n in enumerate(self.free)]
-            if _seated(np.delete(soonest, row, axis=0) < NEVER, free) + 1 < seats:
+            if _seated(np.delete(aboard_ms, row, axis=0) < NEVER, free) + 1 < seats:
                 continue
-            v = self.out[row]
-            meeting = int(np.argmin(self._aboard_at_ms(v, journeys[v][0])[k]))
-            step = self._board(v, k, meeting, journeys[v][1])
+            step = self._board(self.out[row], k, journeys[self.out[row]])
             if step is not None:
                 return step
         return None
@@ -97,7 +96,7 @@ class _Pickups:
         """Return the timeline with a rover set down so that more can be aboard in the end, None if none helps."""
         aboard = [v for v in self.known.rovers if v not in out]
         journeys = {v: self.known.relay(v, alone=alone) for v in aboard} | dict(out)
-        options = {v: _by_time(self._aboard_ms(v, times)) for v, (times, _) in journeys.items()}
+        options = {v: _by_time(times) for v, times in zip(journeys, self._aboard_ms(journeys), strict=True)}
         own = {v: self.carriers.index(self.timeline.on[self.known.robots[v]] or "") for v in aboard}
         for v, k in own.items():
             options[v] = [k, *(other for other in options[v] if other != k)]
@@ -105,26 +104,31 @@ class _Pickups:
         for v in aboard:
             if chosen[v] != own[v]:
                 timeline = self.timeline.copy()
-                meeting = int(np.argmin(self._aboard_at_ms(v, journeys[v][0])[chosen[v]]))
+                meeting = self._meeting(v, chosen[v], journeys[v][0])
                 return timeline if follow(timeline, self.known.robots[v], meeting, journeys[v][1]) else None
         return None
 
-    def _board(self, v: int, k: int, meeting: int, rides: Mapping[int, Ride]) -> Timeline | None:
+    def _board(self, v: int, k: int, journey: _Journey) -> Timeline | None:
+        meeting = self._meeting(v, k, journey[0])
         rover, carrier, place = self.known.robots[v], self.carriers[k], self.meetings[meeting]
         timeline = self.timeline.copy()
-        if not follow(timeline, rover, meeting, rides) or not timeline.can_drive(carrier, place):
+        if not follow(timeline, rover, meeting, journey[1]) or not timeline.can_drive(carrier, place):
             return None
         board(timeline, rover, carrier, place)
         return timeline
 
-    def _aboard_at_ms(self, v: int, ready_ms: Times) -> Times:
-        """Return (carriers, meetings): when `v` would be aboard, of a carrier that can go home where it has to."""
-        done = np.maximum(ready_ms, self.carrier_ms) + self.known.docking_ms[v] - EPSILON_MS
-        return np.minimum(done, NEVER)
+    def _aboard_ms(self, journeys: Mapping[int, _Journey]) -> Times:
+        """Return (journeys, carriers): when each rover could be aboard a carrier that can go home where it has to."""
+        ready_ms = np.array([times for times, _ in journeys.values()], dtype=np.int64)
+        docking_ms = self.known.docking_ms[list(journeys)] - EPSILON_MS
+        aboard_ms = np.empty((len(journeys), len(self.carriers)), dtype=np.int64)
+        soonest_aboard(ready_ms.reshape(len(journeys), -1), self.carrier_ms.T.copy(), docking_ms, aboard_ms)
+        return aboard_ms
 
-    def _aboard_ms(self, v: int, ready_ms: Times) -> Times:
-        """Return (carriers,): when `v` would be aboard each at the soonest."""
-        return np.asarray(self._aboard_at_ms(v, ready_ms).min(axis=1, initial=NEVER))
+    def _meeting(self, v: int, k: int, ready_ms: Times) -> int:
+        """Return the meeting at which a rover could be aboard a carrier soonest."""
+        docked = np.maximum(ready_ms, self.carrier_ms[k]) + self.known.docking_ms[v] - EPSILON_MS
+        return int(np.argmin(np.minimum(docked, NEVER)))
 
 
 _Journey = tuple[Times, Mapping[int, Ride]]

@@ -53,8 +53,9 @@ class Ways:
         the carrier fetching the rover.
         """
         done, ways = np.empty_like(self.left, dtype=np.int64), np.empty_like(self.left, dtype=np.int64)
-        kinds = self.arrivals.kinds[self._rovers]
-        soonest(self.alone_ms, self.landed_ms, kinds, self.costs.outing, self.left, done, ways)
+        known, outing = self.arrivals, self.costs.outing
+        kinds = known.kinds[self._rovers]
+        soonest(self.alone_ms, self.landed_ms, known.aboard, kinds, outing, self.left, done, ways)
         return done, ways
 
     def way(self, number: int) -> tuple[str, str | None]:
