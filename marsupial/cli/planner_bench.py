@@ -11,7 +11,7 @@ from pathlib import Path
 
 from marsupial.bench.planner_report import Row, progress_line, rows_of
 from marsupial.bench.planners import BUDGETS_S, Contender, Round, contenders, play, warm_up
-from marsupial.bench.suite.best import Best, known_best, read_best, write_best
+from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.cli.inputs import about, read_text
 from marsupial.cli.messages import say
@@ -59,13 +59,18 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
     Parameters
     ----------
     json, update
-        File for the rows, and file of best plans to improve; both are written after every round.
+        File for the rows, and file of best plans to improve; both are written after every round. Whatever else has
+        been written to the latter meanwhile is kept.
+
+    Raises
+    ------
+    InputError
+        If `update` is no file of best plans.
+    InvalidPlanError
+        If a plan in it is not what it says.
     """
     best = known_best()
-    if update is not None and update.exists():
-        text = read_text(update, InputError)
-        with about(update):
-            best |= read_best(text)
+    _take_in(best, update)
     for contender in chosen.engines:
         say(f"warming up {contender.name}")
         warm_up(contender)
@@ -76,8 +81,25 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
         _enter(rounds[-1], best)
         if update is not None:
+            _take_in(best, update)
             write_file(update, write_best(best))
     return rows_of(rounds)
+
+
+def _take_in(best: dict[str, Best], file: Path | None) -> None:
+    """Enter what a file has that is better, after a look at it."""
+    if file is None or not file.exists():
+        return
+    text = read_text(file, InputError)
+    with about(file):
+        found = read_best(text)
+    for name, one in found.items():
+        if name not in INSTANCES:
+            raise InputError(f"there is no instance {name!r}", source=str(file))
+        if one != best.get(name):
+            merged = better(best.get(name), verified(one, INSTANCES[name].situation()))
+            if merged is not None:
+                best[name] = merged
 
 
 def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:

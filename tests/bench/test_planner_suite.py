@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 from situations import one_room
 
-from marsupial.bench.suite.best import Best, digest_of, known_best, read_best, with_bound, with_plan, write_best
+from marsupial.bench.suite.best import (
+    Best,
+    better,
+    digest_of,
+    known_best,
+    read_best,
+    verified,
+    with_bound,
+    with_plan,
+    write_best,
+)
 from marsupial.bench.suite.catalogue import INSTANCES, PRESSURE, TWO_DOORS
 from marsupial.bench.suite.floors import DOCK_MS, ROVER_SLOWNESS, UNDOCK_MS, Floor
 from marsupial.errors import InputError, InvalidPlanError
@@ -206,6 +216,35 @@ def test_an_invalid_plan_or_one_for_another_situation_is_not_taken() -> None:
         with_plan(known, other, plan, "b")
 
 
+def test_of_two_files_the_shorter_plan_and_the_higher_bound_are_kept() -> None:
+    situation = one_room()
+    plan = greedy_plan(situation)
+    slow = with_bound(with_plan(None, situation, later(plan, 5), "a"), 2_000, "b")
+    quick = with_bound(with_plan(None, situation, plan, "c"), 1_000, "d")
+    both = with_bound(quick, 2_000, "b")
+    assert better(slow, quick) == better(quick, slow) == both
+    assert better(quick, None) == better(None, quick) == quick
+    assert better(None, None) is None
+    too_high = with_bound(slow, plan.makespan_ms + 1, "e")
+    assert better(too_high, quick) == quick
+    with pytest.raises(InvalidPlanError, match="different situations"):
+        better(slow, replace(quick, digest="0"))
+
+
+def test_a_best_plan_that_is_not_what_it_says_is_refused() -> None:
+    situation = one_room()
+    best = with_plan(None, situation, greedy_plan(situation), "a")
+    assert verified(best, situation) is best
+    for wrong, message in (
+        (replace(best, digest="0"), "another situation"),
+        (replace(best, plan=best.plan[:-1]), "t1 has not been explored"),
+        (replace(best, makespan_ms=best.makespan_ms - 1), "takes 19002 ms"),
+        (replace(best, lower_bound_ms=best.makespan_ms + 1), "takes 19002 ms"),
+    ):
+        with pytest.raises(InvalidPlanError, match=message):
+            verified(wrong, situation)
+
+
 def test_best_plans_read_back_as_written() -> None:
     assert read_best(write_best(BEST)) == BEST
 
@@ -213,6 +252,8 @@ def test_best_plans_read_back_as_written() -> None:
 def test_what_is_no_file_of_best_plans_is_refused() -> None:
     with pytest.raises(InputError, match="no file of best plans"):
         read_best('{"suite": 1, "best": {"x": {"digest": "0"}}}')
+    with pytest.raises(InputError, match="are whole ms"):
+        read_best(write_best({"x": replace(BEST["rooms-1x1-3"], makespan_ms=1.5)}))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="suite version 7"):
         read_best('{"suite": 7, "best": {}}')
 

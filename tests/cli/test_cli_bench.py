@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,23 @@ def test_a_file_of_best_plans_gets_what_it_lacks_and_loses_nothing(tmp_path: Pat
     assert read_best(file.read_text()) == known_best()
     assert main(asked) == 0
     assert read_best(file.read_text()) == known_best()
+
+
+def test_worse_plans_in_a_file_are_replaced_and_false_ones_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "best.json"
+    known = known_best()
+    good = known["rooms-1x1-3"]
+    asked = ["bench", "planners", "--engine", "greedy", *SMALL, "--update", str(file)]
+    file.write_text(write_best({"rooms-1x1-3": replace(good, lower_bound_ms=0, bound_by="")}))
+    assert main(asked) == 0
+    assert read_best(file.read_text()) == known
+    false = write_best({"rooms-1x1-3": replace(good, makespan_ms=good.makespan_ms - 1)})
+    file.write_text(false)
+    assert main(asked) == 6
+    assert "which is not what is said of it" in capsys.readouterr().err
+    assert file.read_text() == false
 
 
 def test_a_new_file_of_best_plans_begins_with_those_known(tmp_path: Path) -> None:

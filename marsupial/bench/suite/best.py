@@ -78,7 +78,7 @@ def read_best(text: str) -> dict[str, Best]:
     try:
         data = json.loads(text)
         version, rows = data["suite"], data["best"]
-        best = {name: Best(**{**row, "plan": tuple(row["plan"])}) for name, row in rows.items()}
+        best = {name: _read(row) for name, row in rows.items()}
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise InputError(f"no file of best plans: {type(error).__name__}: {error}") from None
     if version != VERSION:
@@ -86,10 +86,54 @@ def read_best(text: str) -> dict[str, Best]:
     return best
 
 
+def _read(row: Mapping[str, Any]) -> Best:
+    best = Best(**{**row, "plan": tuple(row["plan"])})
+    numbers, texts = (best.makespan_ms, best.lower_bound_ms), (best.digest, best.found_by, best.bound_by, *best.plan)
+    if not (all(type(n) is int and n >= 0 for n in numbers) and all(isinstance(text, str) for text in texts)):
+        raise TypeError("makespans and bounds are whole ms, all else is text")
+    return best
+
+
 def write_best(best: Mapping[str, Best]) -> str:
     """Return the text of a file of best plans, one line of a plan a line."""
     rows: dict[str, Any] = {name: asdict(best[name]) for name in sorted(best)}
     return json.dumps({"suite": VERSION, "best": rows}, indent=1) + "\n"
+
+
+def verified(best: Best, situation: Situation) -> Best:
+    """Return `best` if it is what it says: for this situation, accepted by the checker, and as long.
+
+    Raises
+    ------
+    InvalidPlanError
+        If it is not.
+    """
+    if best.digest != digest_of(situation):
+        raise InvalidPlanError("the best plan known is for another situation")
+    verdict = check(situation, best.read_plan(situation))
+    if not verdict.valid:
+        raise InvalidPlanError(f"the best plan known: {verdict.violation}")
+    if verdict.makespan_ms != best.makespan_ms or best.lower_bound_ms > best.makespan_ms:
+        raise InvalidPlanError(f"the best plan known takes {verdict.makespan_ms} ms, which is not what is said of it")
+    return best
+
+
+def better(one: Best | None, other: Best | None) -> Best | None:
+    """Return the shorter of two plans for the same situation, with the higher of their bounds that it does not refute.
+
+    Raises
+    ------
+    InvalidPlanError
+        If they are for different situations.
+    """
+    if one is None or other is None:
+        return one or other
+    if one.digest != other.digest:
+        raise InvalidPlanError("two best plans for different situations")
+    short, long = (one, other) if one.makespan_ms <= other.makespan_ms else (other, one)
+    if short.lower_bound_ms > short.makespan_ms:
+        short = replace(short, lower_bound_ms=0, bound_by="")
+    return with_bound(short, long.lower_bound_ms, long.bound_by)
 
 
 def with_plan(known: Best | None, situation: Situation, plan: Plan, found_by: str) -> Best:
