@@ -12,7 +12,6 @@ from typing import Any
 import numba
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
 from marsupial.maps.footprint import standable
 from marsupial.model.grid import Cell, Grid, Mask
@@ -24,9 +23,12 @@ Indices = npt.NDArray[np.int64]
 
 
 def parts(mask: Mask) -> tuple[npt.NDArray[np.int32], int]:
-    """Return the labels (height, width) of the connected parts of `mask`, from 1, and how many there are."""
-    labels, count = ndimage.label(mask)
-    return labels.astype(np.int32, copy=False), int(count)
+    """Return the labels (height, width) of the connected parts of `mask`, and how many there are.
+
+    They count from 1 in the order of the parts' first cells.
+    """
+    labels = np.zeros(mask.shape, dtype=np.int32)
+    return labels, _label(mask, labels, np.empty(mask.size, dtype=np.int64))
 
 
 def groups(cells: Indices, shape: tuple[int, int]) -> list[Indices]:
@@ -95,6 +97,31 @@ def _group(left: Any, cells: Any, width: int, found: Any, ends: Any) -> int:
                         tail += 1
         ends[count] = tail
         count += 1
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
+def _label(mask: Any, labels: Any, queue: Any) -> int:
+    height, width = mask.shape
+    count = 0
+    for y in range(height):
+        for x in range(width):
+            if not mask[y, x] or labels[y, x]:
+                continue
+            count += 1
+            labels[y, x] = count
+            queue[0] = y * width + x
+            head, tail = 0, 1
+            while head < tail:
+                v, u = queue[head] // width, queue[head] % width
+                head += 1
+                for direction in range(4):
+                    a = u + (1 if direction == 0 else -1 if direction == 1 else 0)
+                    b = v + (1 if direction == 2 else -1 if direction == 3 else 0)
+                    if 0 <= a < width and 0 <= b < height and mask[b, a] and not labels[b, a]:
+                        labels[b, a] = count
+                        queue[tail] = b * width + a
+                        tail += 1
     return count
 
 

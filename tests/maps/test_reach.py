@@ -20,6 +20,14 @@ def test_parts_meet_at_edges_not_at_corners() -> None:
     assert labels.tolist() == [[1, 0, 2], [0, 0, 2], [3, 3, 0]]
 
 
+@settings(deadline=None)
+@given(cells=random_cells(codes=(OBSTACLE, FLOOR)))
+def test_parts_are_those_of_scipy_in_the_same_order(cells: CellArray) -> None:
+    labels, count = parts(cells == FLOOR)
+    expected, total = ndimage.label(cells == FLOOR)
+    assert (count, labels.tolist()) == (total, expected.tolist())
+
+
 def test_a_flood_fills_what_is_connected_to_its_seeds() -> None:
     mask = mask_of(
         "xx.xx",

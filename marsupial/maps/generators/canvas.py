@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage
 
 from marsupial.errors import MapError, Problem
+from marsupial.maps.reach import parts
 from marsupial.model.grid import OBSTACLE, CellArray, Grid
 
 LEAST_RESOLUTION_M, MOST_RESOLUTION_M = 0.02, 0.5
@@ -93,7 +93,7 @@ def carve(cells: CellArray, box: Box, code: int) -> None:
 
 def fill_pockets(cells: CellArray) -> None:
     """Fill all free cells but the largest area connected over edges with obstacle."""
-    labels, count = ndimage.label(cells != OBSTACLE)
+    labels, count = parts(cells != OBSTACLE)
     if count > 1:
         sizes = np.bincount(labels.ravel())
         sizes[0] = 0

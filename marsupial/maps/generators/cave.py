@@ -11,7 +11,6 @@ Johnson, Yannakakis, Togelius, Cellular automata for real-time generation of inf
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
 
 from marsupial.maps.generators.canvas import close_border, fill_pockets, finished, solid
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid, Mask
@@ -26,6 +25,8 @@ ROUGH_BLUR_M = 1.5
 
 def cave(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> Grid:
     """Generate a cave; about a fifth of its ground is rough."""
+    from scipy import ndimage  # takes a third of a second, and only caves need it
+
     cells = solid(width_m=width_m, height_m=height_m, resolution_m=resolution_m, seed=seed, least_m=LEAST_M)
     rng = np.random.default_rng(seed)
     rock = _rock(rng, round(height_m / SQUARE_M), round(width_m / SQUARE_M))
@@ -42,6 +43,8 @@ def cave(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> 
 
 def _rock(rng: np.random.Generator, height: int, width: int) -> Mask:
     """Return the cave's rock on coarse squares: noise, then `ROUNDS` times the majority of nine."""
+    from scipy import ndimage
+
     rock: Mask = rng.random((height, width)) < ROCK_SHARE
     kernel = np.ones((3, 3), dtype=np.int64)
     for _ in range(ROUNDS):
