@@ -47,6 +47,8 @@ def test_an_installed_wheel_runs_a_mission_and_finds_its_files(elsewhere: Path) 
     succeed(marsupial, "replay", "lobby.jsonl", "--html", "lobby.html", cwd=elsewhere)
     assert "<script" in (elsewhere / "lobby.html").read_text()
     assert "not installed" in succeed(marsupial, "planners", cwd=elsewhere)
+    bench = ("bench", "planners", "--engine", "greedy", "--instance", "mission-lobby-*", "--budget", "0.1")
+    assert "best known" in succeed(marsupial, *bench, cwd=elsewhere)
     where = succeed(
         elsewhere / "env" / "bin" / "python", "-c", "import marsupial; print(marsupial.__file__)", cwd=elsewhere
     )
