@@ -80,6 +80,7 @@ class Surveyor:
         self._reach = self._growing.reach(())
         self._targets: tuple[Target, ...] = ()
         self._searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
+        self._all_ground = PathSearch(np.zeros_like(territory.see_through))
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
@@ -216,7 +217,8 @@ class Surveyor:
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
         """Return the carriers' travel times to all targets over all ground that any type can drive on."""
         terrains = frozenset[int]().union(*(kind.terrains for kind in self._territory.kinds.values()))
-        search = PathSearch(self._territory.grid.mask_of(terrains))
+        search = self._all_ground
+        search.passable = self._territory.grid.mask_of(terrains)
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
         direct: dict[str, Mapping[str, int]] = {}
         for carrier in situation.of_role(Role.CARRIER):

@@ -1,8 +1,9 @@
 """The temporal strategy: asks a planner for concurrent plans that weigh deploying and retrieving against driving.
 
-The engine's best plan that the checker accepts is followed, unless what is left of the plan so far is as good. An
-engine that plans only a part of a large situation, or has no answer in time, is helped by the greedy one, which adds
-what is left, so that no robot waits for a planner.
+The engine's best plan that the checker accepts is followed, unless what is left of the plan so far is as good. The
+engine begins from the better of that and the deployment heuristic's plan. An engine that plans only a part of a large
+situation, or has no answer in time, is helped by the greedy one, which adds what is left, so that no robot waits for
+a planner.
 
 References
 ----------
@@ -20,6 +21,10 @@ from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import serve
+from marsupial.strategies.heuristic import Heuristic
+
+Served = tuple[Plan, frozenset[str]]
+"""A plan and the targets it leaves out."""
 
 
 class Temporal:
@@ -40,24 +45,26 @@ class Temporal:
         self._budget = budget
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the best checked plan: the engine's, the previous one's remainder, or the greedy one."""
+        """Return the best checked plan: the engine's, the previous one's remainder, the heuristic or the greedy one."""
         began = perf_counter()
         situation = briefing.situation
         best: Plan | None = None
         first: float | None = None
         refused = 0
         last = Finished(outcome=Outcome.NO_PLAN)
-        start = _continued(situation, briefing.previous)
+        previous, baseline = _continued(situation, briefing.previous), _continued(situation, _baseline(briefing))
+        start = _start(situation, previous + baseline)
         for event in self._events(situation, start):
             if isinstance(event, Finished):
                 last = event
-            elif not check(situation, event.plan, targets=event.plan.explored).valid:
+            elif event.plan != start and not check(situation, event.plan, targets=event.plan.explored).valid:
                 refused += 1
             elif event.plan.actions:
                 best = event.plan
                 if first is None and event.plan != start:
                     first = event.elapsed_s
-        plan, unserved = _best_of(situation, briefing.previous, best)
+        found = [] if best == start else _continued(situation, best)
+        plan, unserved = min(previous + found + baseline + [serve(situation)], key=_rank)
         detail = "" if best else f"{self._engine.info.name}: {last.outcome}{f' ({last.detail})' if last.detail else ''}"
         if unserved:
             detail += f"; nobody can serve {', '.join(sorted(unserved))}"
@@ -77,22 +84,28 @@ class Temporal:
         return self._engine.solve(situation, self._budget, start=start)
 
 
-def _continued(situation: Situation, previous: Plan | None) -> Plan | None:
-    """Return the previous plan, with what it leaves added at its end, if that reaches the whole goal."""
-    if previous is None:
-        return None
-    plan, _ = serve(situation, previous)
-    return plan if check(situation, plan).valid else None
+def _baseline(briefing: Briefing) -> Plan | None:
+    """Return the deployment heuristic's plan, if there is something to explore."""
+    plan = Heuristic().decide(briefing).plan if briefing.situation.targets else Plan(actions=())
+    usable = plan.actions and check(briefing.situation, plan, targets=plan.explored).valid
+    return plan if usable else None
 
 
-def _best_of(situation: Situation, *starts: Plan | None) -> tuple[Plan, frozenset[str]]:
-    """Return the best way to go on, and the targets it leaves out.
+def _continued(situation: Situation, plan: Plan | None) -> list[Served]:
+    """Return a plan, if there is one, with what it leaves of the goal added at its end as far as can be."""
+    return [] if plan is None else [serve(situation, plan)]
 
-    Every start is continued greedily to the whole goal, and so is an empty one. What counts is in turn the targets
-    served, the makespan, and the sum of the times at which targets are reached; earlier ones win ties.
-    """
-    plans = [serve(situation, start) for start in (*starts, Plan(actions=())) if start is not None]
-    return min(plans, key=lambda served: (len(served[1]), served[0].makespan_ms, _target_times_ms(served[0])))
+
+def _start(situation: Situation, candidates: list[Served]) -> Plan | None:
+    """Return the best of the plans that reach the whole goal, the first among equals."""
+    whole = (plan for plan, unserved in sorted(candidates, key=_rank) if check(situation, plan).valid)
+    return next(whole, None)
+
+
+def _rank(served: Served) -> tuple[int, int, int]:
+    """Order plans by the targets left out, the makespan, the sum of the times at which targets are reached."""
+    plan, unserved = served
+    return len(unserved), plan.makespan_ms, _target_times_ms(plan)
 
 
 def _target_times_ms(plan: Plan) -> int:

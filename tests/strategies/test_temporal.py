@@ -179,6 +179,42 @@ def test_the_previous_plan_is_the_first_candidate() -> None:
     assert [start for _, _, start in engine.asked] == [whole]
 
 
+def heading(situation: Situation, target: str, previous: Plan | None = None) -> Briefing:
+    """Return a briefing after which the deployment heuristic sends the carrier to this target, and nowhere else."""
+    return replace(brief(situation, previous), direct_ms=lambda: {"c1": {target: 1}})
+
+
+def test_without_a_previous_plan_the_heuristics_continued_is_the_first_candidate() -> None:
+    situation = one_hall()
+    engine = FakeEngine(*found())
+    Temporal(engine, BUDGET).decide(heading(situation, "t2"))
+    assert [start for _, _, start in engine.asked] == [in_order(situation, "t2", "t1")]
+
+
+def test_the_better_of_the_previous_plan_and_the_heuristics_is_the_first_candidate() -> None:
+    situation = one_hall()
+    slow, fast = in_order(situation, "t2", "t1"), in_order(situation, "t1", "t2")
+    engine = FakeEngine(*found())
+    Temporal(engine, BUDGET).decide(heading(situation, "t1", slow))
+    Temporal(engine, BUDGET).decide(heading(situation, "t2", fast))
+    assert [start for _, _, start in engine.asked] == [fast, fast]
+
+
+def test_of_a_previous_plan_and_the_heuristics_as_good_the_previous_one_is_kept() -> None:
+    situation, one, other = equals()
+    engine = FakeEngine(*found())
+    for previous, target in ((one, "t2"), (other, "t1")):
+        assert Temporal(engine, BUDGET).decide(heading(situation, target, previous)).plan == previous
+    assert [start for _, _, start in engine.asked] == [one, other]
+
+
+def test_the_heuristics_plan_is_followed_where_the_greedy_one_is_no_better() -> None:
+    situation, one, other = equals()
+    assert serve(situation)[0] == one
+    silent = FakeEngine(Finished(outcome=Outcome.TIMEOUT))
+    assert Temporal(silent, BUDGET).decide(heading(situation, "t2")).plan == other
+
+
 def test_without_an_answer_the_previous_plan_is_kept_where_greedy_has_none_better() -> None:
     situation, _, other = equals()
     silent = FakeEngine(Finished(outcome=Outcome.TIMEOUT))
