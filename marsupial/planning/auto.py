@@ -1,14 +1,29 @@
-"""The default planner: annealing at once."""
+"""The default planner: annealing at once, and beside it, on small teams, an exact search that can prove its plan best.
+
+Aries is left out. On the fourteen situations of the planner suite with up to eight targets, ten seconds each, it found
+no plan that annealing has not within one second, the same makespan three times, a longer one four times and none seven
+times, and proved nothing; its processes take a core meanwhile.
+"""
 
 from __future__ import annotations
 
-from marsupial.model.planning import EngineInfo
+from collections.abc import Callable
+
+from marsupial.model.planning import Engine, EngineInfo
+from marsupial.model.situation import Situation
 from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.portfolio import Member, Portfolio
+from marsupial.planning.race import Clock
+
+MOST_TARGETS, MOST_ROBOTS = 12, 9
+"""Up to here an exact search is worth its core."""
+
+HEAD_START_S = 0.05
+"""How long annealing runs alone: it mostly has the best plan by then, and an exact search is quicker with one."""
 
 INFO = EngineInfo(
     name="auto",
-    summary="the default: anytime, beside it what proves small situations; the best of all",
+    summary="the default: marsupial's own side by side, the best plan of all",
     licence="Apache-2.0",
     anytime=True,
     proves_optimality=True,
@@ -16,6 +31,11 @@ INFO = EngineInfo(
 )
 
 
-def auto() -> Portfolio:
-    """Return the engine."""
-    return Portfolio(INFO, Member(name="anytime", make=Anytime))
+def auto(exact: Callable[[Clock], Engine] | None = None) -> Portfolio:
+    """Return the engine; `exact` makes an engine that proves small situations around a clock."""
+    beside = () if exact is None else (Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),)
+    return Portfolio(INFO, Member(name="anytime", make=Anytime), *beside)
+
+
+def _is_small(situation: Situation) -> bool:
+    return len(situation.targets) <= MOST_TARGETS and len(situation.robots) <= MOST_ROBOTS

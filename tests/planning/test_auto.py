@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from situations import many_rooms, one_room, two_rooms
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.auto import INFO, auto
+from marsupial.planning.race import Clock
+
+
+class Prover:
+    """Says at once that no plan is shorter than that."""
+
+    info = INFO
+
+    def __init__(self, asked: list[Plan | None], bound_ms: int = 0) -> None:
+        self._asked, self._bound_ms = asked, bound_ms
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        self._asked.append(start)
+        yield Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=self._bound_ms)
+
+
+@pytest.mark.parametrize("budget", [Budget(seconds=30), Budget(steps=5)])
+def test_on_small_teams_an_exact_search_proves_the_plan_of_annealing(budget: Budget) -> None:
+    asked: list[Plan | None] = []
+
+    def exact(clock: Clock) -> Prover:
+        return Prover(asked, bound_ms=72_007)
+
+    *_, end = auto(exact).solve(two_rooms(), budget)
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.OPTIMAL
+    assert "plan by anytime, its makespan proven optimal by exact" in end.detail
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("budget", [Budget(seconds=0.1), Budget(steps=2)])
+def test_on_big_teams_it_is_not_asked(budget: Budget) -> None:
+    asked: list[Plan | None] = []
+    *_, end = auto(lambda clock: Prover(asked)).solve(many_rooms(6, 3, 20, 8), budget)
+    assert isinstance(end, Finished)
+    assert end.lower_bound_ms is not None
+    assert asked == []
+
+
+def test_the_same_steps_give_the_same_plans() -> None:
+    first, second = ([*auto().solve(many_rooms(2, 2, 8, 4), Budget(steps=10))] for _ in range(2))
+    plans = [[event.plan for event in events if isinstance(event, Improved)] for events in (first, second)]
+    assert plans[0] == plans[1]
+
+
+def test_a_makespan_as_short_as_the_bound_needs_no_second_engine() -> None:
+    asked: list[Plan | None] = []
+    *_, end = auto(lambda clock: Prover(asked)).solve(one_room(), Budget(steps=5))
+    assert isinstance(end, Finished)
+    assert (end.outcome, end.lower_bound_ms) == (Outcome.OPTIMAL, 19_002)
+    assert "proven optimal by anytime" in end.detail
+    assert asked == []
