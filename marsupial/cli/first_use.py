@@ -20,17 +20,26 @@ from marsupial.planning.engines import PROCESSES, engine
 from marsupial.planning.external import PREFIX
 from marsupial.planning.processes import warm_up
 
+FALLBACK = "greedy"
+"""What missions go on with where another planner has no plan, and what the others begin with."""
+
 _SILENT_S = 2.0
 
 
 def prepare(planner: str) -> Callable[[], None]:
     """Begin to get a planner ready and return what waits until it is."""
-    if planner in PROCESSES or planner.startswith(PREFIX):
+    has_processes = planner in PROCESSES or planner.startswith(PREFIX)
+    if has_processes:
         warm_up(wait=False)
-        return warm_up
-    trial = Thread(target=_try_out, args=(planner,), name=f"trial of {planner}", daemon=True)
+    trial = Thread(target=_try_out, args=(FALLBACK if has_processes else planner,), daemon=True)
     trial.start()
-    return lambda: _wait(trial)
+
+    def wait() -> None:
+        if has_processes:
+            warm_up()
+        _wait(trial)
+
+    return wait
 
 
 def _wait(trial: Thread) -> None:
