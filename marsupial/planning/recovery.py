@@ -7,7 +7,7 @@ one that is aboard is set down to be picked up by another carrier.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -23,17 +23,29 @@ from marsupial.planning.timeline import Timeline
 
 
 def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
-    """Add the picking up of every rover; return the timeline and a sentence on those left, if any."""
+    """Add the picking up of every rover; return the timeline and a sentence on those left, if any.
+
+    Where some are left, it is done over with those that need rides going first, before the carriers that give them
+    rides are full.
+    """
+    recovered, left = _recovered(timeline, costs, rides_first=False)
+    if left:
+        other = _recovered(timeline, costs, rides_first=True)
+        recovered, left = (recovered, left) if other[1] else other
+    return recovered, f"list scheduling found no place on a carrier for {left[0]}" if left else ""
+
+
+def _recovered(timeline: Timeline, costs: Costs, *, rides_first: bool) -> tuple[Timeline, list[str]]:
+    """Return the timeline with the picking up of every rover added, and the rovers left."""
     known, stranded_ms = Arrivals(timeline, costs), _stranded_ms(timeline.situation)
     for _ in range(3 * len(known.rovers)):  # rides on full carriers set others down, and might do so for ever
         if (known.aboard >= 0).all():
             break
-        step = _Pickups(known, stranded_ms).next()
+        step = _Pickups(known, stranded_ms, rides_first=rides_first).next()
         if step is None:
             break
         known.advance(step)
-    out = [known.robots[known.rovers[i]] for i in np.flatnonzero(known.aboard < 0)]
-    return known.timeline, f"list scheduling found no place on a carrier for {out[0]}" if out else ""
+    return known.timeline, [known.robots[known.rovers[i]] for i in np.flatnonzero(known.aboard < 0)]
 
 
 def go_home(timeline: Timeline) -> str:
@@ -52,8 +64,8 @@ def go_home(timeline: Timeline) -> str:
 class _Pickups:
     """Which carrier could pick up which rover, when and where. Rovers are indices into `Arrivals.robots`."""
 
-    def __init__(self, known: Arrivals, stranded_ms: Times) -> None:
-        self.known, self.timeline = known, known.timeline
+    def __init__(self, known: Arrivals, stranded_ms: Times, *, rides_first: bool) -> None:
+        self.known, self.timeline, self.rides_first = known, known.timeline, rides_first
         self.meetings = known.timeline.situation.meetings
         self.carriers = [known.robots[c] for c in known.carriers]
         self.places = [known.capacity[c] for c in known.carriers]
@@ -80,10 +92,8 @@ class _Pickups:
         seats = _seated(aboard_ms < NEVER, self.free)
         if every and seats < len(self.out):
             return None
-        untried = np.where(np.array(self.free) > 0, aboard_ms, NEVER)
-        while untried.min(initial=NEVER) < NEVER:
-            row, k = divmod(int(np.argmin(untried)), len(self.carriers))
-            untried[row, k] = NEVER
+        wanted = np.where(np.array(self.free) > 0, aboard_ms, NEVER)
+        for row, k in self._in_order(wanted):
             free = [n - (i == k) for i, n in enumerate(self.free)]
             if _seated(np.delete(aboard_ms, row, axis=0) < NEVER, free) + 1 < seats:
                 continue
@@ -91,6 +101,15 @@ class _Pickups:
             if step is not None:
                 return step
         return None
+
+    def _in_order(self, aboard_ms: Times) -> Iterator[tuple[int, int]]:
+        """Yield the pairs of a rover that is out and a carrier, the soonest first; never those that can't be."""
+        untried = aboard_ms
+        if self.rides_first:
+            direct_ms = self._aboard_ms({v: self.known.relay(v, alone=True) for v in self.out})
+            yield from _soonest_first(np.where(direct_ms < NEVER, NEVER, untried))
+            untried = np.where(direct_ms < NEVER, untried, NEVER)
+        yield from _soonest_first(untried)
 
     def _make_room(self, out: Mapping[int, _Journey], *, alone: bool) -> Timeline | None:
         """Return the timeline with a rover set down so that more can be aboard in the end, None if none helps."""
@@ -144,6 +163,15 @@ def _stranded_ms(situation: Situation) -> Times:
             legs = [situation.travel(robot.type, meeting, robot.home) for meeting in situation.meetings]
             stranded[k] = [NEVER if leg is None else 0 for leg in legs]
     return stranded
+
+
+def _soonest_first(times: Times) -> Iterator[tuple[int, int]]:
+    """Yield the indices of the entries before `NEVER`, in order of time; few of them are ever asked for."""
+    untried = times.copy()
+    while untried.min(initial=NEVER) < NEVER:
+        row, column = divmod(int(np.argmin(untried)), untried.shape[1])
+        untried[row, column] = NEVER
+        yield row, column
 
 
 def _by_time(times: Times) -> list[int]:

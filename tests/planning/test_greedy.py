@@ -190,6 +190,27 @@ def test_a_rover_aboard_changes_carriers_if_its_place_is_needed() -> None:
     assert {a.robot: a.carrier for a in plans[-1].actions if a.name is ActionName.DOCK} == {"r1": "c2", "r2": "c1"}
 
 
+@pytest.mark.parametrize(("lift", "capacity"), [(1, 2), (2, 3)])
+def test_a_carrier_that_takes_rovers_to_another_is_not_filled_first(lift: int, capacity: int) -> None:
+    """Only the lift gets to where the rovers are, and only at m2 to the carrier; there is just a place for each."""
+    number = lift + capacity
+    situation = situation_of(
+        [RobotState(name="lift", type="lift", place="lift_start"), carrier(), *(rover(i) for i in range(number))],
+        {},
+        {"m1": Spot(10_000, {"lift": 0, "rover": 1}), "m2": Spot(20_000, {"lift": 0, "carrier": 0})},
+        {
+            "lift_start": Spot(0, {"lift": 0}),
+            "c1_start": hall(30),
+            **{f"r{i}_start": room(12, 1) for i in range(number)},
+        },
+        types=(*default_types(capacity), PlanningType(name="lift", role=Role.CARRIER, capacity=lift)),
+        goal=SituationGoal(recover_rovers=True),
+    )
+    plans, finished = solve(situation)
+    assert finished.outcome is Outcome.SATISFICING
+    assert check(situation, plans[-1]).valid
+
+
 def test_everybody_is_home_in_the_end() -> None:
     situation = one_room(goal=SituationGoal(recover_rovers=True, return_home=True))
     (plan,), _ = solve(situation)
