@@ -18,7 +18,7 @@ NEVER = 1 << 56
 class Costs:
     """Durations of driving, as they will stand in actions: at least 1 ms, `NEVER` without a path.
 
-    All tables are int64; their first axis goes over the situation's types. Those between being ready at one place and
+    All tables are int64 and contiguous; their first axis goes over the situation's types. Those between being ready at one place and
     being ready at another count the gap between actions.
 
     Attributes
@@ -49,7 +49,7 @@ class Costs:
             self.explore[k] = np.where(may, drive[:, targets], NEVER)
             self.meet[k] = drive[:, meetings] + EPSILON_MS
         self.meet[:, meetings, np.arange(len(meetings))] = 0
-        self.outing: Times = self.explore[:, meetings]
-        self.stay: Times = self.meet[:, meetings]
+        self.outing: Times = np.ascontiguousarray(self.explore[:, meetings])
+        self.stay: Times = np.ascontiguousarray(self.meet[:, meetings])
         self.ride: Times = self.stay.copy()
         self.ride[:, np.arange(len(meetings)), np.arange(len(meetings))] = NEVER
