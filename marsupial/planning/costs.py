@@ -18,8 +18,8 @@ NEVER = 1 << 56
 class Costs:
     """Durations of driving, as they will stand in actions: at least 1 ms, `NEVER` without a path.
 
-    All tables are int64 and contiguous; their first axis goes over the situation's types. Those between being ready at one place and
-    being ready at another count the gap between actions.
+    All tables are int64 and contiguous; their first axis goes over the situation's types. Those between being ready
+    at one place and being ready at another count the gap between actions.
 
     Attributes
     ----------
