@@ -1,9 +1,10 @@
-"""The compiled core: event lists and their exact schedules.
+"""The state of a search: events linked into one chain per robot.
 
-One pass over a list gives its schedule: where each robot is, on whom, from when it is ready, how full each carrier
-is. The pass ends as soon as the list is seen to be impossible or too long. Rovers' targets stand right behind where
-the rover was set down (only the order of its own events counts), so that rides can be moved about without tearing a
-rover's outing apart.
+Each event knows the one before it and the one after it in the life of its robot, and of its carrier where it has one.
+A chain begins and ends at the robot's `START`, which stands for both. So a change touches a few rows and not a list:
+whatever is about to be written is logged first, and an unsuccessful change is undone from the log.
+
+Nodes are numbered: the starts of all robots, then the targets, then the rides, which come and go.
 """
 
 from __future__ import annotations
@@ -18,16 +19,14 @@ from marsupial.planning.anytime.encoding import (
     AT,
     CAPACITY,
     DOCK,
-    DOCKING,
+    DOORS,
     EXPLORE,
-    HOME,
-    NEVER,
+    NEIGHBOURS,
     READY,
     ROVERS,
     START,
-    TYPE,
+    TARGETS,
     UNDOCK,
-    UNDOCKING,
     Ints,
     Task,
 )
@@ -35,208 +34,362 @@ from marsupial.planning.anytime.encoding import (
 compiled = njit(cache=True, nogil=True, _nrt=False)
 """For functions that only compiled functions call and that make no arrays: nobody counts references to those passed."""
 
+FREE = 4
+"""Kind of a ride that is not in use."""
+
+KIND, ROBOT, CARRIER, PLACE, BEFORE, AFTER, CARRIER_BEFORE, CARRIER_AFTER, END, DRIVE, STAMP, COUNTED = range(12)
+WIDTH = 12
+"""Columns of nodes. `END` is from when the robots are ready again, `DRIVE` the driving it takes, `COUNTED` whether the
+sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to."""
+
+EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED, HELD = range(7)
+REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE = range(7, 15)
+SUMS = 16
+"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, and the time that is late."""
+
+QUEUE, CHECK, RIDES, DROP, TAKEN = range(1, 6)
+"""Other rows of `work`: nodes to be timed, carriers whose load is to be checked, rides not in use, rides no longer in
+use once the change is accepted, targets taken out."""
+
+NODE, WORTH, NEAR = 0, 1, 2
+"""Columns of `hints`; after the nodes of the nearest targets come the doors: entries and exits per type."""
+
+FAR = (1 << 31) - 1
+"""A leg that is this long has no path."""
+
 LONGEST_SEGMENT = 8
 """How many targets are moved at once at most."""
 
-MAKESPAN, REACHING, DRIVING, SIZE = 0, 1, 2, 3
-"""Parts of a score: ms until the end, weighted sum of the times targets are reached, ms of driving. Then the length."""
 
-CURRENT, CANDIDATE, BEST, TAKEN = 0, 1, 2, 3
-"""Lists of a search."""
-
-WHERE, ON, READY_AT, LOAD = 0, 1, 2, 3
-"""Columns of the state of robots."""
-
-
-class Search(NamedTuple):
+class Net(NamedTuple):
     """What a search remembers between calls: few arrays, for each of them costs time in every compiled call.
 
     Attributes
     ----------
-    lists
-        int32 (4, room, 4): the current list of events, the candidate, the best; of the last one only the first column
-        is used, for the targets `TAKEN` out of the candidate.
-    tallies
-        int64 (3, 4): the scores of the lists, and their lengths.
-    state
-        int64 (robots, 4), scratch of `schedule`.
-    reached
-        int64 (2, places): when the current list and the candidate reach each place that is a target.
+    nodes
+        int64 (nodes, `WIDTH`).
+    log
+        int64 (nodes, `WIDTH` + 1): rows as they were before the change, and which they are.
+    work
+        int64 (6, n): see `SUMS` and `QUEUE`.
+    leg
+        int32 (types, places, places), as in `Task`, `FAR` without a path.
+    robots, groups
+        As in `Task`, but that the capacity of rovers is -1.
+    hints
+        int32 (places, n): see `NODE`.
     seed
         uint64 (1,): state of the random numbers.
     """
 
-    lists: Ints
-    tallies: Ints
-    state: Ints
-    reached: Ints
+    nodes: Ints
+    log: Ints
+    work: Ints
+    leg: Ints
+    robots: Ints
+    groups: Ints
+    hints: Ints
     seed: Ints
+    recover: bool
+
+
+def net_of(task: Task, rides: int, seed: int) -> Net:
+    """Return an empty net with room for that many rides more than there could be use for."""
+    robots, targets = len(task.robots), int(task.groups[TARGETS, 0])
+    size = robots + targets + rides + 2 * robots + 4 * targets
+    return Net(
+        nodes=np.zeros((size, WIDTH), dtype=np.int64),
+        log=np.zeros((size, WIDTH + 1), dtype=np.int64),
+        work=np.zeros((6, max(SUMS, size)), dtype=np.int64),
+        leg=np.minimum(task.leg, FAR).astype(np.int32),
+        robots=_robots(task),
+        groups=task.groups,
+        hints=_hints(task),
+        seed=np.array([seed], dtype=np.uint64),
+        recover=task.recover,
+    )
+
+
+def _robots(task: Task) -> Ints:
+    robots = task.robots.copy()
+    robots[task.members(ROVERS), CAPACITY] = -1
+    return robots
+
+
+def _hints(task: Task) -> Ints:
+    robots, targets = len(task.robots), task.members(TARGETS)
+    types, places = task.leg.shape[:2]
+    node = np.full(places + 1, -1, dtype=np.int64)
+    node[targets] = robots + np.arange(len(targets))
+    doors = task.doors.transpose(2, 0, 1, 3).reshape(places, 2 * types * DOORS)
+    return np.column_stack([node[:-1], task.worth, node[task.near], doors]).astype(np.int64)
 
 
 @compiled
-def draw(seed: Ints, n: int) -> Any:
+def draw(net: Net, n: int) -> Any:
     """Return a random number from 0 to n - 1 (xorshift)."""
-    x = seed[0]
+    x = net.seed[0]
     x ^= x << np.uint64(13)
     x ^= x >> np.uint64(7)
     x ^= x << np.uint64(17)
-    seed[0] = x
+    net.seed[0] = x
     return np.int64(x >> np.uint64(33)) % n
 
 
 @compiled
-def pick(task: Task, search: Search, group: int) -> Any:
+def pick(net: Net, group: int) -> Any:
     """Return a random member of a group that has any."""
-    return task.groups[group, 1 + draw(search.seed, task.groups[group, 0])]
+    return net.groups[group, 1 + draw(net, net.groups[group, 0])]
 
 
 @compiled
-def schedule(task: Task, search: Search, which: int, limit: float, blend: Ints) -> float:
-    """Return the cost of a list, and enter its score; inf where it can't be carried out or costs more than `limit`.
+def door(net: Net, way: int, robot: int, place: int) -> Any:
+    """Return one of the few meetings best for getting to a place or away from it, the first ones more often, or -1."""
+    types = net.leg.shape[0]
+    first = NEAR + NEIGHBOURS + (way * types + net.robots[robot, 0]) * DOORS
+    count = 0
+    while count < DOORS and net.hints[place, first + count] >= 0:
+        count += 1
+    return net.hints[place, first + min(draw(net, count), draw(net, count))] if count else -1
 
-    The carriers of its undocks are entered in the list as well.
-    """
-    events, size, reached = search.lists[which], search.tallies[which, SIZE], search.reached[min(which, 1)]
-    state = search.state
-    for i in range(len(state)):
-        state[i, WHERE], state[i, ON] = task.robots[i, AT], task.robots[i, ABOARD]
-        state[i, READY_AT], state[i, LOAD] = task.robots[i, READY], 0
-    for i in range(len(state)):
-        if state[i, ON] >= 0:
-            state[state[i, ON], LOAD] += 1
-    makespan, reaching, driving = 0, 0, 0
-    for i in range(size):
-        kind, robot, place = events[i, 0], events[i, 1], events[i, 3]
+
+@compiled
+def after(net: Net, node: int, robot: int) -> Any:
+    """Return the node after one in the chain of a robot."""
+    return net.nodes[node, AFTER] if net.nodes[node, ROBOT] == robot else net.nodes[node, CARRIER_AFTER]
+
+
+@compiled
+def before(net: Net, node: int, robot: int) -> Any:
+    """Return the node before one in the chain of a robot."""
+    return net.nodes[node, BEFORE] if net.nodes[node, ROBOT] == robot else net.nodes[node, CARRIER_BEFORE]
+
+
+@compiled
+def touch(net: Net, node: int) -> None:
+    """Log a node before it is written to."""
+    if net.nodes[node, STAMP] != net.work[0, EPOCH]:
+        at = net.work[0, LOGGED]
+        for k in range(WIDTH):
+            net.log[at, k] = net.nodes[node, k]
+        net.log[at, WIDTH] = node
+        net.work[0, LOGGED] = at + 1
+        net.nodes[node, STAMP] = net.work[0, EPOCH]
+
+
+@compiled
+def ask(net: Net, node: int) -> None:
+    """Have a node timed again."""
+    n = net.work[0, QUEUED]
+    for i in range(n):
+        if net.work[QUEUE, i] == node:
+            return
+    net.work[QUEUE, n] = node
+    net.work[0, QUEUED] = n + 1
+
+
+@compiled
+def check_load(net: Net, carrier: int) -> None:
+    """Have the load of a carrier checked."""
+    n = net.work[0, CHECKS]
+    for i in range(n):
+        if net.work[CHECK, i] == carrier:
+            return
+    net.work[CHECK, n] = carrier
+    net.work[0, CHECKS] = n + 1
+
+
+@compiled
+def _link(net: Net, one: int, other: int, robot: int) -> None:
+    touch(net, one)
+    touch(net, other)
+    net.nodes[one, AFTER if net.nodes[one, ROBOT] == robot else CARRIER_AFTER] = other
+    net.nodes[other, BEFORE if net.nodes[other, ROBOT] == robot else CARRIER_BEFORE] = one
+    ask(net, other)
+
+
+@compiled
+def insert(net: Net, node: int, robot: int, at: int) -> None:
+    """Put a node into the chain of its robot, behind node `at`."""
+    following = after(net, at, robot)
+    touch(net, node)
+    net.nodes[node, ROBOT] = robot
+    if not net.nodes[node, COUNTED]:
+        net.nodes[node, END] = net.nodes[at, END]
+    _link(net, node, following, robot)
+    _link(net, at, node, robot)
+
+
+@compiled
+def host(net: Net, ride: int, carrier: int, at: int) -> None:
+    """Put a ride into the chain of a carrier, behind node `at`."""
+    following = after(net, at, carrier)
+    touch(net, ride)
+    net.nodes[ride, CARRIER] = carrier
+    _link(net, ride, following, carrier)
+    _link(net, at, ride, carrier)
+    check_load(net, carrier)
+
+
+@compiled
+def unhost(net: Net, ride: int) -> None:
+    """Take a ride out of the chain of its carrier."""
+    carrier = net.nodes[ride, CARRIER]
+    _link(net, net.nodes[ride, CARRIER_BEFORE], net.nodes[ride, CARRIER_AFTER], carrier)
+    check_load(net, carrier)
+
+
+@compiled
+def lateness(net: Net, end: int) -> Any:
+    """Return how much of a time is late."""
+    return max(np.int64(0), end - net.work[0, DUE])
+
+
+@compiled
+def discount(net: Net, node: int) -> None:
+    """Take what a node adds to the sums out of them."""
+    if net.nodes[node, COUNTED]:
+        touch(net, node)
+        net.nodes[node, COUNTED] = 0
+        _add(net, node, -1)
+
+
+@compiled
+def count(net: Net, node: int) -> None:
+    """Add a node to the sums."""
+    net.nodes[node, COUNTED] = 1
+    _add(net, node, 1)
+
+
+@compiled
+def _add(net: Net, node: int, times: int) -> None:
+    net.work[0, DRIVING] += times * net.nodes[node, DRIVE]
+    kind, end = net.nodes[node, KIND], net.nodes[node, END]
+    if kind == START:
+        end = net.nodes[node, CARRIER_BEFORE]
+    elif kind == EXPLORE:
+        net.work[0, REACHING] += times * net.hints[net.nodes[node, PLACE], WORTH] * end
+    if kind != UNDOCK and end > net.work[0, DUE]:
+        net.work[0, LATE] += times * lateness(net, end)
+
+
+@compiled
+def take_out(net: Net, node: int) -> None:
+    """Take a node out of all chains; a target has to be put back, a ride is gone."""
+    discount(net, node)
+    _link(net, net.nodes[node, BEFORE], net.nodes[node, AFTER], net.nodes[node, ROBOT])
+    touch(net, node)
+    net.nodes[node, BEFORE] = -1
+    if net.nodes[node, KIND] != EXPLORE:
+        unhost(net, node)
+        net.nodes[node, KIND] = FREE
+        net.work[DROP, net.work[0, DROPPED]] = node
+        net.work[0, DROPPED] += 1
+
+
+@compiled
+def new_ride(net: Net, kind: int, place: int) -> Any:
+    """Return a ride that is not yet in any chain, or -1 if there are too many."""
+    if not net.work[0, UNUSED]:
+        return -1
+    net.work[0, UNUSED] -= 1
+    node = net.work[RIDES, net.work[0, UNUSED]]
+    touch(net, node)
+    net.nodes[node, KIND] = kind
+    net.nodes[node, PLACE] = place
+    net.nodes[node, COUNTED] = 0
+    net.nodes[node, DRIVE] = 0
+    return node
+
+
+@compiled
+def begin(net: Net) -> None:
+    """Begin a change."""
+    net.work[0, EPOCH] += 1
+    net.work[0, OLD_REACHING] = net.work[0, REACHING]
+    net.work[0, OLD_DRIVING] = net.work[0, DRIVING]
+    net.work[0, OLD_LATE] = net.work[0, LATE]
+    net.work[0, OLD_UNUSED] = net.work[0, UNUSED]
+    net.work[0, LOGGED] = 0
+    net.work[0, QUEUED] = 0
+    net.work[0, CHECKS] = 0
+    net.work[0, DROPPED] = 0
+
+
+@compiled
+def undo(net: Net) -> None:
+    """Take back everything since `begin`."""
+    for i in range(net.work[0, LOGGED]):
+        node = net.log[i, WIDTH]
+        for k in range(WIDTH):
+            net.nodes[node, k] = net.log[i, k]
+    net.work[0, REACHING] = net.work[0, OLD_REACHING]
+    net.work[0, DRIVING] = net.work[0, OLD_DRIVING]
+    net.work[0, LATE] = net.work[0, OLD_LATE]
+    net.work[0, UNUSED] = net.work[0, OLD_UNUSED]
+
+
+@compiled
+def keep(net: Net) -> None:
+    """Keep everything since `begin`."""
+    for i in range(net.work[0, DROPPED]):
+        net.work[RIDES, net.work[0, UNUSED]] = net.work[DROP, i]
+        net.work[0, UNUSED] += 1
+
+
+@compiled
+def aboard(net: Net, node: int, rover: int) -> Any:
+    """Return the carrier that a rover is aboard after a node of its chain, -1 if it is on the ground."""
+    kind = net.nodes[node, KIND]
+    if kind == START or (kind == DOCK and net.nodes[node, ROBOT] == rover):
+        return net.nodes[node, CARRIER]
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def load(net: Net, events: Ints) -> None:
+    """Make the net that of a list of events (n, 4); nothing is timed yet, everything is asked for."""
+    robots, targets = len(net.robots), net.groups[TARGETS, 0]
+    net.nodes[:] = 0
+    net.work[0, REACHING] = net.work[0, DRIVING] = net.work[0, LATE] = 0
+    begin(net)
+    net.work[0, UNUSED] = 0
+    for node in range(len(net.nodes) - 1, robots + targets - 1, -1):
+        net.nodes[node, KIND] = FREE
+        net.work[RIDES, net.work[0, UNUSED]] = node
+        net.work[0, UNUSED] += 1
+    for robot in range(robots):
+        row = net.nodes[robot]
+        row[KIND], row[ROBOT] = START, robot
+        row[CARRIER], row[PLACE] = net.robots[robot, ABOARD], net.robots[robot, AT]
+        row[BEFORE] = row[AFTER] = robot
+        row[END] = net.robots[robot, READY]
+        ask(net, robot)
+    for k in range(targets):
+        row = net.nodes[robots + k]
+        row[KIND], row[PLACE] = EXPLORE, net.groups[TARGETS, 1 + k]
+        row[BEFORE] = -1
+    for i in range(len(events)):
+        kind, robot, carrier, place = events[i, 0], events[i, 1], events[i, 2], events[i, 3]
         if kind == START:
             continue
-        carrier = events[i, 2] if kind == DOCK else state[robot, ON]
-        if kind != UNDOCK:
-            if state[robot, ON] >= 0:
-                return np.inf
-            leg = task.leg[task.robots[robot, TYPE], state[robot, WHERE], place]
-            if leg >= NEVER:
-                return np.inf
-            state[robot, READY_AT] += leg
-            driving += leg
-            state[robot, WHERE] = place
-        if kind != EXPLORE:
-            if carrier < 0:
-                return np.inf
-            leg = task.leg[task.robots[carrier, TYPE], state[carrier, WHERE], place]
-            if leg >= NEVER:
-                return np.inf
-            driving += leg
-            begin = max(state[carrier, READY_AT] + leg, state[robot, READY_AT])
-            if kind == DOCK:
-                if state[carrier, LOAD] >= task.robots[carrier, CAPACITY]:
-                    return np.inf
-                state[carrier, LOAD] += 1
-                state[robot, ON] = carrier
-                state[robot, READY_AT] = begin + task.robots[robot, DOCKING]
-            else:
-                state[carrier, LOAD] -= 1
-                state[robot, ON] = -1
-                state[robot, WHERE] = place
-                state[robot, READY_AT] = begin + task.robots[robot, UNDOCKING]
-                events[i, 2] = carrier
-            state[carrier, READY_AT], state[carrier, WHERE] = state[robot, READY_AT], place
-        else:
-            reached[place] = state[robot, READY_AT]
-            reaching += task.worth[place] * state[robot, READY_AT]
-        if state[robot, READY_AT] > makespan:
-            makespan = state[robot, READY_AT]
-            if makespan > limit:
-                return np.inf
-    return _finish(task, search, which, blend, makespan, reaching, driving)
+        node = net.hints[place, NODE] if kind == EXPLORE else new_ride(net, kind, place)
+        last = net.nodes[robot, BEFORE]
+        if kind == UNDOCK:
+            carrier = aboard(net, last, robot)
+        insert(net, node, robot, last)
+        if kind != EXPLORE and carrier >= 0:
+            host(net, node, carrier, net.nodes[carrier, BEFORE])
+        net.nodes[node, END] = i
+    for i in range(net.groups[ROVERS, 0]):
+        if net.robots[net.groups[ROVERS, 1 + i], ABOARD] >= 0:
+            check_load(net, net.robots[net.groups[ROVERS, 1 + i], ABOARD])
 
 
-@compiled
-def _finish(task: Task, search: Search, which: int, blend: Ints, makespan: int, reaching: int, driving: int) -> float:
-    """Add the way home, enter the score and return the cost; inf where a rover is left on the ground."""
-    if task.recover:
-        for i in task.groups[ROVERS, 1 : 1 + task.groups[ROVERS, 0]]:
-            if search.state[i, ON] < 0:
-                return np.inf
-    for i in range(len(task.robots)):
-        if task.robots[i, HOME] >= 0 and search.state[i, WHERE] != task.robots[i, HOME]:
-            leg = task.leg[task.robots[i, TYPE], search.state[i, WHERE], task.robots[i, HOME]]
-            if leg >= NEVER:
-                return np.inf
-            makespan = max(makespan, search.state[i, READY_AT] + leg)
-            driving += leg
-    search.tallies[which, MAKESPAN] = makespan
-    search.tallies[which, REACHING] = reaching
-    search.tallies[which, DRIVING] = driving
-    return blend[MAKESPAN] * makespan + blend[REACHING] * reaching + blend[DRIVING] * driving
-
-
-@compiled
-def insert(search: Search, at: int, kind: int, robot: int, carrier: int, place: int) -> None:
-    """Insert an event into the candidate."""
-    events, size = search.lists[1], search.tallies[1, SIZE]
-    for i in range(size, at, -1):
-        for k in range(4):
-            events[i, k] = events[i - 1, k]
-    events[at, 0], events[at, 1], events[at, 2], events[at, 3] = kind, robot, carrier, place
-    search.tallies[1, SIZE] = size + 1
-
-
-@compiled
-def erase(search: Search, at: int, count: int) -> None:
-    """Take events out of the candidate."""
-    events, size = search.lists[1], search.tallies[1, SIZE] - count
-    for i in range(at, size):
-        for k in range(4):
-            events[i, k] = events[i + count, k]
-    search.tallies[1, SIZE] = size
-
-
-@compiled
-def outing_end(task: Task, search: Search, at: int) -> int:
-    """Return the index after the targets that stand behind event `at` and belong to the same rover."""
-    events = search.lists[1]
-    robot, end = events[at, 1], at + 1
-    while end < search.tallies[1, SIZE] and events[end, 0] == EXPLORE and events[end, 1] == robot:
-        end += 1
-    return end
-
-
-@compiled
-def next_event(search: Search, at: int, robot: int) -> int:
-    """Return the index of the next event of a rover after index `at`, -1 if there is none."""
-    events = search.lists[1]
-    for i in range(at + 1, search.tallies[1, SIZE]):
-        if events[i, 1] == robot:
-            return i
-    return -1
-
-
-@compiled
-def after_carrier(task: Task, search: Search, carrier: int, first: int, end: int) -> int:
-    """Return an index to insert at: after `first`, or after a random event of a carrier between there and `end`."""
-    events, chosen, seen = search.lists[1], first, 1
-    for i in range(first + 1, end):
-        if events[i, 2] == carrier or events[i, 1] == carrier:
-            seen += 1
-            if draw(search.seed, seen) == 0:
-                chosen = i
-    return outing_end(task, search, chosen)
-
-
-@compiled
-def door(search: Search, doors: Ints) -> int:
-    """Return one of a few meetings, the first ones more often; -1 if there is none."""
-    count = 0
-    while count < len(doors) and doors[count] >= 0:
-        count += 1
-    return doors[min(draw(search.seed, count), draw(search.seed, count))] if count else -1
-
-
-@compiled
-def find(search: Search, place: int) -> int:
-    """Return the index of the event that explores a target, -1 if there is none."""
-    events = search.lists[1]
-    for i in range(search.tallies[1, SIZE]):
-        if events[i, 3] == place and events[i, 0] == EXPLORE:
-            return i
-    return -1
+def events_in(nodes: Ints, robots: int) -> Ints:
+    """Return the list of events int32 (n, 4), starts first, of the nodes of a timed net."""
+    rows = nodes[(nodes[:, KIND] != FREE) & (nodes[:, BEFORE] >= 0)]
+    rows = rows[np.lexsort((rows[:, END], np.where(rows[:, KIND] == START, -1, 0)))]
+    events = rows[:, [KIND, ROBOT, CARRIER, PLACE]].astype(np.int32)
+    events[events[:, 0] == EXPLORE, 2] = -1
+    return events

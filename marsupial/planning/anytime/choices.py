@@ -1,0 +1,109 @@
+"""Random choices among the nodes of a net, compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from marsupial.planning.anytime.encoding import (
+    START,
+    TARGETS,
+)
+from marsupial.planning.anytime.kernel import (
+    BEFORE,
+    END,
+    FREE,
+    KIND,
+    UNUSED,
+    Net,
+    after,
+    compiled,
+    draw,
+)
+
+TRIES = 8
+"""How often something is drawn that may turn out to be of no use."""
+
+FOCUS = 4
+"""Of up to how many targets the latest is chosen."""
+
+
+@compiled
+def some_target(net: Net) -> Any:
+    """Return a random target's node."""
+    return len(net.robots) + draw(net, net.groups[TARGETS, 0])
+
+
+@compiled
+def late_target(net: Net) -> Any:
+    """Return a random target's node, those reached late more often."""
+    one = some_target(net)
+    for _ in range(draw(net, FOCUS)):
+        other = some_target(net)
+        if net.nodes[other, END] > net.nodes[one, END]:
+            one = other
+    return one
+
+
+@compiled
+def some_node(net: Net) -> Any:
+    """Return a random node that is in use."""
+    top = len(net.robots) + net.groups[TARGETS, 0]
+    rides = len(net.nodes) - top - net.work[0, UNUSED]
+    while True:
+        node = draw(net, top + 2 * rides)
+        if node < len(net.nodes) and net.nodes[node, KIND] != FREE and net.nodes[node, BEFORE] >= 0:
+            return node
+
+
+@compiled
+def some_ride(net: Net, kind: int) -> Any:
+    """Return a random dock or undock (or any for `START`), -1 if none is found."""
+    top = len(net.robots) + net.groups[TARGETS, 0]
+    rides = len(net.nodes) - top - net.work[0, UNUSED]
+    if not rides:
+        return -1
+    for _ in range(2 * TRIES):
+        node = top + draw(net, 2 * rides)
+        if (
+            node < len(net.nodes)
+            and net.nodes[node, KIND] != FREE
+            and net.nodes[node, BEFORE] >= 0
+            and kind in (START, net.nodes[node, KIND])
+        ):
+            return node
+    return -1
+
+
+@compiled
+def slot(net: Net, carrier: int, previous: int, following: int) -> Any:
+    """Return a random node of a carrier's chain behind which a ride fits that its rover does between two nodes.
+
+    Judged by the times before the change; -1 if there is none.
+    """
+    chosen, seen, node = -1, 0, carrier
+    earliest = net.nodes[previous, END]
+    ends = net.nodes[following, KIND] == START
+    while True:
+        if not ends and net.nodes[node, END] > net.nodes[following, END]:
+            return chosen
+        behind = after(net, node, carrier)
+        if behind == carrier or net.nodes[behind, END] >= earliest:
+            seen += 1
+            if draw(net, seen) == 0:
+                chosen = node
+        if behind == carrier:
+            return chosen
+        node = behind
+
+
+@compiled
+def between(net: Net, carrier: int, first: int, last: int) -> Any:
+    """Return a random node of a carrier's chain from `first` on, before `last`."""
+    chosen, seen, node = first, 0, first
+    while True:
+        seen += 1
+        if draw(net, seen) == 0:
+            chosen = node
+        node = after(net, node, carrier)
+        if node in (last, carrier):
+            return chosen

@@ -1,0 +1,78 @@
+"""How much of a budget is used, in seconds or in steps, and when it is time to tell of a better plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from marsupial.model.plan import EPSILON_MS
+from marsupial.model.planning import Budget
+from marsupial.planning.score import Score
+
+POLISH_STEPS, POLISH_S = 50, 0.1
+"""Effort still made where the makespan can't get shorter."""
+
+PAUSE_STEPS, PAUSE_S = 10, 0.02
+"""Least effort between two plans, unless the makespan gets a hundredth shorter."""
+
+TURN_S, TURN_SHARE = 0.01, 0.05
+"""How long the clock is not looked at, at most, and as a share of the budget."""
+
+
+class Pace:
+    """The use of a budget; `bound_ms` is a makespan that can't be shortened."""
+
+    def __init__(self, budget: Budget, clock: Callable[[], float], begun: float, bound_ms: int) -> None:
+        self.bound_ms = bound_ms
+        self.steps = 1
+        """How many steps to take before the next question."""
+        self._clock, self._begun = clock, begun
+        self._timed = budget.seconds is not None
+        self._end = float(budget.steps or 0) if budget.seconds is None else budget.seconds
+        self._turn = min(TURN_S, TURN_SHARE * self._end)
+        self._at_bound = False
+        self._turns = self._done = 0
+        self._spent = self._told = self._first = 0.0
+
+    @property
+    def used(self) -> float:
+        """The share of the budget used so far, from 0 to 1."""
+        return min(1.0, self._spent / self._end)
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether exactly one turn has been taken."""
+        return self._turns == 1
+
+    @property
+    def expected(self) -> float:
+        """How many steps the budget suffices for, judged by those done if it is in seconds."""
+        return (
+            (self._end - self._first) / max(1e-6, self._now() - self._first) * self._done if self._timed else self._end
+        )
+
+    def goes_on(self, score: Score) -> bool:
+        """Note that a turn of `steps` begins and say whether it may; the first one always may."""
+        self._spent = self._now()
+        if not self._turns:
+            self._first = self._spent
+        if not self._at_bound and score[0] - EPSILON_MS <= self.bound_ms:
+            self._at_bound = True
+            self._end = min(self._end, 2 * self._spent + (POLISH_S if self._timed else POLISH_STEPS))
+        goes_on = not self._turns or self._spent < self._end
+        if self._timed and self._turns:
+            per_step = (self._spent - self._first) / self._done
+            self.steps = max(1, int(min(self._turn, self._end - self._spent) / max(1e-6, per_step)))
+        self._turns += 1
+        self._done += self.steps
+        return goes_on
+
+    def is_due(self, score: Score, told: Score) -> bool:
+        """Say whether to tell of a better plan now, and if so note it."""
+        pause = PAUSE_S if self._timed else PAUSE_STEPS
+        due = score[0] < 0.99 * told[0] or self._spent - self._told >= pause
+        if due:
+            self._told = self._spent
+        return due
+
+    def _now(self) -> float:
+        return self._clock() - self._begun if self._timed else float(self._done)
