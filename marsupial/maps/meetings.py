@@ -192,6 +192,9 @@ class _Pair:
 
     def _beside(self, carrier_cell: Cell) -> list[MapMeeting]:
         """Return the point where a carrier standing there sets a rover down, if there is room for one."""
+        x, y = carrier_cell
+        if self._dock[y, x] and self._territory.see_through[y, x]:
+            return [self._named(carrier_cell, carrier_cell)]
         carrier, rover = self._territory.kinds[self._carrier], self._territory.kinds[self._rover]
         limit = dock_range_cells(carrier, rover, self._territory.grid.resolution_m)
         window = Window.around(carrier_cell, carrier_cell, int(limit) + 1, self._dock.shape)

@@ -68,6 +68,10 @@ class Sight:
         view: npt.NDArray[np.int64] = self._seen[:count]
         return view
 
+    def count(self, code: int, cell: Cell, range_cells: float) -> int:
+        """Return how many of the cells `visible` from `cell` have this code."""
+        return int(_count(self._cells, self.visible(cell, range_cells), code))
+
     def clusters(self, groups: Sequence[Indices], range_cells: float) -> list[tuple[int, Indices]]:
         """Split cells into clusters whose members are all visible from the cluster's seed.
 
@@ -155,6 +159,14 @@ def _sweep(
 
 
 @numba.njit(cache=True, nogil=True)
+def _count(cells: Any, indices: Any, code: int) -> int:
+    count = 0
+    for index in indices:
+        count += cells[index // cells.shape[1], index % cells.shape[1]] == code
+    return count
+
+
+@numba.njit(cache=True, nogil=True)
 def _split(
     cells: Any, opaque: Any, reach: float, octants: Any, intervals: Any, stamps: Any, stamp: int, seen: Any,
     left: Any, ends: Any, free: Any, seeds: Any, found: Any, found_ends: Any,
@@ -162,10 +174,8 @@ def _split(
     width = cells.shape[1]
     begin = count = tail = 0
     for end in ends:
-        while True:
-            size = _free_first(left, begin, end, free)
-            if size == 0:
-                break
+        size = _free_first(left, begin, end - begin, free)
+        while size:
             seed = _middle(left, begin, size, width)
             seeds[count] = seed
             visible = _sweep(
@@ -179,32 +189,32 @@ def _split(
                     tail += 1
             found_ends[count] = tail
             count += 1
+            size = _free_first(left, begin, size, free)
         begin = end
     return count
 
 
 @numba.njit(cache=True, nogil=True)
-def _free_first(left: Any, begin: int, end: int, free: Any) -> int:
-    """Move the free cells of a group to its front, in order; return how many there are."""
-    size = 0
-    for k in range(begin, end):
+def _free_first(left: Any, begin: int, size: int, free: Any) -> int:
+    """Move the free ones of `size` cells to their front, in order; return how many there are."""
+    kept = 0
+    for k in range(begin, begin + size):
         if free[left[k]]:
-            left[begin + size] = left[k]
-            size += 1
-    return size
+            left[begin + kept] = left[k]
+            kept += 1
+    return kept
 
 
 @numba.njit(cache=True, nogil=True)
 def _middle(left: Any, begin: int, size: int, width: int) -> int:
     """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
-    x = y = 0.0
+    x = y = 0
     for k in range(begin, begin + size):
         x += left[k] % width
         y += left[k] // width
-    x, y = x / size, y / size
     best, nearest = left[begin], np.inf
     for k in range(begin, begin + size):
-        apart = (left[k] % width - x) ** 2 + (left[k] // width - y) ** 2
+        apart = (left[k] % width - x / size) ** 2 + (left[k] // width - y / size) ** 2
         if apart < nearest:
             best, nearest = left[k], apart
     return best

@@ -151,8 +151,7 @@ class TargetFinder:
         cell = _cell(seed, grid.width)
         best = max(viewpoints, key=lambda name: (self._territory.kinds[name].sensor_range_m, name))
         range_cells = self._territory.kinds[best].sensor_range_m / grid.resolution_m
-        seen = self._sight.visible(viewpoints[best], range_cells)
-        hidden = int(np.count_nonzero(grid.cells.ravel()[seen] == UNKNOWN))
+        hidden = self._sight.count(UNKNOWN, viewpoints[best], range_cells)
         return Target(
             name=f"t_{cell.x}_{cell.y}",
             cell=cell,
