@@ -25,7 +25,8 @@ from marsupial.planning.race import Clock, Race, crash
 from marsupial.planning.standings import Standings
 
 GRACE_S, FIRST_PLAN_S = 0.05, 1.0
-"""How long after the end of the budget the lead may still finish the step it is in, with a plan and without any."""
+"""How long after the end of the budget engines may still finish their step and tell their bounds, with a plan and
+without any."""
 
 POLISH_S = 0.1
 """How long the lead goes on at least where the makespan can't get shorter."""
@@ -131,9 +132,9 @@ class _SideBySide:
     def _goes_on(self) -> bool:
         if self._standings.unsolvable or not (self._race.running or self._waiting):
             return False
-        if self._lead.name in self._race.running:
-            return self._clock() < self._end + self._grace_s
-        return not self._standings.optimal and self._clock() < self._end
+        if self._standings.optimal and self._lead.name not in self._race.running:
+            return False
+        return self._clock() < self._end + self._grace_s
 
     @property
     def _grace_s(self) -> float:
