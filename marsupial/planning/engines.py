@@ -11,6 +11,7 @@ from marsupial.planning.aries import aries
 from marsupial.planning.auto import auto
 from marsupial.planning.decompose import PartSize
 from marsupial.planning.decomposed import Decomposed
+from marsupial.planning.exact.engine import Exact
 from marsupial.planning.external import PREFIX, External
 from marsupial.planning.greedy import Greedy
 from marsupial.planning.tamer import tamer
@@ -19,6 +20,7 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
     "anytime": Anytime,
     "aries": aries,
     "auto": auto,
+    "exact": Exact,
     "greedy": Greedy,
     "tamer": tamer,
 }
