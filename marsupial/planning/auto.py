@@ -12,11 +12,17 @@ from collections.abc import Callable
 from marsupial.model.planning import Engine, EngineInfo
 from marsupial.model.situation import Situation
 from marsupial.planning.anytime.engine import Anytime
+from marsupial.planning.exact.engine import Exact
 from marsupial.planning.portfolio import Member, Portfolio
 from marsupial.planning.race import Clock
 
 MOST_TARGETS, MOST_ROBOTS = 12, 9
-"""Up to here an exact search is worth its core."""
+"""Up to here an exact search is worth its core.
+
+Of the 16 situations of the planner suite within these limits that have targets, 14 were proven, in 0.5 to 3 s on busy
+cores. Two have a shorter plan than annealing had found in 5 s; annealing that went on from it reached its targets a
+seventh sooner than the exact search's plan did.
+"""
 
 HEAD_START_S = 0.05
 """How long annealing runs alone: it mostly has the best plan by then, and an exact search is quicker with one."""
@@ -31,10 +37,10 @@ INFO = EngineInfo(
 )
 
 
-def auto(exact: Callable[[Clock], Engine] | None = None) -> Portfolio:
-    """Return the engine; `exact` makes an engine that proves small situations around a clock."""
-    beside = () if exact is None else (Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),)
-    return Portfolio(INFO, Member(name="anytime", make=Anytime), *beside)
+def auto(exact: Callable[[Clock], Engine] = Exact) -> Portfolio:
+    """Return the engine; `exact` makes the one that proves small situations, around a clock."""
+    prover = Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S)
+    return Portfolio(INFO, Member(name="anytime", make=Anytime), prover)
 
 
 def _is_small(situation: Situation) -> bool:

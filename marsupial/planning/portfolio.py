@@ -46,7 +46,7 @@ class Member:
     suits
         Whether it is of use in a situation.
     head_start_s
-        How long the lead runs alone before it.
+        How long the lead runs alone before it; with less than twice that left it does not begin beside it.
     """
 
     name: str
@@ -155,12 +155,12 @@ class _SideBySide:
     def _let_in(self) -> None:
         """Start the members whose time has come, or all of them where nobody is left."""
         now = self._clock()
-        if now >= self._end:
-            self._waiting = []
         for member in tuple(self._waiting):
             if now - self._begun >= member.head_start_s or not self._race.running:
                 self._waiting.remove(member)
-                self._enter(member)
+                least_s = 2 * member.head_start_s if self._race.running else 0.0
+                if self._end - now > least_s:
+                    self._enter(member)
 
     def _due(self) -> float:
         return min([self._end + self._grace_s, *(self._begun + member.head_start_s for member in self._waiting)])
