@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from marsupial.planning.anytime.encoding import (
     START,
     TARGETS,
+    TYPE,
 )
 from marsupial.planning.anytime.kernel import (
     BEFORE,
     END,
     FREE,
     KIND,
+    PLACE,
     UNUSED,
     Net,
     after,
@@ -22,6 +26,8 @@ from marsupial.planning.anytime.kernel import (
 
 TRIES = 8
 """How often something is drawn that may turn out to be of no use."""
+
+LONG = 1 << 60
 
 FOCUS = 4
 """Of up to how many targets the latest is chosen."""
@@ -75,35 +81,59 @@ def some_ride(net: Net, kind: int) -> Any:
 
 
 @compiled
-def slot(net: Net, carrier: int, previous: int, following: int) -> Any:
-    """Return a random node of a carrier's chain behind which a ride fits that its rover does between two nodes.
+def detour(net: Net, carrier: int, node: int, place: int) -> Any:
+    """Return how much longer a carrier drives if it goes to a place behind a node."""
+    kind, here = net.robots[carrier, TYPE], net.nodes[node, PLACE]
+    longer = np.int64(net.leg[kind, here, place])
+    following = after(net, node, carrier)
+    if following != carrier:
+        there = net.nodes[following, PLACE]
+        longer += np.int64(net.leg[kind, place, there]) - np.int64(net.leg[kind, here, there])
+    return longer
 
-    Judged by the times before the change; -1 if there is none.
+
+@compiled
+def slot(net: Net, carrier: int, previous: int, following: int, place: int) -> Any:
+    """Return a node of a carrier's chain behind which a ride at a place fits that its rover does between two nodes.
+
+    That is judged by the times before the change; -1 if there is none. It is a random one or that of the least detour.
     """
     chosen, seen, node = -1, 0, carrier
     earliest = net.nodes[previous, END]
     ends = net.nodes[following, KIND] == START
+    guided, least = draw(net, 2) == 0, np.int64(LONG)
     while True:
         if not ends and net.nodes[node, END] > net.nodes[following, END]:
             return chosen
         behind = after(net, node, carrier)
         if behind == carrier or net.nodes[behind, END] >= earliest:
-            seen += 1
-            if draw(net, seen) == 0:
-                chosen = node
+            if guided:
+                longer = detour(net, carrier, node, place)
+                if longer < least:
+                    least, chosen = longer, node
+            else:
+                seen += 1
+                if draw(net, seen) == 0:
+                    chosen = node
         if behind == carrier:
             return chosen
         node = behind
 
 
 @compiled
-def between(net: Net, carrier: int, first: int, last: int) -> Any:
-    """Return a random node of a carrier's chain from `first` on, before `last`."""
+def between(net: Net, carrier: int, first: int, last: int, place: int) -> Any:
+    """Return a node of a carrier's chain from `first` on, before `last`: a random one or that of the least detour."""
     chosen, seen, node = first, 0, first
+    guided, least = draw(net, 2) == 0, np.int64(LONG)
     while True:
-        seen += 1
-        if draw(net, seen) == 0:
-            chosen = node
+        if guided:
+            longer = detour(net, carrier, node, place)
+            if longer < least:
+                least, chosen = longer, node
+        else:
+            seen += 1
+            if draw(net, seen) == 0:
+                chosen = node
         node = after(net, node, carrier)
         if node in (last, carrier):
             return chosen

@@ -79,7 +79,7 @@ def reorder(net: Net) -> bool:
             carrier = net.nodes[node, CARRIER]
             was = net.nodes[node, CARRIER_BEFORE]
             unhost(net, node)
-            at = slot(net, carrier, net.nodes[node, BEFORE], net.nodes[node, AFTER])
+            at = slot(net, carrier, net.nodes[node, BEFORE], net.nodes[node, AFTER], net.nodes[node, PLACE])
             if at < 0 or at == was:
                 return False
             host(net, node, carrier, at)
@@ -88,7 +88,7 @@ def reorder(net: Net) -> bool:
         if net.nodes[node, KIND] == EXPLORE and net.robots[robot, CAPACITY] >= 0:
             was = net.nodes[node, BEFORE]
             take_out(net, node)
-            at = between(net, robot, robot, robot)
+            at = between(net, robot, robot, robot, net.nodes[node, PLACE])
             if at == was:
                 return False
             insert(net, node, robot, at)
@@ -106,14 +106,15 @@ def rehost(net: Net) -> bool:
     if carrier == net.nodes[ride, CARRIER]:
         return False
     unhost(net, ride)
-    where = slot(net, carrier, net.nodes[ride, BEFORE], net.nodes[ride, AFTER])
+    where = slot(net, carrier, net.nodes[ride, BEFORE], net.nodes[ride, AFTER], net.nodes[ride, PLACE])
     if where < 0:
         return False
     host(net, ride, carrier, where)
     following = net.nodes[ride, AFTER]
     if net.nodes[following, KIND] == UNDOCK:
         unhost(net, following)
-        host(net, following, carrier, between(net, carrier, ride, net.nodes[following, AFTER]))
+        at = between(net, carrier, ride, net.nodes[following, AFTER], net.nodes[following, PLACE])
+        host(net, following, carrier, at)
     return True
 
 

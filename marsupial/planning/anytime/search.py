@@ -31,13 +31,13 @@ from marsupial.planning.anytime.moves import NEEDING_TARGETS, change
 from marsupial.planning.anytime.timing import LATEST, cost_of, makespan_of, set_due, settle
 from marsupial.planning.score import Score
 
-SHARES = (30, 50, 58, 66, 76, 86, 90, 94, 96, 100)
+SHARES = (25, 45, 53, 59, 68, 79, 83, 88, 90, 100)
 """Of a hundred moves, how many have this number or a lower one."""
 
 STEP = 1000
 """Changes that each search tries in one step of a budget."""
 
-HOT, CROWDED, COLD = 0.04, 0.6, 0.0002
+HOT, CROWDED, COLD = 0.08, 1.0, 0.0002
 """Temperature at the beginning, that times the number of targets where there are many, and at the end: as shares of the
 first plan's makespan."""
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from marsupial.planning.anytime.choices import TRIES, between, late_target, slot, some_node, some_target
 from marsupial.planning.anytime.encoding import (
+    CAPACITY,
     CARRIERS,
     DOCK,
     ENTRIES,
@@ -57,7 +58,7 @@ def _reunite(net: Net, node: int, rover: int) -> bool:
     if net.nodes[following, KIND] != UNDOCK or net.nodes[following, CARRIER] == carrier:
         return True
     unhost(net, following)
-    at = slot(net, carrier, node, net.nodes[following, AFTER])
+    at = slot(net, carrier, node, net.nodes[following, AFTER], net.nodes[following, PLACE])
     if at < 0:
         return False
     host(net, following, carrier, at)
@@ -155,6 +156,17 @@ def relocate(net: Net) -> bool:
 
 
 @compiled
+def _rover_for(net: Net, place: int) -> Any:
+    """Return a random rover, more often one that explores a target near a place."""
+    node = net.hints[place, NEAR + draw(net, NEIGHBOURS)]
+    if draw(net, 2) and node >= 0 and net.nodes[node, BEFORE] >= 0:
+        robot = net.nodes[node, ROBOT]
+        if net.robots[robot, CAPACITY] < 0:
+            return robot
+    return pick(net, ROVERS)
+
+
+@compiled
 def deploy(net: Net) -> bool:
     """Take a rover to targets: set it down on the way, or pick it up elsewhere first."""
     if not net.groups[ROVERS, 0] or not net.groups[CARRIERS, 0]:
@@ -162,7 +174,7 @@ def deploy(net: Net) -> bool:
     if not _take(net):
         return False
     first = net.nodes[net.work[TAKEN, 0], PLACE]
-    rover = pick(net, ROVERS)
+    rover = _rover_for(net, first)
     entry = door(net, ENTRIES, rover, first)
     if entry < 0:
         return False
@@ -191,7 +203,7 @@ def _set_down(net: Net, rover: int, carrier: int, at: int, entry: int) -> bool:
     if down < 0:
         return False
     insert(net, down, rover, at)
-    host(net, down, carrier, between(net, carrier, first, following))
+    host(net, down, carrier, between(net, carrier, first, following, entry))
     last = _put(net, rover, down)
     if following == rover and not net.recover:
         return True
@@ -204,12 +216,12 @@ def _set_down(net: Net, rover: int, carrier: int, at: int, entry: int) -> bool:
     insert(net, up, rover, last)
     if following == rover and draw(net, 3) == 0:
         carrier = pick(net, CARRIERS)
-        where = slot(net, carrier, down, following)
+        where = slot(net, carrier, down, following, leave)
         if where < 0:
             return False
         host(net, up, carrier, where)
     else:
-        host(net, up, carrier, between(net, carrier, down, following))
+        host(net, up, carrier, between(net, carrier, down, following, leave))
     return True
 
 
@@ -219,8 +231,10 @@ def _fetch(net: Net, rover: int, at: int, entry: int) -> bool:
     carrier = pick(net, CARRIERS)
     following = net.nodes[at, AFTER]
     leave = door(net, EXITS, rover, net.nodes[at, PLACE])
-    where = slot(net, carrier, at, following)
-    if leave < 0 or where < 0:
+    if leave < 0:
+        return False
+    where = slot(net, carrier, at, following, leave)
+    if where < 0:
         return False
     up, down = new_ride(net, DOCK, leave), new_ride(net, UNDOCK, entry)
     if up < 0 or down < 0:
@@ -230,7 +244,7 @@ def _fetch(net: Net, rover: int, at: int, entry: int) -> bool:
     insert(net, down, rover, up)
     where = up
     if draw(net, 2):
-        where = between(net, carrier, up, following)
+        where = between(net, carrier, up, following, entry)
     host(net, down, carrier, where)
     last = _put(net, rover, down)
     if net.nodes[following, KIND] == DOCK and net.nodes[following, ROBOT] == rover:
