@@ -10,12 +10,12 @@ from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Out
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning.anytime.bounds import makespan_bound_ms
-from marsupial.planning.anytime.encoding import Ints, encode
+from marsupial.planning.anytime.encoding import encode
 from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.checker import check
 from marsupial.planning.exact.memory import MAX_CARRIERS, MAX_CODES, MAX_ROVERS, MAX_TARGETS
 from marsupial.planning.exact.plans import plan_found
-from marsupial.planning.exact.search import FOUND, LEVEL, LIMIT, LOST, NODES, Search, advance, root_bound_ms, search_of
+from marsupial.planning.exact.search import FOUND, LIMIT, LOST, NODES, advance, root_bound_ms, search_of
 from marsupial.planning.exact.tables import Tables, tables_of, timeless
 from marsupial.planning.reachability import impossible
 
@@ -26,7 +26,13 @@ ANNEALING_STEPS = 100
 """How long the anytime engine looks for a good plan first."""
 
 MEMORY_BYTES = 1 << 27
-"""For states that have been seen."""
+"""For states that have been met."""
+
+PROOF_SHARE = 0.8
+"""Share of the budget for proving the best plan best; if that is not enough, the rest is for smaller bounds."""
+
+STRIDES = 4
+"""The next bound to prove lies this part of the gap higher."""
 
 
 class Exact:
@@ -65,29 +71,10 @@ class Exact:
         if proof is not None:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
             return
-        task = encode(situation)
-        tables = tables_of(task)
-        effort = _Effort(budget, self._clock, begun)
-        if best is None:
-            search = _search(timeless(tables), EPSILON_MS, keyed=False)
-            for found in _found(timeless(tables), search, EPSILON_MS, effort):
-                best = plan_found(situation, task, tables, *found)
-                yield Improved(plan=best, elapsed_s=self._clock() - begun)
-            if best is None:
-                yield _without_plan(search, self._clock() - begun)
-                return
-        limit = best.makespan_ms + EPSILON_MS
-        bound = max(makespan_bound_ms(task), root_bound_ms(tables, limit) - EPSILON_MS)
-        states = 0
-        if bound < best.makespan_ms:
-            search = _search(tables, limit)
-            for found in _found(tables, search, limit, effort):
-                best = plan_found(situation, task, tables, *found)
-                yield Improved(plan=best, elapsed_s=self._clock() - begun)
-            states = int(search.tallies[NODES])
-            if _is_over(search):
-                bound = best.makespan_ms
-        yield _finished(best, bound, states, self._clock() - begun)
+        proof_of = _Proof(situation, best, _Effort(budget, self._clock, begun))
+        for plan in proof_of.plans():
+            yield Improved(plan=plan, elapsed_s=self._clock() - begun)
+        yield proof_of.finished(self._clock() - begun)
 
 
 def unsupported(situation: Situation) -> str | None:
@@ -111,12 +98,85 @@ class _Effort:
     def __init__(self, budget: Budget, clock: Callable[[], float], begun: float) -> None:
         self._budget, self._clock, self._begun, self._steps = budget, clock, begun, 0
 
-    def goes_on(self) -> bool:
-        """Count a step, and say whether it may be made."""
+    def goes_on(self, share: float) -> bool:
+        """Say whether a step may be made that belongs to that share of the budget, and if so count it."""
+        if self._budget.seconds is not None:
+            return self._clock() - self._begun < share * self._budget.seconds
+        if self._steps >= share * (self._budget.steps or 0):
+            return False
         self._steps += 1
-        if self._budget.steps is not None:
-            return self._steps <= self._budget.steps
-        return self._clock() - self._begun < (self._budget.seconds or 0.0)
+        return True
+
+
+class _Proof:
+    """What is known of a situation so far: the `best` plan, and the `bound` that no plan ends before."""
+
+    def __init__(self, situation: Situation, best: Plan | None, effort: _Effort) -> None:
+        self._situation, self._effort = situation, effort
+        self._task = encode(situation)
+        self._tables = tables_of(self._task)
+        self._best, self._bound_ms = best, 0
+        self._states, self._ended = 0, Outcome.TIMEOUT
+
+    def plans(self) -> Iterator[Plan]:
+        """Yield ever better plans until the last one is proven best or the budget is used."""
+        if self._best is None:
+            yield from self._search(timeless(self._tables), 0, 1.0)
+        if self._best is None:
+            return
+        root = root_bound_ms(self._tables, self._best.makespan_ms + EPSILON_MS) - EPSILON_MS
+        self._bound_ms = max(makespan_bound_ms(self._task), root)
+        if self._gap_ms > 0:
+            yield from self._search(self._tables, self._best.makespan_ms, PROOF_SHARE)
+        while self._gap_ms > 0 and self._ended is not Outcome.NO_PLAN and self._effort.goes_on(1.0):
+            yield from self._search(self._tables, self._bound_ms + max(1, self._gap_ms // STRIDES), 1.0)
+
+    @property
+    def _gap_ms(self) -> int:
+        return 0 if self._best is None else self._best.makespan_ms - self._bound_ms
+
+    def _search(self, tables: Tables, below_ms: int, share: float) -> Iterator[Plan]:
+        """Yield plans that end before `below_ms`; if the search comes to an end, none ends before the last one."""
+        limit = told = below_ms + EPSILON_MS
+        entries = MEMORY_BYTES // (8 * (len(tables.traits) + 3))
+        search, going = search_of(tables, limit, entries, keyed=tables is self._tables), True
+        while True:
+            if search.tallies[LIMIT] < told:
+                told = int(search.tallies[LIMIT])
+                events = search.best[1 : search.tallies[FOUND]]
+                self._best = plan_found(self._situation, self._task, self._tables, events, search.shares)
+                yield self._best
+            if not going or not self._effort.goes_on(share):
+                break
+            going = advance(tables, search, STEP)
+        self._states += int(search.tallies[NODES])
+        self._ended = Outcome.TIMEOUT
+        if not going:
+            self._ended = Outcome.NO_PLAN if search.tallies[LOST] else Outcome.UNSOLVABLE
+        if self._ended is Outcome.UNSOLVABLE and self._best is not None and tables is self._tables:
+            self._bound_ms = max(self._bound_ms, min(below_ms, self._best.makespan_ms))
+
+    def finished(self, elapsed_s: float) -> Finished:
+        """Return how it ended."""
+        states = f"{self._states} states"
+        if self._best is None:
+            return Finished(outcome=self._ended, detail=_WITHOUT_PLAN[self._ended] + states, elapsed_s=elapsed_s)
+        seconds = self._bound_ms / 1000
+        return Finished(
+            outcome=Outcome.SATISFICING if self._gap_ms > 0 else Outcome.OPTIMAL,
+            detail=f"no plan ends before {seconds:.3f} s, proven with {states}"
+            if self._gap_ms > 0
+            else f"the makespan is optimal, proven with {states}",
+            elapsed_s=elapsed_s,
+            lower_bound_ms=self._bound_ms,
+        )
+
+
+_WITHOUT_PLAN = {
+    Outcome.UNSOLVABLE: "every way of setting down and picking up rovers has been tried: ",
+    Outcome.NO_PLAN: "no plan found with a moderate number of docks and undocks: ",
+    Outcome.TIMEOUT: "no plan found so far: ",
+}
 
 
 def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
@@ -125,48 +185,3 @@ def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
     for event in Anytime().solve(situation, Budget(steps=ANNEALING_STEPS), start=start if valid else None):
         if isinstance(event, Improved):
             yield event.plan
-
-
-def _search(tables: Tables, limit: int, *, keyed: bool = True) -> Search:
-    return search_of(tables, limit, MEMORY_BYTES // (8 * (len(tables.traits) + 3)), keyed=keyed)
-
-
-def _found(tables: Tables, search: Search, limit: int, effort: _Effort) -> Iterator[tuple[Ints, Ints]]:
-    """Yield what a search with that limit finds: events, and sets of targets explored after them."""
-    told, going = limit, True
-    while True:
-        if search.tallies[LIMIT] < told:
-            told = int(search.tallies[LIMIT])
-            yield search.best[1 : search.tallies[FOUND]].copy(), search.shares.copy()
-        if not going or not effort.goes_on():
-            return
-        going = advance(tables, search, STEP)
-
-
-def _is_over(search: Search) -> bool:
-    """Say whether a search has left nothing out."""
-    return bool(search.tallies[LEVEL] < 0 and not search.tallies[LOST])
-
-
-def _without_plan(search: Search, elapsed_s: float) -> Finished:
-    if _is_over(search):
-        outcome, detail = Outcome.UNSOLVABLE, "every way of setting down and picking up rovers has been tried"
-    elif search.tallies[LEVEL] < 0:
-        outcome, detail = Outcome.NO_PLAN, "no plan with a moderate number of docks and undocks"
-    else:
-        outcome, detail = Outcome.TIMEOUT, f"no plan among {search.tallies[NODES]} states"
-    return Finished(outcome=outcome, detail=detail, elapsed_s=elapsed_s)
-
-
-def _finished(best: Plan, bound: int, states: int, elapsed_s: float) -> Finished:
-    optimal = bound >= best.makespan_ms
-    return Finished(
-        outcome=Outcome.OPTIMAL if optimal else Outcome.SATISFICING,
-        detail=(
-            f"the makespan is optimal, proven with {states} states"
-            if optimal
-            else f"no plan ends before {bound / 1000:.3f} s; nothing more proven with {states} states"
-        ),
-        elapsed_s=elapsed_s,
-        lower_bound_ms=bound,
-    )

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from marsupial.planning.anytime.encoding import (
+    CAPACITY,
     DOCKING,
     HOME,
     MEETINGS,
@@ -30,7 +31,7 @@ from marsupial.planning.anytime.encoding import (
 )
 from marsupial.planning.anytime.kernel import compiled
 
-BITS = 16
+BITS = 14
 """How many errands there are at most; what more there may be is left out of account."""
 
 
@@ -48,7 +49,8 @@ class Errands(NamedTuple):
     rooms
         How many of the rows, the first ones, are rooms; the others are carriers' targets.
     tours
-        (n, bases, sets of errands): ms for a carrier to do them and go home; docks and undocks are left out.
+        (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the docks and
+        undocks that they are.
     like
         (carriers,): the first index of `tours`.
     docking, undocking
@@ -98,11 +100,15 @@ def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errand
     chosen = np.array(points, dtype=np.bool_).reshape(len(points), len(places))
     firsts, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
     bits = int(up.max(initial=-1)) + 1 if task.recover else len(points)
-    tours = np.full((len(firsts), len(bases), 1 << bits), NEVER, dtype=np.int64)
+    docking = int(task.robots[rovers, DOCKING].min(initial=NEVER))
+    most = np.minimum(task.robots[carriers, CAPACITY], len(rovers))
+    loads = 1 + int(most.max(initial=0))
+    tours = np.full((len(firsts), loads, len(bases), 1 << bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(firsts):
+        places_aboard = int(most[like.reshape(-1) == i][0])
         leg = closure[kind]
         ends = leg[:, home] if home >= 0 else np.zeros(len(leg), dtype=np.int64)
-        tours[i] = errand_tours(
+        tours[i, : places_aboard + 1] = errand_tours(
             np.ascontiguousarray(leg[np.ix_(bases, places)]),
             np.ascontiguousarray(leg[np.ix_(places, places)]),
             np.ascontiguousarray(ends[bases]),
@@ -111,6 +117,10 @@ def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errand
             up,
             np.array(lag, dtype=np.int64),
             bits,
+            len(labels),
+            task.recover,
+            places_aboard,
+            docking,
         )
     return Errands(
         room=room,
@@ -120,7 +130,7 @@ def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errand
         rooms=len(labels),
         tours=tours,
         like=like.reshape(-1).astype(np.int64),
-        docking=int(task.robots[rovers, DOCKING].min(initial=NEVER)),
+        docking=docking,
         undocking=int(task.robots[rovers, UNDOCKING].min(initial=NEVER)),
     )
 
@@ -155,9 +165,22 @@ ANY, LEFT = 0, 1
 
 @njit(cache=True, nogil=True)
 def errand_tours(
-    first: Ints, between: Ints, straight: Ints, ends: Ints, points: Ints, up: Ints, lag: Ints, bits: int
+    first: Ints,
+    between: Ints,
+    straight: Ints,
+    ends: Ints,
+    points: Ints,
+    up: Ints,
+    lag: Ints,
+    bits: int,
+    rooms: int,
+    recover: bool,
+    capacity: int,
+    docking: int,
 ) -> Ints:
-    """Return (bases, sets): the shortest tours over errands and to the end.
+    """Return (loads, bases, sets): the shortest tours over errands and to the end with so many rovers aboard at first.
+
+    To set a rover down a carrier needs one aboard: one picked up on an errand, or another one, which costs a dock.
 
     Parameters
     ----------
@@ -175,50 +198,73 @@ def errand_tours(
         (rows,): the least ms between setting down and picking up.
     """
     rows, places = points.shape
-    rest = np.full((2, 1 << bits, places), NEVER, dtype=np.int64)
-    tours = np.full((len(first), 1 << bits), NEVER, dtype=np.int64)
-    rest[ANY, 0] = ends
-    tours[:, 0] = straight
+    rest = np.full((2, capacity + 1, 1 << bits, places), NEVER, dtype=np.int64)
+    tours = np.full((capacity + 1, len(first), 1 << bits), NEVER, dtype=np.int64)
+    rest[ANY, :, 0] = ends
+    tours[:, :, 0] = straight
     for s in range(1, 1 << bits):
-        for e in range(rows):
-            for q in range(places):
-                if not points[e, q]:
-                    continue
-                after = _after(rest, up, s, e, q)
-                if after < NEVER:
-                    for p in range(places):
-                        rest[ANY, s, p] = min(rest[ANY, s, p], between[p, q] + after)
-                        if not points[e, p]:
-                            rest[LEFT, s, p] = min(rest[LEFT, s, p], between[p, q] + after)
-                    for b in range(len(first)):
-                        tours[b, s] = min(tours[b, s], first[b, q] + after)
-        for e in range(rows):
-            if s >> e & 1 or not s >> up[e] & 1:
-                continue
-            for p in range(places):
+        for load in range(capacity, -1, -1):
+            for e in range(rows):
                 for q in range(places):
-                    if points[e, p] and points[e, q]:
-                        stay = max(between[p, q], lag[e]) + rest[ANY, s & ~(1 << up[e]), q]
-                        rest[LEFT, s, p] = min(rest[LEFT, s, p], stay)
+                    after = _after(rest, up, rooms, recover, load, s, e, q) if points[e, q] else NEVER
+                    if after >= NEVER:
+                        continue
+                    for p in range(places):
+                        rest[ANY, load, s, p] = min(rest[ANY, load, s, p], between[p, q] + after)
+                        if not points[e, p]:
+                            rest[LEFT, load, s, p] = min(rest[LEFT, load, s, p], between[p, q] + after)
+                    for b in range(len(first)):
+                        tours[load, b, s] = min(tours[load, b, s], first[b, q] + after)
+            if load < capacity:
+                for p in range(places):
+                    for mode in range(2):
+                        rest[mode, load, s, p] = min(rest[mode, load, s, p], rest[mode, load + 1, s, p] + docking)
+                for b in range(len(first)):
+                    tours[load, b, s] = min(tours[load, b, s], tours[load + 1, b, s] + docking)
+        for e in range(rows):
+            if up[e] != e and not s >> e & 1 and s >> up[e] & 1:
+                _wait(rest, between, points[e], s, 1 << up[e], lag[e], docking)
     return tours
 
 
 @compiled
-def _after(rest: Ints, up: Ints, errands: int, row: int, place: int) -> int:
+def _wait(rest: Ints, between: Ints, points: Ints, errands: int, pick: int, lag: int, docking: int) -> None:
+    """Let a carrier that has just set a rover down wait to pick it up; other rovers it can pick up meanwhile."""
+    capacity, places = rest.shape[1] - 1, len(points)
+    for load in range(capacity + 1):
+        for p in range(places):
+            for q in range(places):
+                if not points[p] or not points[q]:
+                    continue
+                for more in range(capacity + 1):
+                    stay = max(between[p, q], lag, more * docking)
+                    stay += rest[ANY, min(capacity, load + 1 + more), errands & ~pick, q]
+                    rest[LEFT, load, errands, p] = min(rest[LEFT, load, errands, p], stay)
+
+
+@compiled
+def _after(rest: Ints, up: Ints, rooms: int, recover: bool, load: int, errands: int, row: int, place: int) -> int:
     """Return the ms that errands take from when the first of them is done, one of that row at that place."""
+    capacity = rest.shape[1] - 1
     if errands >> row & 1:
         left = errands & ~(1 << row)
-        return rest[LEFT if left >> up[row] & 1 else ANY, left, place]
-    if errands >> up[row] & 1:
-        return rest[ANY, errands & ~(1 << up[row]), place]
+        if row >= rooms:
+            return rest[ANY, load, left, place]
+        if up[row] == row and recover:
+            return rest[ANY, capacity, left, place] if capacity > 0 else NEVER
+        if load == 0:
+            return NEVER
+        return rest[LEFT if up[row] != row and left >> up[row] & 1 else ANY, load - 1, left, place]
+    if up[row] != row and errands >> up[row] & 1 and capacity > 0:
+        return rest[ANY, min(capacity, load + 1), errands & ~(1 << up[row]), place]
     return NEVER
 
 
 ERRAND, TAKES, TRIED = 0, 1, 2
 """Rows of a list of what is to be done: the number of its bit, ms, the carrier it is given to."""
 
-TOURED, BUSY = 0, 1
-"""Rows of loads: the set of errands of each carrier, ms for docks and undocks."""
+TOURED, BUSY, ABOARD = 0, 1, 2
+"""Rows of loads: the set of errands of each carrier, ms of docks and undocks, rovers aboard or free to be had."""
 
 
 @compiled
@@ -230,7 +276,7 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
     jobs
         (3, n): `ERRAND` and so on, those of one bit together.
     loads
-        (2, carriers), scratch.
+        (3, carriers); the last row is given.
     """
     carriers = loads.shape[1]
     for c in range(carriers):
@@ -246,7 +292,10 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
                 loads[TOURED, c] ^= 1 << errand
         c += 1
         while c < carriers:
-            time = state[c, 2] + errands.tours[errands.like[c], state[c, 0], loads[TOURED, c] | 1 << errand]
+            time = (
+                state[c, 2]
+                + errands.tours[errands.like[c], loads[ABOARD, c], state[c, 0], loads[TOURED, c] | 1 << errand]
+            )
             if time + loads[BUSY, c] + takes < limit:
                 break
             c += 1

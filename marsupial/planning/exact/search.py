@@ -36,7 +36,7 @@ from numba import njit
 from marsupial.planning.anytime.encoding import NEVER, Ints
 from marsupial.planning.anytime.kernel import compiled
 from marsupial.planning.exact.cover import FROM, MAY, NO, ROW, SHARE, YES, cover
-from marsupial.planning.exact.errands import BITS, ERRAND, TAKES, shared
+from marsupial.planning.exact.errands import ABOARD, BITS, ERRAND, TAKES, shared
 from marsupial.planning.exact.memory import BUCKET, remember
 from marsupial.planning.exact.tables import (
     DOCKS,
@@ -137,7 +137,7 @@ def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -
         scratch=np.zeros((4, max(1, targets)), dtype=np.int64),
         tallies=tallies,
         jobs=np.zeros((3, robots + 2 * BITS), dtype=np.int64),
-        loads=np.zeros((2, tables.carriers), dtype=np.int64),
+        loads=np.zeros((3, tables.carriers), dtype=np.int64),
         memory=np.zeros((entries, robots + 3), dtype=np.int64),
         order=np.zeros((2, robots + 3), dtype=np.int64),
     )
@@ -271,24 +271,29 @@ def _can_run_errands(tables: Tables, search: Search, level: int) -> bool:
     """Say whether the carriers can share what they at least have to do."""
     state, jobs, size = search.states[level], search.jobs, 0
     left, errands = search.levels[level, LEFT], tables.errands
+    more = 0
     for e in range(len(errands.within)):
-        needed = left & errands.within[e] != 0
-        if needed and e < errands.rooms:
+        out = 0
+        if e < errands.rooms:
             for v in range(tables.carriers, len(state)):
                 if state[v, ON] < 0 and errands.room[state[v, WHERE]] == e:
-                    needed = False
-        if needed:
-            jobs[ERRAND, size], jobs[TAKES, size] = errands.down[e], errands.undocking if e < errands.rooms else 0
-            size += 1
-        if e >= errands.rooms or not tables.recover:
+                    out += 1
+                    if tables.recover:
+                        jobs[ERRAND, size], jobs[TAKES, size] = errands.up[e], tables.traits[v, DOCKS]
+                        size += 1
+            more += max(0, out - 1)
+        if out or left & errands.within[e] == 0:
             continue
-        if needed:
+        jobs[ERRAND, size], jobs[TAKES, size] = errands.down[e], errands.undocking if e < errands.rooms else 0
+        size += 1
+        if tables.recover and e < errands.rooms:
             jobs[ERRAND, size], jobs[TAKES, size] = errands.up[e], errands.docking
             size += 1
+    for c in range(tables.carriers):
+        load = more if tables.recover else 0
         for v in range(tables.carriers, len(state)):
-            if state[v, ON] < 0 and errands.room[state[v, WHERE]] == e:
-                jobs[ERRAND, size], jobs[TAKES, size] = errands.up[e], tables.traits[v, DOCKS]
-                size += 1
+            load += state[v, ON] == c
+        search.loads[ABOARD, c] = min(load, tables.traits[c, PLACES], errands.tours.shape[1] - 1)
     return shared(errands, state, jobs, size, search.loads, search.tallies[LIMIT], TRIES)
 
 
