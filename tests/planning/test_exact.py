@@ -245,6 +245,13 @@ def test_more_targets_than_fit_are_refused() -> None:
     assert "13 targets" in finished.detail
 
 
+def test_tables_that_take_too_much_memory_are_refused() -> None:
+    plans, finished = solve(many_rooms(4, 2, 12, 40))
+    assert not plans
+    assert finished.outcome is Outcome.UNSUPPORTED
+    assert "too many together" in finished.detail
+
+
 def test_what_nobody_can_reach_is_proven_unsolvable() -> None:
     plans, finished = solve(out_of_reach())
     assert not plans

@@ -1,4 +1,10 @@
-"""The exact engine: plans with the shortest makespan, proven so, for small teams and few targets."""
+"""The exact engine: plans with the shortest makespan, proven so, for small teams and few targets.
+
+It begins with the plan of a short annealing and searches for shorter ones until there are none
+(`marsupial.planning.exact.search`). Where neither list scheduling nor annealing has a plan, it first looks for any at
+all, as if nothing took time: if there is none, that is proven. Where the budget is too small for a proof, the end of it
+goes into proving that no plan is much shorter.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +33,9 @@ ANNEALING_STEPS = 100
 
 MEMORY_BYTES = 1 << 27
 """For states that have been met."""
+
+TABLES_BYTES = 1 << 26
+"""For tours over sets of targets; all in all less than 256 MB are used."""
 
 PROOF_SHARE = 0.8
 """Share of the budget for proving the best plan best; if that is not enough, the rest is for smaller bounds."""
@@ -89,6 +98,10 @@ def unsupported(situation: Situation) -> str | None:
     ):
         if count > most:
             return f"{count} {what}: the exact engine takes {most} at most"
+    kinds, robots = len(situation.types), len(situation.robots)
+    rows = bases * (kinds * len(situation.meetings) + robots * (2 + kinds))
+    if 8 * rows << len(situation.targets) > TABLES_BYTES:
+        return f"{len(situation.targets)} targets and {bases} starts and meetings: too many together"
     return None
 
 
