@@ -59,7 +59,7 @@ LEVELS = 60
 WIDTH = 1 << 17
 """How many events can wait at a time; where there are more nothing is proven."""
 
-TRIES = 400
+TRIES = 20_000
 """Effort of a bound, see `cover`."""
 
 LEFT, KEY, FIRST, NEXT = 0, 1, 2, 3
