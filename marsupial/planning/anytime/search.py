@@ -3,6 +3,17 @@
 What steers a search is a blend: how much of the plan is later than is hoped for, summed over what is done; the mean
 time at which targets are reached; the driving. What is hoped for is a little less than the shortest makespan so far.
 What is kept as the best is decided by the parts of a score in turn.
+
+What was tried, with budgets in steps, on eight to sixteen situations of the suite and of generated rooms with 6 to 136
+robots, two or three seeds each. One search varies by 5 % between seeds, so only large differences mean much. In all:
+
+- Hoping for 2 to 6 % less than the best makespan so far made plans 2.5 % shorter than hoping for 0.1 % less, which
+  leaves little of a slope; for 15 % was worse. Late times squared were worse, too.
+- Beginning two to four times as hot, if there is time to cool down: 1 to 2 %; eight times, or ending hotter: worse.
+- Rides put in at the least detour half of the time, rovers taken from near by half of the time: 1.5 %.
+- Six runs and one from the best of them are better than two, by 1.5 %; twelve or 24 are worse again.
+- Taking out two to five targets and putting each back in the best of sixteen ways, now and then, gained what it cost in
+  time and no more.
 """
 
 from __future__ import annotations
@@ -37,9 +48,12 @@ SHARES = (25, 45, 53, 59, 68, 79, 83, 88, 90, 100)
 STEP = 1000
 """Changes that each search tries in one step of a budget."""
 
-HOT, CROWDED, COLD = 0.08, 1.0, 0.0002
+HOT, CROWDED, COLD = 0.16, 2.0, 0.0002
 """Temperature at the beginning, that times the number of targets where there are many, and at the end: as shares of the
 first plan's makespan."""
+
+CALM, HURRY = 15_000, 0.15
+"""How many changes per target it takes to begin that hot; with fewer it begins cooler in proportion, down to a share."""
 
 AGAIN = 0.4
 """With what share of the first temperature the last run begins."""
@@ -153,7 +167,7 @@ class Annealing:
         self._blend = np.array([1.0, reaching, DRIVING_SHARE], dtype=np.float64)
         self._begin_at(beginnings[0])
         self._scale_ms = float(self._best[0])
-        self._hot = max(COLD, min(HOT, CROWDED / max(1, targets)))
+        self._hot = self._heat(0.0)
         self._runs, self._run = 1, 0
 
     @property
@@ -168,7 +182,8 @@ class Annealing:
         return events_in(self._best_nodes, len(self._task.robots))
 
     def expect(self, steps: float) -> None:
-        """Choose the number of runs for a budget of about that many steps."""
+        """Choose the number of runs and how hot they begin for a budget of about that many steps."""
+        self._hot = self._heat(steps)
         enough = RUN_CHANGES * max(1, int(self._task.groups[TARGETS, 0]))
         runs = int(min(float(RUNS), RUNS_SHARE * steps * STEP / enough))
         self._runs = runs + 1 if runs > 1 else 1
@@ -190,6 +205,11 @@ class Annealing:
             self._begin_at(self._beginnings[run % len(self._beginnings)] if run < self._runs - 1 else self.events)
         temperature = self._scale_ms * hot * (COLD / hot) ** fallen
         anneal(self._net, self._best, self._best_nodes, self._shares, self._blend, temperature, AMBITION, STEP * steps)
+
+    def _heat(self, steps: float) -> float:
+        targets = max(1, int(self._task.groups[TARGETS, 0]))
+        calm = min(1.0, max(HURRY, steps * STEP / targets / CALM))
+        return max(COLD, calm * min(HOT, CROWDED / targets))
 
     def _moment(self, used: float) -> tuple[int, float, float]:
         """Return which run it is, how far its temperature has fallen (0 to 1), and from where."""
