@@ -34,6 +34,9 @@ class Anytime:
     """The engine; `clock` gives wall-clock seconds. One step of a budget: each of `SIZE` searches tries
     `search.STEP` changes.
 
+    The first call in a process takes up to half a second more, to load compiled code: a service had better make one
+    before a robot waits. The first call ever compiles, for half a minute.
+
     Plans get better in their makespan, then in the mean time at which targets are reached, those that reveal more
     counting more, then in the time spent driving.
     """

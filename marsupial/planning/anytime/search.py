@@ -53,7 +53,7 @@ HOT, CROWDED, COLD = 0.16, 2.0, 0.0002
 first plan's makespan."""
 
 CALM, HURRY = 15_000, 0.15
-"""How many changes per target it takes to begin that hot; with fewer it begins cooler in proportion, down to a share."""
+"""How many changes per target it takes to begin that hot; with fewer it is cooler in proportion, down to a share."""
 
 AGAIN = 0.4
 """With what share of the first temperature the last run begins."""
