@@ -1,0 +1,199 @@
+"""Rows made into figures: a cell for each case and contender, a pairing for each rival of the last contender.
+
+Only complete missions count in means of metrics, and only pairs of them in differences: the time of a mission that left
+something unexplored says nothing. How many there were stands beside every figure, so that nobody gains by failing.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from statistics import fmean
+from typing import Any
+
+from marsupial.bench.compare.header import cases_of, contenders_of
+from marsupial.bench.compare.plan import Case, Contender, Trial
+from marsupial.bench.compare.rows import Curve, Row, Timing
+from marsupial.bench.compare.statistics import Estimate, estimate
+from marsupial.model.mission import Status
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measure:
+    """A metric of missions; `better` is 1 where more is better, -1 where less is."""
+
+    name: str
+    unit: str
+    better: int
+    digits: int
+    of: Callable[[Row], float | None]
+
+
+TIME = Measure(name="exploration time", unit="s", better=-1, digits=1, of=lambda row: row.exploration_time_s)
+QUALITY = Measure(name="exploration quality Q", unit="m²/m", better=1, digits=3, of=lambda row: row.quality)
+MISSION_TIME = Measure(name="mission time", unit="s", better=-1, digits=1, of=lambda row: row.mission_time_s)
+DISTANCE = Measure(name="distance", unit="m", better=-1, digits=1, of=lambda row: row.distance_m)
+
+MEASURES = (TIME, QUALITY, MISSION_TIME, DISTANCE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pairing:
+    """A contender beside another one, the base, seed by seed.
+
+    `ahead` is the mean of the paired differences, counted so that more than 0 is in favour of the contender; `gain` is
+    the same as a share of the base's mean. `missing` counts the pairs of which one is not complete.
+    """
+
+    case: Case
+    ahead: Estimate | None
+    gain: float | None
+    wins: int
+    losses: int
+    ties: int
+    missing: int
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """All that a folder holds."""
+
+    header: Mapping[str, Any]
+    rows: tuple[Row, ...]
+    timings: tuple[Timing, ...] = ()
+    curves: tuple[Curve, ...] = ()
+
+    @cached_property
+    def cases(self) -> tuple[Case, ...]:
+        """The cases in order."""
+        return cases_of(self.header)
+
+    @cached_property
+    def contenders(self) -> tuple[Contender, ...]:
+        """The contenders in order."""
+        return contenders_of(self.header)
+
+    @property
+    def base(self) -> Contender:
+        """The contender that the others are compared with: the last one."""
+        return self.contenders[-1]
+
+    @property
+    def rivals(self) -> tuple[Contender, ...]:
+        """The contenders that are compared with the base."""
+        return self.contenders[:-1]
+
+    @cached_property
+    def scenarios(self) -> tuple[str, ...]:
+        """The names of the scenarios in order."""
+        return tuple(dict.fromkeys(case.scenario for case in self.cases))
+
+    @property
+    def runs(self) -> int:
+        """Missions for each case and contender."""
+        return int(self.header["runs"])
+
+    @property
+    def planned(self) -> int:
+        """Missions in all."""
+        return self.runs * len(self.cases) * len(self.contenders)
+
+    def cases_of(self, scenario: str) -> tuple[Case, ...]:
+        """Return the cases of a scenario."""
+        return tuple(case for case in self.cases if case.scenario == scenario)
+
+    def statuses(self, scenario: str, contender: Contender) -> Counter[str]:
+        """Count how the missions of a contender on a scenario ended, `complete` first."""
+        found = Counter(
+            row.status for row in self.rows if row.trial.case.scenario == scenario and row.trial.contender == contender
+        )
+        return Counter({status: found[status] for status in sorted(found, key=lambda s: (s != Status.COMPLETE, s))})
+
+    def incomplete(self) -> tuple[Row, ...]:
+        """Return the rows of missions that count in no mean."""
+        return tuple(row for row in self.rows if not row.complete)
+
+    def estimate(self, case: Case, contender: Contender, measure: Measure) -> Estimate | None:
+        """Return the mean of a metric over the complete missions of a cell."""
+        return estimate(list(self._values(case, contender, measure).values()))
+
+    def pairing(self, case: Case, contender: Contender, measure: Measure, base: Contender | None = None) -> Pairing:
+        """Return a contender beside the base (or another one) on a case, over the seeds both have completed."""
+        ours = self._values(case, contender, measure)
+        theirs = self._values(case, base or self.base, measure)
+        seeds = [seed for seed in ours if seed in theirs]
+        differences = [measure.better * (ours[seed] - theirs[seed]) for seed in seeds]
+        level = fmean(theirs[seed] for seed in seeds) if seeds else 0.0
+        return Pairing(
+            case=case,
+            ahead=estimate(differences),
+            gain=fmean(differences) / level if level else None,
+            wins=sum(difference > 0 for difference in differences),
+            losses=sum(difference < 0 for difference in differences),
+            ties=sum(difference == 0 for difference in differences),
+            missing=self.runs - len(seeds),
+        )
+
+    def timings_of(self, case: Case, contender: Contender) -> list[Timing]:
+        """Return the wall-clock times of a cell's missions."""
+        return [timing for timing in self._timings.get((case, contender), ())]
+
+    def curves_of(self, case: Case, contender: Contender) -> list[Curve]:
+        """Return the coverage over time of a cell's missions."""
+        return [curve for curve in self._curves.get((case, contender), ())]
+
+    def _values(self, case: Case, contender: Contender, measure: Measure) -> dict[int, float]:
+        """Return a metric by seed, of complete missions only."""
+        rows = self._cells.get((case, contender), ())
+        values = ((row.trial.seed, measure.of(row)) for row in rows if row.complete)
+        return {seed: value for seed, value in sorted(values) if value is not None}
+
+    @cached_property
+    def _cells(self) -> dict[tuple[Case, Contender], list[Row]]:
+        return _grouped(self.rows)
+
+    @cached_property
+    def _timings(self) -> dict[tuple[Case, Contender], list[Timing]]:
+        return _grouped(self.timings)
+
+    @cached_property
+    def _curves(self) -> dict[tuple[Case, Contender], list[Curve]]:
+        return _grouped(self.curves)
+
+
+def _grouped(records: Sequence[Any]) -> dict[tuple[Case, Contender], list[Any]]:
+    cells: dict[tuple[Case, Contender], list[Any]] = {}
+    for record in records:
+        trial: Trial = record.trial
+        cells.setdefault((trial.case, trial.contender), []).append(record)
+    return cells
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tally:
+    """Pairings counted: cells whose interval is all on one side, the mean gain, and pairs."""
+
+    cells: int
+    ahead: int
+    behind: int
+    gain: float | None
+    wins: int
+    losses: int
+    ties: int
+
+
+def tally(pairings: Sequence[Pairing]) -> Tally:
+    """Count pairings; `gain` is the mean over cells."""
+    gains = [pairing.gain for pairing in pairings if pairing.gain is not None]
+    signs = [pairing.ahead.sign for pairing in pairings if pairing.ahead is not None]
+    return Tally(
+        cells=len(pairings),
+        ahead=signs.count(1),
+        behind=signs.count(-1),
+        gain=fmean(gains) if gains else None,
+        wins=sum(pairing.wins for pairing in pairings),
+        losses=sum(pairing.losses for pairing in pairings),
+        ties=sum(pairing.ties for pairing in pairings),
+    )

@@ -1,0 +1,167 @@
+"""The folder of a comparison: its head, and files of lines that grow as missions are done.
+
+Each result is written and synced before the next one is taken, its row last: a mission is done if its row is there.
+Whatever a process that was killed has left behind, a line cut short or times without a row, is removed when the folder
+is opened again. At the end lines are sorted, so that they do not depend on who was ready first.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TextIO
+
+from marsupial.bench.compare import header as head
+from marsupial.bench.compare.plan import Trial
+from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, Record, Result, Row, Timing
+from marsupial.errors import InputError, UsageError
+
+HEADER, ROWS_FILE, TIMINGS_FILE, CURVES_FILE = "comparison.json", "rows.csv", "timings.csv", "coverage.csv"
+
+FILES: Mapping[str, Format[Any]] = {CURVES_FILE: CURVES, TIMINGS_FILE: TIMINGS, ROWS_FILE: ROWS}
+"""The files of lines in the order in which a result is written."""
+
+
+class Folder:
+    """An open folder; results may be added to it."""
+
+    def __init__(self, path: Path, files: Mapping[str, TextIO]) -> None:
+        self.path = path
+        self._files = files
+
+    def add(self, result: Result) -> None:
+        """Write a result for good."""
+        for name, record in ((CURVES_FILE, result.curve), (TIMINGS_FILE, result.timing), (ROWS_FILE, result.row)):
+            if record is not None:
+                file = self._files[name]
+                file.write(FILES[name].encode(record))
+                file.flush()
+                os.fsync(file.fileno())
+
+
+def read_header(path: Path) -> dict[str, Any]:
+    """Return the head of the comparison in a folder.
+
+    Raises
+    ------
+    InputError
+        If there is none, or none that can be read.
+    """
+    file = path / HEADER
+    try:
+        return head.parse(file.read_text(encoding="utf-8"), str(file))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError("holds no comparison", source=str(path)) from error
+
+
+def read_rows(path: Path) -> tuple[Row, ...]:
+    """Return the rows in a folder so far."""
+    return _read(path / ROWS_FILE, ROWS)
+
+
+def read_timings(path: Path) -> tuple[Timing, ...]:
+    """Return the wall-clock times in a folder so far."""
+    return _read(path / TIMINGS_FILE, TIMINGS)
+
+
+def read_curves(path: Path) -> tuple[Curve, ...]:
+    """Return the coverage over time in a folder so far."""
+    return _read(path / CURVES_FILE, CURVES)
+
+
+@contextmanager
+def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -> Iterator[Folder]:
+    """Open a folder for a comparison, new or begun before, and mend what an earlier process has left.
+
+    Parameters
+    ----------
+    drop
+        Missions whose row has one of these statuses are forgotten, to be carried out again.
+
+    Raises
+    ------
+    UsageError
+        If it holds another comparison, or another process has it open.
+    InputError
+        If it holds anything that can't be read.
+    """
+    path.mkdir(parents=True, exist_ok=True)
+    with _locked(path):
+        if (path / HEADER).exists():
+            head.demand_same(read_header(path), header, str(path / HEADER))
+        elif any((path / name).exists() for name in FILES):
+            raise UsageError(f"{path}: has rows but no {HEADER}: choose another --out")
+        else:
+            replace_file(path / HEADER, head.written(header).encode())
+        done = [row.trial for row in read_rows(path) if row.status not in drop]
+        for name, lines in FILES.items():
+            _rewrite(path / name, lines, done)
+        files = {name: (path / name).open("a", encoding="utf-8", newline="") for name in FILES}
+        try:
+            yield Folder(path, files)
+        finally:
+            for file in files.values():
+                file.close()
+
+
+def sort_lines(path: Path, trials: Sequence[Trial]) -> None:
+    """Put the lines of all files into the order of `trials`."""
+    for name, lines in FILES.items():
+        _rewrite(path / name, lines, trials)
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all."""
+    beside = path.with_name(f".{path.name}.new")
+    with beside.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(beside, path)
+
+
+def _rewrite(path: Path, lines: Format[Any], trials: Iterable[Trial]) -> None:
+    """Keep the records of `trials` only, in that order; the file is not touched if nothing changes."""
+    found = {record.trial: record for record in _read(path, lines)}
+    text = lines.head + "".join(lines.encode(found[trial]) for trial in trials if trial in found)
+    data = text.encode()
+    if not path.exists() or path.read_bytes() != data:
+        replace_file(path, data)
+
+
+def _read(path: Path, lines: Format[Record]) -> tuple[Record, ...]:
+    """Return the records of a file, an unfinished last line left out, the first one of each mission."""
+    try:
+        text = path.read_bytes().decode("utf-8", errors="replace")
+    except FileNotFoundError:
+        return ()
+    whole = text[: text.rfind("\n") + 1].splitlines(keepends=True)
+    if whole and whole[0] != lines.head:
+        raise InputError("line 1: these are not the columns of this marsupial", source=str(path))
+    records: dict[Trial, Record] = {}
+    for number, fields in enumerate(csv.reader(whole[1:]), 2):
+        try:
+            record = lines.decode(fields)
+        except (ValueError, TypeError) as error:
+            raise InputError(f"line {number}: can't be read: {error}", source=str(path)) from error
+        records.setdefault(record.trial, record)
+    return tuple(records.values())
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Keep other processes away (where the system knows how)."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    with (path / ".lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise UsageError(f"{path}: another process is at work on it") from error
+        yield

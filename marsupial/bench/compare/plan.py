@@ -1,0 +1,130 @@
+"""What a comparison consists of: contenders on cases, once for each seed.
+
+Every contender meets the same maps, teams, starts and seeds, so that its missions can be compared pair by pair.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import PlanningTime, Scenario
+
+NO_PLANNER = "none"
+"""The planner of strategies that ask none."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Contender:
+    """A strategy with its planner."""
+
+    strategy: str
+    planner: str = NO_PLANNER
+
+    def __str__(self) -> str:
+        return self.strategy if self.planner == NO_PLANNER else f"{self.strategy} ({self.planner})"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Case:
+    """A scenario with a team: `rovers` for each of the `carriers`."""
+
+    scenario: str
+    carriers: int
+    rovers: int
+
+    @property
+    def team(self) -> str:
+        """The team in short: carriers x rovers of each."""
+        return f"{self.carriers}x{self.rovers}"
+
+    @property
+    def robots(self) -> int:
+        """How many robots there are in all."""
+        return self.carriers * (1 + self.rovers)
+
+    def __str__(self) -> str:
+        return f"{self.scenario} {self.team}"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Trial:
+    """One mission of a comparison; `seed` draws the starts."""
+
+    case: Case
+    contender: Contender
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{self.case}, {self.contender}, seed {self.seed}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """Which missions there are.
+
+    Parameters
+    ----------
+    scenarios
+        Case -> scenario, in the order of the tables.
+    contenders
+        The last one is what the others are compared with.
+    runs
+        Missions for each case and contender; their seeds are 1, 2, ...
+    budget
+        Of each planning.
+    paper
+        Which paper's experiment this is, as `marsupial reproduce` calls it; None if it is none.
+    """
+
+    scenarios: Mapping[Case, Scenario]
+    contenders: tuple[Contender, ...]
+    runs: int
+    budget: Budget
+    paper: str | None = None
+
+    @property
+    def seeds(self) -> range:
+        """The seeds of each case and contender."""
+        return range(1, self.runs + 1)
+
+    def trials(self) -> Iterator[Trial]:
+        """Yield every mission, seed by seed: wherever one stops, all cases have got about as far."""
+        for seed in self.seeds:
+            for case in self.scenarios:
+                for contender in self.contenders:
+                    yield Trial(case, contender, seed)
+
+
+def prepared(scenario: Scenario) -> Scenario:
+    """Return the scenario as comparisons use it: starts drawn by each mission's seed, planning takes no mission time.
+
+    (Charged planning time would make missions depend on the machine.)
+    """
+    return replace(scenario, start_seed=None, planning_time=PlanningTime.INSTANT)
+
+
+def has_fixed_starts(scenario: Scenario) -> bool:
+    """Say whether no start is left to be drawn, so that every seed gives the same mission."""
+    return all(member.start is not None or member.carrier is not None for member in scenario.team)
+
+
+def digest(scenario: Scenario) -> str:
+    """Return a short text that differs wherever anything differs that a mission depends on."""
+    grid = scenario.grid
+    rest = {
+        "shape": grid.cells.shape,
+        "resolution_m": grid.resolution_m,
+        "terrains": [asdict(terrain) for terrain in grid.terrains],
+        "types": [asdict(kind) for kind in scenario.robot_types],
+        "team": [asdict(member) for member in scenario.team],
+        "goal": asdict(scenario.goal),
+        "limits": asdict(scenario.limits),
+        "planning_time": str(scenario.planning_time),
+        "start_seed": scenario.start_seed,
+    }
+    text = json.dumps(rest, default=sorted, sort_keys=True)  # sets of terrain codes become lists
+    return hashlib.sha256(grid.cells.tobytes() + text.encode()).hexdigest()[:16]

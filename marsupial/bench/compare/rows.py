@@ -1,0 +1,189 @@
+"""What is kept of every mission: a row, its wall-clock times, and how its coverage grew; as lines of CSV.
+
+A row holds what the same command gives again on any machine. Wall-clock times are lines of another file, and so is
+coverage over time, which is long.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from marsupial.bench.compare.plan import Case, Contender, Trial
+from marsupial.model.mission import Status
+
+ERROR, CRASHED = "error", "crashed"
+"""Status of a mission that raised an exception, and of one whose process died; the others are those of `Status`."""
+
+KEY = ("scenario", "strategy", "planner", "carriers", "rovers", "seed")
+"""Columns that every file begins with."""
+
+COVERAGE_SCALE = 10_000
+"""Coverage is kept in whole parts of this."""
+
+Record = TypeVar("Record", "Row", "Timing", "Curve")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One mission: how it ended, and its metrics (README), None where it has none.
+
+    `remaining` counts the frontiers left, `aboard` the rovers aboard at the end.
+    """
+
+    trial: Trial
+    status: str
+    reason: str
+    exploration_time_s: float | None = None
+    mission_time_s: float | None = None
+    coverage: float | None = None
+    explored_area_m2: float | None = None
+    reachable_area_m2: float | None = None
+    distance_m: float | None = None
+    quality: float | None = None
+    energy_j: float | None = None
+    replans: int | None = None
+    plans_invalid: int | None = None
+    plans_refused: int | None = None
+    deployments: int | None = None
+    retrievals: int | None = None
+    aboard: int | None = None
+    remaining: int | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Whether the mission is complete; only then its metrics count."""
+        return self.status == Status.COMPLETE and self.exploration_time_s is not None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """Seconds that a mission took on the machine it ran on: in all, of the processors, and for its plannings."""
+
+    trial: Trial
+    wall_s: float
+    cpu_s: float
+    planning_median_s: float
+    planning_p95_s: float
+    planning_max_s: float
+    planning_total_s: float
+    first_plan_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """Coverage over time: after 0, `every_s`, 2 `every_s`, ... seconds of the mission, in parts of `COVERAGE_SCALE`."""
+
+    trial: Trial
+    every_s: float
+    known: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Result:
+    """All there is of a mission that was carried out; only its row if it failed."""
+
+    row: Row
+    timing: Timing | None = None
+    curve: Curve | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Format(Generic[Record]):
+    """How records are written: what they are, and how each further column is read; an empty text is None."""
+
+    make: Callable[..., Record]
+    readers: Mapping[str, Callable[[str], Any]]
+
+    @property
+    def head(self) -> str:
+        """The first line of a file."""
+        return _line((*KEY, *self.readers))
+
+    def encode(self, record: Record) -> str:
+        """Return the record's line."""
+        return _line((*_key(record.trial), *(_written(getattr(record, name)) for name in self.readers)))
+
+    def decode(self, fields: Sequence[str]) -> Record:
+        """Return the record of a line's fields.
+
+        Raises
+        ------
+        ValueError
+            If there are too few or too many, or one can't be read.
+        """
+        scenario, strategy, planner, carriers, rovers, seed, *rest = fields
+        values = {
+            name: None if text == "" else read(text)
+            for (name, read), text in zip(self.readers.items(), rest, strict=True)
+        }
+        case = Case(scenario, int(carriers), int(rovers))
+        return self.make(trial=Trial(case, Contender(strategy, planner), int(seed)), **values)
+
+
+def _key(trial: Trial) -> tuple[object, ...]:
+    """Return the values of the columns `KEY`."""
+    case, contender = trial.case, trial.contender
+    return case.scenario, contender.strategy, contender.planner, case.carriers, case.rovers, trial.seed
+
+
+def _line(values: Sequence[object]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(values)
+    return text.getvalue()
+
+
+def _written(value: object) -> str:
+    """Return a value as text; floats as short as they can be read back exactly."""
+    if value is None:
+        return ""
+    if isinstance(value, tuple):
+        return " ".join(map(str, value))
+    text = repr(value) if isinstance(value, float) else str(value)
+    return " ".join(text.split())  # a line of the file is a line
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    return tuple(map(int, text.split()))
+
+
+ROWS = Format(
+    Row,
+    {
+        "status": str,
+        "reason": str,
+        "exploration_time_s": float,
+        "mission_time_s": float,
+        "coverage": float,
+        "explored_area_m2": float,
+        "reachable_area_m2": float,
+        "distance_m": float,
+        "quality": float,
+        "energy_j": float,
+        "replans": int,
+        "plans_invalid": int,
+        "plans_refused": int,
+        "deployments": int,
+        "retrievals": int,
+        "aboard": int,
+        "remaining": int,
+    },
+)
+
+TIMINGS = Format(
+    Timing,
+    {
+        "wall_s": float,
+        "cpu_s": float,
+        "planning_median_s": float,
+        "planning_p95_s": float,
+        "planning_max_s": float,
+        "planning_total_s": float,
+        "first_plan_s": float,
+    },
+)
+
+CURVES = Format(Curve, {"every_s": float, "known": _numbers})
