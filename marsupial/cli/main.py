@@ -17,6 +17,7 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.bench import bench
+from marsupial.cli.compare import compare
 from marsupial.cli.demo import demo
 from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED
 from marsupial.cli.export import export
@@ -25,6 +26,7 @@ from marsupial.cli.map import describe_map
 from marsupial.cli.plan import plan
 from marsupial.cli.planners import planners
 from marsupial.cli.replay import replay
+from marsupial.cli.reproduce import reproduce
 from marsupial.cli.run import run
 from marsupial.cli.scenarios import scenarios
 from marsupial.cli.validate import validate
@@ -66,6 +68,8 @@ def _program(
 
 app.command()(run)
 app.command()(replay)
+app.command()(compare)
+app.command()(reproduce)
 app.command()(plan)
 app.command()(export)
 app.command()(validate)

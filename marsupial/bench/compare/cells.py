@@ -138,11 +138,11 @@ class Outcome:
 
     def timings_of(self, case: Case, contender: Contender) -> list[Timing]:
         """Return the wall-clock times of a cell's missions."""
-        return [timing for timing in self._timings.get((case, contender), ())]
+        return list(self._timings.get((case, contender), ()))
 
     def curves_of(self, case: Case, contender: Contender) -> list[Curve]:
         """Return the coverage over time of a cell's missions."""
-        return [curve for curve in self._curves.get((case, contender), ())]
+        return list(self._curves.get((case, contender), ()))
 
     def _values(self, case: Case, contender: Contender, measure: Measure) -> dict[int, float]:
         """Return a metric by seed, of complete missions only."""

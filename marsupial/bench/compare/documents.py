@@ -1,0 +1,29 @@
+"""All documents made of a comparison's rows: tables in Markdown, figures, and one page that holds them all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.figures import figures
+from marsupial.bench.compare.papers import PAPERS
+from marsupial.bench.compare.report import page
+from marsupial.bench.compare.statements import checklist
+from marsupial.bench.compare.tables import markdown, tables
+
+
+def documents(outcome: Outcome) -> Iterator[tuple[str, bytes]]:
+    """Yield the path in the folder and the content of each document; they depend on nothing but the outcome."""
+    experiment = PAPERS.get(str(outcome.header.get("paper")))
+    findings = [] if experiment is None else experiment.findings(outcome)
+    drawn = [] if experiment is None else list(experiment.figures(outcome))
+    drawn += figures(outcome)
+    written = tables(outcome)
+    paper = None if experiment is None else (experiment.title, experiment.setting)
+    if findings:
+        yield "checklist.md", checklist(findings).encode()
+    yield "tables.md", "\n".join(map(markdown, written)).encode()
+    for figure in drawn:
+        yield f"figures/{figure.name}.svg", figure.svg.encode()
+        yield f"figures/{figure.name}.png", figure.png
+    yield "report.html", page(outcome, written, drawn, findings, paper).encode()

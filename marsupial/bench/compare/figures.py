@@ -1,0 +1,281 @@
+"""The figures of a comparison, drawn with matplotlib.
+
+They are drawn in one colour of ink on nothing, so that a page can give the ink its own colour; a contender has the
+same colour and marker everywhere.
+
+References
+----------
+Wurm et al. 2010, Figs. 6 (quality) and 7 (exploration time): means by team size with 95 % intervals.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome
+from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
+from marsupial.bench.compare.statistics import Estimate, estimate, t_quantile
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
+INK = "#2b3138"
+
+COLOURS = ("#2f7de1", "#e0731d", "#23a074", "#a463d8", "#d2456b", "#8a8f20")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+LINES = ("-", "--", "-.", ":", "-", "--")
+
+PNG_DPI = 150
+
+BARS = "Error bars are 95 % confidence intervals of the mean over complete missions."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figure:
+    """A figure as files, `svg` text and `png` bytes; its caption says what the bars are, `scenario` what it is of."""
+
+    name: str
+    title: str
+    caption: str
+    svg: str
+    png: bytes
+    scenario: str = ""
+
+
+def figures(outcome: Outcome) -> Iterator[Figure]:
+    """Yield the figures of a comparison: for each scenario time, quality, coverage over time, planning time."""
+    for scenario in outcome.scenarios:
+        slug = _slug(scenario)
+        yield measure_figure(outcome, TIME, [scenario], name=f"exploration-time-{slug}", about=scenario)
+        yield measure_figure(outcome, QUALITY, [scenario], name=f"quality-{slug}", about=scenario)
+        if any(curve.trial.case.scenario == scenario for curve in outcome.curves):
+            yield coverage_figure(outcome, scenario, name=f"coverage-{slug}")
+        if any(timing.trial.case.scenario == scenario for timing in outcome.timings):
+            yield planning_figure(outcome, scenario, name=f"planning-time-{slug}")
+
+
+def measure_figure(
+    outcome: Outcome,
+    measure: Measure,
+    scenarios: Sequence[str],
+    *,
+    name: str,
+    rovers: Sequence[int] | None = None,
+    about: str = "",
+) -> Figure:
+    """Return a metric by team size: a row of panels for each of `scenarios`, with these numbers of rovers only.
+
+    `about` is the scenario that the figure belongs to, if it is one of many.
+    """
+
+    def value(case: Case, contender: Contender) -> Estimate | None:
+        return outcome.estimate(case, contender, measure)
+
+    cases = [c for c in outcome.cases if c.scenario in scenarios and (rovers is None or c.rovers in rovers)]
+    label = f"{measure.name} [{measure.unit}]"
+    drawing = _by_team_size(cases, outcome.contenders, value, label, from_zero=measure is TIME)
+    where = " and ".join(scenarios)
+    better = "Less" if measure.better < 0 else "More"
+    title = f"{measure.name[0].upper()}{measure.name[1:]}: {where}"
+    return _figure(drawing, name, title, f"{title}, by team size. {better} is better. {BARS}", about)
+
+
+def planning_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
+    """Return the time of a planning by team size, logarithmic."""
+
+    def value(case: Case, contender: Contender) -> Estimate | None:
+        return estimate([1000 * timing.planning_median_s for timing in outcome.timings_of(case, contender)])
+
+    drawing = _by_team_size(
+        outcome.cases_of(scenario), outcome.contenders, value, "time of a planning [ms]", logarithmic=True
+    )
+    title = f"Planning time: {scenario}"
+    caption = (
+        f"{title}: wall-clock time of the median planning of each mission, averaged over missions, on a logarithmic "
+        "scale; it depends on the machine. Error bars are 95 % confidence intervals of that mean."
+    )
+    return _figure(drawing, name, title, caption, scenario)
+
+
+def coverage_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
+    """Return the mean coverage over time, a panel for each team."""
+    cases = outcome.cases_of(scenario)
+    carriers, rovers = _sorted(c.carriers for c in cases), _sorted(c.rovers for c in cases)
+    drawing, axes = _panels(len(carriers), len(rovers), width=2.6, height=1.75, share_y=True)
+    for i, carrier_count in enumerate(carriers):
+        for j, rover_count in enumerate(rovers):
+            case = Case(scenario, carrier_count, rover_count)
+            _coverage_panel(axes[i][j], outcome, case)
+            axes[i][j].set_title(f"{carrier_count} x {rover_count}", fontsize=9, color=INK)
+            if i == len(carriers) - 1:
+                axes[i][j].set_xlabel("mission time [s]")
+        axes[i][0].set_ylabel("known [%]")
+    _legend(drawing, axes)
+    title = f"Coverage over time: {scenario}"
+    caption = (
+        f"{title}: known share of the reachable area, mean over all missions, complete or not; a panel for each team, "
+        "carriers x rovers of each. Bands are 95 % confidence intervals of the mean."
+    )
+    return _figure(drawing, name, title, caption, scenario)
+
+
+def mean_coverage(curves: Sequence[Curve]) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
+    """Return times in s, mean coverage in per cent, half of its interval, each (samples,).
+
+    A mission that has ended keeps what it knew.
+    """
+    length = max(len(curve.known) for curve in curves)
+    known = np.array([(*curve.known, *[curve.known[-1]] * (length - len(curve.known))) for curve in curves])
+    shares = 100 * known / COVERAGE_SCALE
+    count = len(curves)
+    spread = shares.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros(length)
+    half = t_quantile(count - 1) * spread if count > 1 else spread
+    return curves[0].every_s * np.arange(length), shares.mean(axis=0), half
+
+
+def _coverage_panel(axes: Axes, outcome: Outcome, case: Case) -> None:
+    for k, contender in enumerate(outcome.contenders):
+        curves = outcome.curves_of(case, contender)
+        if curves:
+            times, mean, half = mean_coverage(curves)
+            colour = COLOURS[k % len(COLOURS)]
+            axes.plot(times, mean, LINES[k % len(LINES)], color=colour, label=str(contender), linewidth=1.3)
+            axes.fill_between(times, mean - half, np.minimum(mean + half, 100), color=colour, alpha=0.18, linewidth=0)
+    axes.set_ylim(0, 102)
+    axes.set_xlim(left=0)
+
+
+def _by_team_size(
+    cases: Sequence[Case],
+    contenders: Sequence[Contender],
+    value: Callable[[Case, Contender], Estimate | None],
+    label: str,
+    *,
+    from_zero: bool = False,
+    logarithmic: bool = False,
+) -> Drawing:
+    """Draw values by the number of carriers, a panel for each number of rovers and a row for each scenario.
+
+    With one number of carriers only, by the number of rovers.
+    """
+    scenarios = list(dict.fromkeys(case.scenario for case in cases))
+    by_rovers = len({case.carriers for case in cases}) == 1 and len({case.rovers for case in cases}) > 1
+    columns = [None] if by_rovers else _sorted(case.rovers for case in cases)
+    drawing, axes = _panels(len(scenarios), len(columns), width=3.3, height=2.9, share_y=True)
+    for i, scenario in enumerate(scenarios):
+        for j, rovers in enumerate(columns):
+            chosen = [c for c in cases if c.scenario == scenario and (rovers is None or c.rovers == rovers)]
+            chosen.sort()
+            _size_panel(axes[i][j], chosen, contenders, value, by_rovers=by_rovers)
+            if rovers is not None:
+                head = f"{rovers} rover{'' if rovers == 1 else 's'} per carrier"
+                axes[i][j].set_title(head if len(scenarios) == 1 else f"{scenario}: {head}", fontsize=9, color=INK)
+            if i == len(scenarios) - 1:
+                axes[i][j].set_xlabel("rovers per carrier" if by_rovers else "carriers")
+            if logarithmic:
+                axes[i][j].set_yscale("log")
+            elif from_zero:
+                axes[i][j].set_ylim(bottom=0)
+        axes[i][0].set_ylabel(label)
+    _legend(drawing, axes)
+    return drawing
+
+
+def _size_panel(
+    axes: Axes,
+    cases: Sequence[Case],
+    contenders: Sequence[Contender],
+    value: Callable[[Case, Contender], Estimate | None],
+    *,
+    by_rovers: bool,
+) -> None:
+    sizes = [case.rovers if by_rovers else case.carriers for case in cases]
+    for k, contender in enumerate(contenders):
+        aside = 0.06 * (k - (len(contenders) - 1) / 2)
+        points = [
+            (size + aside, found.mean, found.half or 0.0)
+            for size, case in zip(sizes, cases, strict=True)
+            if (found := value(case, contender)) is not None
+        ]
+        if points:
+            x, y, half = zip(*points, strict=True)
+            axes.errorbar(
+                x,
+                y,
+                yerr=half,
+                color=COLOURS[k % len(COLOURS)],
+                marker=MARKERS[k % len(MARKERS)],
+                linestyle=LINES[k % len(LINES)],
+                markersize=4.5,
+                linewidth=1.4,
+                elinewidth=1.1,
+                capsize=3,
+                label=str(contender),
+            )
+    axes.set_xticks(sorted(set(sizes)))
+    axes.set_xlim(min(sizes) - 0.5, max(sizes) + 0.5)
+
+
+def _panels(rows: int, columns: int, *, width: float, height: float, share_y: bool) -> tuple[Drawing, list[list[Axes]]]:
+    """Return a drawing with panels of that many inches, and room for a legend above."""
+    from matplotlib.figure import Figure as Drawing
+
+    columns_in = max(columns * width, 4.2)
+    drawing = Drawing(figsize=(columns_in + 0.4, rows * height + 0.45), layout="constrained")
+    axes = drawing.subplots(rows, columns, squeeze=False, sharey="row" if share_y else False)
+    for panel in axes.ravel():
+        panel.patch.set_alpha(0)
+        panel.grid(True, color=INK, alpha=0.13, linewidth=0.7)
+        panel.tick_params(colors=INK, labelsize=8)
+        panel.xaxis.label.set(color=INK, fontsize=9)
+        panel.yaxis.label.set(color=INK, fontsize=9)
+        for side, spine in panel.spines.items():
+            spine.set_visible(side in ("left", "bottom"))
+            spine.set_color(INK)
+    return drawing, [list(row) for row in axes]
+
+
+def _legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
+    """Name the contenders once, above all panels."""
+    named: dict[str, Any] = {}
+    for panel in (panel for row in axes for panel in row):
+        handles, labels = panel.get_legend_handles_labels()
+        named |= dict(zip(labels, handles, strict=True))
+    if named:
+        drawing.legend(
+            named.values(),
+            named.keys(),
+            loc="outside upper left",
+            ncols=len(named),
+            frameon=False,
+            fontsize=9,
+            labelcolor=INK,
+        )
+
+
+def _figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
+    """Write a drawing as SVG and PNG; both are the same bytes for the same data."""
+    from matplotlib import rc_context
+
+    svg, png = io.StringIO(), io.BytesIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}):
+        drawing.savefig(svg, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+    drawing.savefig(png, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
+    return Figure(name=name, title=title, caption=caption, svg=svg.getvalue(), png=png.getvalue(), scenario=scenario)
+
+
+def _sorted(numbers: Iterator[int] | Any) -> list[int]:
+    return sorted(set(numbers))
+
+
+def _slug(name: str) -> str:
+    """Return a name as part of a file's name."""
+    return "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in name).strip("-") or "scenario"

@@ -1,0 +1,164 @@
+"""A comparison as one HTML page that needs nothing else: figures inside it, for light and dark screens."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+
+from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.figures import INK, Figure
+from marsupial.bench.compare.header import budget_text
+from marsupial.bench.compare.statements import Finding, Verdict
+from marsupial.bench.compare.tables import Table, TableCell
+
+_SLOT = re.compile(r"\{\{(\w+)\}\}")
+
+_VERDICT_CLASSES = {
+    Verdict.HOLDS: "holds",
+    Verdict.PARTLY: "partly",
+    Verdict.FAILS: "fails",
+    Verdict.OPEN: "open",
+}
+
+
+def page(
+    outcome: Outcome,
+    tables: Sequence[Table],
+    figures: Sequence[Figure],
+    findings: Sequence[Finding] = (),
+    paper: tuple[str, str] | None = None,
+) -> str:
+    """Return the page; `paper` is the title and the setting of a paper's experiment.
+
+    Tables and figures of one scenario stand together, those of none before them.
+    """
+    missing = outcome.planned - len(outcome.rows)
+    notice = f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
+    sections = [_section("Results", _general(tables, figures))]
+    if findings:
+        sections.insert(0, _section("Statements of the paper", _findings(findings)))
+    for scenario in outcome.scenarios:
+        sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))
+    sections.append(_section("Method", _method(outcome, paper)))
+    parts = {
+        "title": escape(_title(outcome, paper)),
+        "style": _read("report.css"),
+        "facts": escape(_facts(outcome)),
+        "warning": f'<p class="notice">{escape(notice)}</p>' if missing else "",
+        "body": "\n".join(sections),
+    }
+    return _SLOT.sub(lambda slot: parts[slot[1]], _read("report.html"))
+
+
+def _read(name: str) -> str:
+    return files("marsupial.bench.compare").joinpath(name).read_text(encoding="utf-8")
+
+
+def _title(outcome: Outcome, paper: tuple[str, str] | None) -> str:
+    if paper is not None:
+        return paper[0]
+    return f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
+
+
+def _facts(outcome: Outcome) -> str:
+    return (
+        f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
+        f"{outcome.runs} run{'' if outcome.runs == 1 else 's'} each; {budget_text(outcome.header)} for each planning; "
+        f"marsupial {outcome.header['marsupial']}"
+    )
+
+
+def _section(title: str, content: str) -> str:
+    return f"<section>\n<h2>{escape(title)}</h2>\n{content}\n</section>"
+
+
+def _general(tables: Sequence[Table], figures: Sequence[Figure]) -> str:
+    shown = [_figure(figure) for figure in figures if not figure.scenario]
+    return "\n".join([*shown, *(_table(table) for table in tables if not table.scenario)])
+
+
+def _of_scenario(scenario: str, tables: Sequence[Table], figures: Sequence[Figure]) -> str:
+    """Return figures and main tables of a scenario, the others folded away."""
+    own = [table for table in tables if table.scenario == scenario]
+    parts = [_figure(figure) for figure in figures if figure.scenario == scenario]
+    parts += [_table(table) for table in own if table.main]
+    folded = "\n".join(_table(table) for table in own if not table.main)
+    if folded:
+        parts.append(f"<details><summary>More metrics</summary>\n{folded}\n</details>")
+    return "\n".join(parts)
+
+
+def _figure(figure: Figure) -> str:
+    return f"<figure>\n{inlined(figure)}\n<figcaption>{escape(figure.caption)}</figcaption>\n</figure>"
+
+
+def inlined(figure: Figure) -> str:
+    """Return a figure's SVG as an element of a page: in the page's ink, with ids of its own."""
+    text = figure.svg[figure.svg.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = text.replace(INK, "currentColor")
+    text = re.sub(r'(\bid="|url\(#|href="#)', lambda found: f"{found[1]}{figure.name}-", text)
+    label = escape(figure.title, quote=True)
+    return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
+
+
+def _table(table: Table) -> str:
+    heads = "".join(f"<th>{escape(head)}</th>" for head in table.heads)
+    rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
+    return (
+        f"<h3>{escape(table.title)}</h3>\n"
+        f'<p class="caption">{escape(table.caption)}</p>\n'
+        f'<div class="scroll"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table></div>'
+    )
+
+
+def _cell(cell: TableCell) -> str:
+    kinds = [cell.mark] if cell.mark else []
+    if not any(letter.isdigit() for letter in cell.text):
+        kinds.append("text")
+    if len(cell.text) > 60:
+        kinds.append("wrap")
+    attribute = f' class="{" ".join(kinds)}"' if kinds else ""
+    return f"<td{attribute}>{escape(cell.text)}</td>"
+
+
+def _findings(findings: Sequence[Finding]) -> str:
+    items = []
+    for finding in findings:
+        badge = f'<span class="verdict {_VERDICT_CLASSES[finding.verdict]}">{escape(finding.verdict)}</span>'
+        evidence = "".join(f"<li>{escape(line)}</li>" for line in finding.evidence)
+        items.append(
+            f"<li><p>{badge}<strong>{escape(finding.statement)}</strong> ({escape(finding.where)})</p>\n"
+            f'<p class="caption">Criterion: {escape(finding.criterion)}.</p>\n<ul>{evidence}</ul></li>'
+        )
+    return f'<ol class="checklist">\n{"".join(items)}\n</ol>'
+
+
+def _method(outcome: Outcome, paper: tuple[str, str] | None) -> str:
+    header = outcome.header
+    versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
+    steps = "steps" in header["budget"]
+    paragraphs = [
+        "All contenders have the same missions: the same maps, teams and starts, drawn by seeds "
+        f"1 to {outcome.runs}. Planning takes no time of the mission, and each planning has {budget_text(header)}"
+        + (
+            ": the rows do not depend on the machine, and the same command gives them again, byte for byte."
+            if steps
+            else " of wall-clock time, so the rows depend on the machine."
+        ),
+        "Exploration time is the simulated time at which no frontier was left that anybody in the team could reach; "
+        "mission time ends when the rovers are aboard again too. Distance is what robots drive themselves. Exploration "
+        "quality Q is the explored part of the reachable area by the sum of all distances; more is better.",
+        "Means are over complete missions; a mission that ended in another way is counted, but its time would say "
+        "nothing. Intervals are 95 % confidence intervals by Student's t. Paired differences are taken seed by seed "
+        "over the pairs that are both complete, and have intervals of their own; they are counted so that more than 0 "
+        "is in favour of the contender. No correction is made for the number of cells: of 20 without any difference, "
+        "one may show one.",
+        f"Made with marsupial {header['marsupial']}; begun with {versions}. Rows are in rows.csv, wall-clock times in "
+        "timings.csv, coverage over time in coverage.csv.",
+    ]
+    if paper is not None:
+        paragraphs.insert(0, paper[1])
+    return "\n".join(f"<p>{escape(paragraph)}</p>" for paragraph in paragraphs)

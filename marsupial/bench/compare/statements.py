@@ -1,0 +1,52 @@
+"""What a paper says, in words of our own, and what a comparison finds of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Verdict(StrEnum):
+    """Whether a statement holds in the data, by the criterion beside it."""
+
+    HOLDS = "holds"
+    PARTLY = "holds in part"
+    FAILS = "does not hold"
+    OPEN = "not enough data"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """A statement of a paper and its verdict.
+
+    `where` is its place in the paper, `criterion` what was looked for in the data, `evidence` the figures.
+    """
+
+    statement: str
+    where: str
+    criterion: str
+    verdict: Verdict
+    evidence: tuple[str, ...]
+
+
+def share_verdict(held: Sequence[bool | None]) -> Verdict:
+    """Return the verdict where a statement is to hold in every one of several places; None is one without data."""
+    known = [one for one in held if one is not None]
+    if not known or len(known) < len(held):
+        return Verdict.OPEN
+    if all(known):
+        return Verdict.HOLDS
+    return Verdict.PARTLY if any(known) else Verdict.FAILS
+
+
+def checklist(findings: Sequence[Finding]) -> str:
+    """Return findings as Markdown."""
+    lines = ["## Statements of the paper", ""]
+    for finding in findings:
+        lines += [
+            f"- **{finding.verdict}**: {finding.statement} ({finding.where})",
+            f"  - Criterion: {finding.criterion}",
+            *(f"  - {line}" for line in finding.evidence),
+        ]
+    return "\n".join(lines) + "\n"

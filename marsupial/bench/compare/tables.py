@@ -1,0 +1,226 @@
+"""The tables of a comparison, as values; `markdown` writes one as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from statistics import fmean
+
+from marsupial.bench.compare.cells import (
+    DISTANCE,
+    MISSION_TIME,
+    QUALITY,
+    TIME,
+    Measure,
+    Outcome,
+    Pairing,
+    tally,
+)
+from marsupial.bench.compare.statistics import Estimate
+
+GOOD, BAD = "good", "bad"
+
+NOTHING = "–"
+
+
+@dataclass(frozen=True, slots=True)
+class TableCell:
+    """A text, and whether it is in favour (`GOOD`) or against (`BAD`) with confidence."""
+
+    text: str
+    mark: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """A table with its caption; `scenario` is what it is about, if one, and whether it is among its `main` ones."""
+
+    title: str
+    caption: str
+    heads: tuple[str, ...]
+    scenario: str = ""
+    main: bool = True
+    rows: list[tuple[TableCell, ...]] = field(default_factory=list)
+
+
+def tables(outcome: Outcome) -> list[Table]:
+    """Return all tables of a comparison."""
+    made = [status_table(outcome)]
+    if outcome.rivals:
+        made.append(headline_table(outcome))
+    for measure in (TIME, QUALITY, MISSION_TIME, DISTANCE):
+        made += [measure_table(outcome, measure, scenario) for scenario in outcome.scenarios]
+    made.append(planning_table(outcome))
+    if outcome.incomplete():
+        made.append(failure_table(outcome))
+    return made
+
+
+def status_table(outcome: Outcome) -> Table:
+    """Return how many missions ended in which way."""
+    counts = {(s, c): outcome.statuses(s, c) for s in outcome.scenarios for c in outcome.contenders}
+    names = list(dict.fromkeys(name for found in counts.values() for name in found)) or ["complete"]
+    table = Table(
+        title="Missions",
+        caption="How the missions ended. Only complete ones count in means, only complete pairs in differences.",
+        heads=("scenario", "contender", *names, "missing"),
+    )
+    for (scenario, contender), found in counts.items():
+        missing = outcome.runs * len(outcome.cases_of(scenario)) - found.total()
+        ways = [TableCell(str(found[name]), BAD if name != "complete" and found[name] else "") for name in names]
+        table.rows.append((TableCell(scenario), TableCell(str(contender)), *ways, TableCell(str(missing))))
+    return table
+
+
+def headline_table(outcome: Outcome) -> Table:
+    """Return the main results: for each scenario, in how many cases a contender is ahead of the base."""
+    table = Table(
+        title="In short",
+        caption=f"Against {outcome.base}, over all team sizes. Gains are means over cases of 1 - time / base's time "
+        "and of Q / base's Q - 1; a case counts as better or worse where the 95 % interval of the paired differences "
+        "leaves out 0; pairs are missions with the same map, team and starts.",
+        heads=(
+            "scenario",
+            "contender",
+            "cases",
+            "time saved",
+            "time better",
+            "worse",
+            "pairs won/lost/tied",
+            "Q gained",
+            "Q better",
+            "worse",
+        ),
+    )
+    for scenario in outcome.scenarios:
+        for rival in outcome.rivals:
+            of_case = outcome.cases_of(scenario)
+            time, quality = (tally([outcome.pairing(c, rival, m) for c in of_case]) for m in (TIME, QUALITY))
+            texts = [
+                scenario,
+                str(rival),
+                str(time.cells),
+                percent(time.gain),
+                str(time.ahead),
+                str(time.behind),
+                f"{time.wins}/{time.losses}/{time.ties}",
+                percent(quality.gain),
+                str(quality.ahead),
+                str(quality.behind),
+            ]
+            table.rows.append(tuple(TableCell(text) for text in texts))
+    return table
+
+
+def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
+    """Return a metric by team, for each contender and paired against the base."""
+    unit = measure.unit
+    several = len(outcome.rivals) > 1
+    pair_heads: list[str] = []
+    for rival in outcome.rivals:
+        of_whom = f" of {rival}" if several else ""
+        name = "saved" if measure.better < 0 else "gained"
+        pair_heads += [f"{name}{of_whom}", f"{name}{of_whom}, {unit} (95 % interval)", "won/lost/tied"]
+    table = Table(
+        title=f"{measure.name[0].upper()}{measure.name[1:]}: {scenario}",
+        caption=f"{measure.name} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
+        f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}; teams are carriers x rovers of each.",
+        heads=("team", *(f"{contender}, {unit}" for contender in outcome.contenders), *pair_heads),
+        scenario=scenario,
+        main=measure in (TIME, QUALITY),
+    )
+    for case in outcome.cases_of(scenario):
+        cells = [TableCell(case.team)]
+        for contender in outcome.contenders:
+            cells.append(TableCell(mean_text(outcome.estimate(case, contender, measure), measure, outcome.runs)))
+        for rival in outcome.rivals:
+            cells += _pair_cells(outcome.pairing(case, rival, measure), measure)
+        table.rows.append(tuple(cells))
+    return table
+
+
+def planning_table(outcome: Outcome) -> Table:
+    """Return wall-clock times of planning and CPU times of missions by contender and scenario."""
+    table = Table(
+        title="Planning time",
+        caption="Wall-clock time on the machine that ran the missions, other workers beside: median, 95th percentile "
+        "and maximum over one mission's plannings, each averaged over the missions (the last column is the greatest "
+        "of all), and the processors' time of a whole mission.",
+        heads=("scenario", "contender", "median, ms", "p95, ms", "max, ms", "greatest, ms", "CPU per mission, s"),
+    )
+    for scenario in outcome.scenarios:
+        for contender in outcome.contenders:
+            found = [t for case in outcome.cases_of(scenario) for t in outcome.timings_of(case, contender)]
+            if not found:
+                continue
+            texts = [
+                scenario,
+                str(contender),
+                f"{1000 * fmean(t.planning_median_s for t in found):.1f}",
+                f"{1000 * fmean(t.planning_p95_s for t in found):.1f}",
+                f"{1000 * fmean(t.planning_max_s for t in found):.1f}",
+                f"{1000 * max(t.planning_max_s for t in found):.1f}",
+                f"{fmean(t.cpu_s for t in found):.2f}",
+            ]
+            table.rows.append(tuple(TableCell(text) for text in texts))
+    return table
+
+
+def failure_table(outcome: Outcome) -> Table:
+    """Return every mission that is not complete, with its reason."""
+    table = Table(
+        title="Missions that are not complete",
+        caption="Each with its reason; `marsupial run` with the same scenario, team, seed and steps shows it again.",
+        heads=("mission", "status", "reason"),
+    )
+    for row in outcome.incomplete():
+        table.rows.append((TableCell(str(row.trial)), TableCell(row.status, BAD), TableCell(row.reason)))
+    return table
+
+
+def markdown(table: Table) -> str:
+    """Return a table as Markdown: in favour bold, against in italics."""
+    lines = [f"## {table.title}", "", table.caption, "", _line(table.heads)]
+    lines.append("|" + "|".join("---" if i == 0 else "---:" for i in range(len(table.heads))) + "|")
+    lines += [_line([_marked(cell) for cell in row]) for row in table.rows]
+    return "\n".join(lines) + "\n"
+
+
+def mean_text(found: Estimate | None, measure: Measure, runs: int) -> str:
+    """Return a mean with its interval; the number of missions behind it where it is not `runs`."""
+    if found is None:
+        return NOTHING
+    half = "" if found.half is None else f" ± {found.half:.{measure.digits}f}"
+    count = "" if found.count == runs else f" ({found.count} of {runs})"
+    return f"{found.mean:.{measure.digits}f}{half}{count}"
+
+
+def percent(share: float | None) -> str:
+    """Return a share in per cent with its sign."""
+    return NOTHING if share is None else f"{100 * share:+.1f} %"
+
+
+def interval_text(found: Estimate | None, digits: int) -> str:
+    """Return a mean difference and the ends of its interval."""
+    if found is None:
+        return NOTHING
+    ends = "" if found.half is None else f" [{found.low:+.{digits}f}, {found.high:+.{digits}f}]"
+    return f"{found.mean:+.{digits}f}{ends}"
+
+
+def _pair_cells(pairing: Pairing, measure: Measure) -> list[TableCell]:
+    sign = 0 if pairing.ahead is None else pairing.ahead.sign
+    mark = {1: GOOD, 0: "", -1: BAD}[sign]
+    return [
+        TableCell(percent(pairing.gain), mark),
+        TableCell(interval_text(pairing.ahead, measure.digits), mark),
+        TableCell(f"{pairing.wins}/{pairing.losses}/{pairing.ties}"),
+    ]
+
+
+def _line(texts: Sequence[str]) -> str:
+    return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
+
+
+def _marked(cell: TableCell) -> str:
+    return {GOOD: f"**{cell.text}**", BAD: f"_{cell.text}_", "": cell.text}[cell.mark]

@@ -1,0 +1,254 @@
+"""The experiment of Wurm et al. 2010: temporal planning against the deployment heuristic, in an office and a maze.
+
+The paper's maps are not public; ours are made after their descriptions. It prints no numbers beside its figures, so
+what can be compared are its figures' shapes and its statements.
+
+References
+----------
+Wurm, Dornhege, Eyerich, Stachniss, Nebel, Burgard: Coordinated Exploration with Marsupial Teams of Robots using
+Temporal Symbolic Planning, IROS 2010, section IV, Eq. 2, Figs. 6 and 7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from statistics import fmean
+
+from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome, Pairing, tally
+from marsupial.bench.compare.figures import Figure, measure_figure
+from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
+from marsupial.bench.compare.statements import Finding, share_verdict
+from marsupial.bench.compare.tables import interval_text, percent
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.model.planning import Budget
+
+NAME = "wurm2010"
+TITLE = "Wurm et al. 2010: Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning"
+SETTING = (
+    "Office and maze, 1 to 6 carriers with 1 to 3 rovers each, random starts, the robots of a team side by side; "
+    "carriers drive 1.0 m/s and see 10 m, rovers 0.5 m/s and 5 m; undocking takes 5 s, docking 10 s. The maps are "
+    "marsupial's own, made after the paper's descriptions. Q is explored area by distance driven, the way round in "
+    "which more is better, as the paper's text and Fig. 6 have it; its Eq. 2 is printed the other way round."
+)
+RUNS = 30
+MAZE, OFFICE = "maze", "office"
+CARRIERS, ROVERS = (1, 2, 3, 4, 5, 6), (1, 2, 3)
+FIGURE_6_ROVERS = 2
+
+MARGINAL = 0.10
+"""How much of the time of a single carrier the carriers after the third may save to count as marginal."""
+
+FLAT = 0.05
+"""How much less time one more carrier has to take at least to be of use."""
+
+
+def comparison(runs: int, planner: str, budget: Budget) -> Comparison:
+    """Return the comparison: `runs` missions for each team, environment and method."""
+    scenarios = {}
+    for name in (OFFICE, MAZE):
+        grid = builtin_scenario(name).grid  # one for all teams: it travels to each worker once
+        for carriers in CARRIERS:
+            for rovers in ROVERS:
+                scenario = replace(builtin_scenario(name, carriers, rovers), grid=grid)
+                scenarios[Case(name, carriers, rovers)] = prepared(scenario)
+    return Comparison(
+        scenarios=scenarios,
+        contenders=(Contender("temporal", planner), Contender("heuristic")),
+        runs=runs,
+        budget=budget,
+        paper=NAME,
+    )
+
+
+def paper_figures(outcome: Outcome) -> Iterator[Figure]:
+    """Yield the paper's two figures with our data: Fig. 7 has the maze above the office."""
+    yield measure_figure(outcome, TIME, [MAZE, OFFICE], name="figure-7")
+    yield measure_figure(outcome, QUALITY, [OFFICE], name="figure-6", rovers=[FIGURE_6_ROVERS])
+
+
+def findings(outcome: Outcome) -> list[Finding]:
+    """Return what the data say of each statement of section IV-C and the conclusion."""
+    return [
+        _everywhere(
+            outcome,
+            TIME,
+            [OFFICE, MAZE],
+            ROVERS,
+            "Temporal planning explores significantly faster than the baseline with every team in both environments",
+            "section IV-C, Fig. 7",
+        ),
+        _few_carriers_are_enough(outcome),
+        _knee_depends_on_the_environment(outcome),
+        _everywhere(
+            outcome,
+            QUALITY,
+            [OFFICE],
+            (FIGURE_6_ROVERS,),
+            "Exploration quality in the office with two rovers per carrier is significantly higher",
+            "section IV-C, Fig. 6",
+        ),
+        _everywhere(
+            outcome,
+            QUALITY,
+            [MAZE],
+            (FIGURE_6_ROVERS,),
+            "Quality in the maze is much as in the office",
+            "caption of Fig. 6",
+        ),
+        _larger_teams_gain_more(outcome),
+        _large_teams_work(outcome),
+    ]
+
+
+def _everywhere(
+    outcome: Outcome, measure: Measure, scenarios: Sequence[str], rovers: Sequence[int], statement: str, where: str
+) -> Finding:
+    """Judge that temporal planning is better in every cell of these."""
+    planned = outcome.contenders[0]
+    cases = [c for c in outcome.cases if c.scenario in scenarios and c.rovers in rovers]
+    pairings = [outcome.pairing(case, planned, measure) for case in cases]
+    evidence = []
+    for scenario in scenarios:
+        of_scenario = [pairing for pairing in pairings if pairing.case.scenario == scenario]
+        evidence.append(_counted(scenario, of_scenario, measure))
+        evidence += _extremes(of_scenario, measure)
+    return Finding(
+        statement=statement,
+        where=where,
+        criterion=f"in each of the {len(cases)} cells the 95 % interval of the paired differences is all in its favour",
+        verdict=share_verdict([_is_ahead(pairing) for pairing in pairings]),
+        evidence=tuple(evidence),
+    )
+
+
+def _counted(scenario: str, pairings: Sequence[Pairing], measure: Measure) -> str:
+    found = tally(pairings)
+    word = "saving" if measure.better < 0 else "gain"
+    return (
+        f"{scenario}: significantly better in {found.ahead} of {found.cells} cells, worse in {found.behind}, "
+        f"no difference shown in {found.cells - found.ahead - found.behind}; mean {word} {percent(found.gain)}; "
+        f"pairs won/lost/tied {found.wins}/{found.losses}/{found.ties}"
+    )
+
+
+def _extremes(pairings: Sequence[Pairing], measure: Measure) -> list[str]:
+    known = sorted((p for p in pairings if p.gain is not None), key=lambda p: p.gain or 0.0)
+    if not known:
+        return []
+    lines = []
+    for word, pairing in (("best", known[-1]), ("worst", known[0])):
+        interval = interval_text(pairing.ahead, measure.digits)
+        lines.append(f"{word} cell {pairing.case}: {percent(pairing.gain)}, {interval} {measure.unit}")
+    return lines
+
+
+def _is_ahead(pairing: Pairing) -> bool | None:
+    return None if pairing.ahead is None or pairing.ahead.half is None else pairing.ahead.sign > 0
+
+
+def _few_carriers_are_enough(outcome: Outcome) -> Finding:
+    held: list[bool | None] = []
+    evidence = []
+    for scenario in (OFFICE, MAZE):
+        for rovers in ROVERS:
+            times = _mean_times(outcome, scenario, rovers)
+            one, three, six = times.get(1), times.get(3), times.get(6)
+            if one is None or three is None or six is None:
+                held.append(None)
+                continue
+            held.append((three - six) / one <= MARGINAL)
+            evidence.append(
+                f"{scenario}, {rovers} per carrier: {one:.0f} s with 1 carrier, {three:.0f} s with 3, {six:.0f} s with 6; "
+                f"the last three save {percent((three - six) / one)} of the first's time, {percent(1 - six / three)} of "
+                "that of three"
+            )
+    return Finding(
+        statement="More than three carriers improve exploration time only marginally",
+        where="section IV-C, Fig. 7",
+        criterion=f"with temporal planning, carriers 4 to 6 together save at most {MARGINAL:.0%} of the mean time of a "
+        "single carrier, in both environments and with each number of rovers",
+        verdict=share_verdict(held),
+        evidence=tuple(evidence),
+    )
+
+
+def _knee_depends_on_the_environment(outcome: Outcome) -> Finding:
+    knees = {s: [_knee(_mean_times(outcome, s, rovers)) for rovers in ROVERS] for s in (OFFICE, MAZE)}
+    everything = [knee for found in knees.values() for knee in found]
+    differs = None if None in everything else knees[OFFICE] != knees[MAZE]
+    return Finding(
+        statement="How many robots it takes until more are of little use depends on the environment",
+        where="section IV-C",
+        criterion=f"the least number of carriers after which one more takes less than {FLAT:.0%} off the mean time, for "
+        "1, 2 and 3 rovers per carrier, is not the same in office and maze",
+        verdict=share_verdict([differs]),
+        evidence=tuple(
+            f"{scenario}: {', '.join('?' if knee is None else str(knee) for knee in found)} carriers "
+            f"with {', '.join(map(str, ROVERS))} rovers each"
+            for scenario, found in knees.items()
+        ),
+    )
+
+
+def _knee(times: dict[int, float]) -> int | None:
+    """Return the number of carriers after which one more is of little use; the greatest there is if always of use."""
+    if len(times) < len(CARRIERS):
+        return None
+    for few, more in zip(CARRIERS, CARRIERS[1:], strict=False):
+        if 1 - times[more] / times[few] < FLAT:
+            return few
+    return CARRIERS[-1]
+
+
+def _larger_teams_gain_more(outcome: Outcome) -> Finding:
+    planned = outcome.contenders[0]
+    held: list[bool | None] = []
+    evidence = []
+    for scenario in (OFFICE, MAZE):
+        gains: dict[bool, list[float]] = {False: [], True: []}
+        for case in outcome.cases_of(scenario):
+            gain = outcome.pairing(case, planned, QUALITY).gain
+            if case.rovers == FIGURE_6_ROVERS and gain is not None:
+                gains[case.carriers > 3].append(gain)
+        if not gains[False] or not gains[True]:
+            held.append(None)
+            continue
+        small, large = fmean(gains[False]), fmean(gains[True])
+        held.append(large > max(small, 0.0))
+        evidence.append(
+            f"{scenario}: mean gain in Q {percent(small)} with 1 to 3 carriers, {percent(large)} with 4 to 6"
+        )
+    return Finding(
+        statement="Larger teams above all are coordinated more efficiently",
+        where="section IV-C, Fig. 6",
+        criterion=f"with {FIGURE_6_ROVERS} rovers per carrier, the mean gain in Q over the baseline is positive with 4 to "
+        "6 carriers and greater than with 1 to 3, in both environments",
+        verdict=share_verdict(held),
+        evidence=tuple(evidence),
+    )
+
+
+def _large_teams_work(outcome: Outcome) -> Finding:
+    largest = [c for c in outcome.cases if (c.carriers, c.rovers) == (CARRIERS[-1], ROVERS[-1])]
+    rows = [r for r in outcome.rows if r.trial.case in largest and r.trial.contender == outcome.contenders[0]]
+    complete = sum(row.complete for row in rows)
+    enough = len(rows) == outcome.runs * len(largest) > 0
+    return Finding(
+        statement="Teams of up to 24 robots, 6 carriers and 18 rovers, can be planned for",
+        where="sections V-A and VI",
+        criterion="every mission of that team with temporal planning is complete",
+        verdict=share_verdict([complete == len(rows) if enough else None]),
+        evidence=(f"{complete} of {len(rows)} missions complete",),
+    )
+
+
+def _mean_times(outcome: Outcome, scenario: str, rovers: int) -> dict[int, float]:
+    """Return the mean exploration time with temporal planning by the number of carriers."""
+    planned = outcome.contenders[0]
+    found = {
+        case.carriers: outcome.estimate(case, planned, TIME)
+        for case in outcome.cases_of(scenario)
+        if case.rovers == rovers
+    }
+    return {carriers: one.mean for carriers, one in found.items() if one is not None}

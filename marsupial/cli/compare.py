@@ -1,0 +1,75 @@
+"""`marsupial compare`: strategies and planners beside each other, over maps, team sizes and seeds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+DEFAULT_STEPS = 20
+
+
+def compare(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SCENARIO...", help="Built-in scenarios, scenario files, nav2 or MovingAI maps."),
+    ] = None,
+    strategies: Annotated[
+        str, typer.Option(help="STRATEGY or STRATEGY:PLANNER, separated by commas; the last is the base of comparison.")
+    ] = "temporal,heuristic",
+    planner: Annotated[
+        str | None, typer.Option("--planner", "-p", help="Planner of strategies that name none [default: auto].")
+    ] = None,
+    carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, as 1-6 or 2,4.")] = None,
+    rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, as 1-3.")] = None,
+    runs: Annotated[int, typer.Option(min=1, max=100_000, help="Missions for each case: seeds 1, 2, ...")] = 30,
+    steps: Annotated[
+        int | None, typer.Option(help=f"Steps for each planning: reproducible [default: {DEFAULT_STEPS}].")
+    ] = None,
+    budget: Annotated[float | None, typer.Option(help="Seconds for each planning instead: not reproducible.")] = None,
+    time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder to write to; one begun before is gone on with.")] = None,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
+    ] = False,
+    report: Annotated[
+        Path | None, typer.Option(help="Only write tables, figures and report of this folder anew.")
+    ] = None,
+) -> None:
+    """Compare strategies and planners, paired: same maps, starts and seeds for all.
+
+    Example: marsupial compare office maze --carriers 1-3 --rovers 1-2 --runs 10 --out office-maze
+    """
+    import math
+
+    from marsupial.bench.compare.plan import Comparison
+    from marsupial.cli import comparing
+    from marsupial.cli.missions import budget_of
+    from marsupial.errors import UsageError
+
+    if report is not None:
+        if scenarios or out is not None:
+            raise UsageError("--report takes no SCENARIO and no --out: it only reads and writes its folder")
+        comparing.report(report)
+        return
+    if not scenarios:
+        raise UsageError("needs a SCENARIO, or --report with a folder")
+    if out is None:
+        raise UsageError("needs --out with the folder to write to")
+    if time_limit is not None and not (time_limit > 0 and math.isfinite(time_limit)):
+        raise UsageError(f"--time-limit: must be positive, got {time_limit:g}")
+    chosen = budget_of(budget, DEFAULT_STEPS if steps is None and budget is None else steps)
+    comparison = Comparison(
+        contenders=comparing.contenders(strategies, planner, chosen),
+        scenarios=comparing.cases(
+            scenarios,
+            None if carriers is None else comparing.numbers(carriers, "--carriers", at_least=1),
+            None if rovers is None else comparing.numbers(rovers, "--rovers", at_least=0),
+            time_limit,
+        ),
+        runs=runs,
+        budget=chosen,
+    )
+    comparing.carry_out(comparison, comparing.workers_or_default(workers), out, retry_failed=retry_failed)

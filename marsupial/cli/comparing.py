@@ -1,0 +1,182 @@
+"""The work of `marsupial compare` and `marsupial reproduce`: options into a comparison, missions, documents."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.conduct import conduct
+from marsupial.bench.compare.documents import documents
+from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings, replace_file
+from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
+from marsupial.bench.compare.pool import LocalPool
+from marsupial.bench.compare.rows import CRASHED, ERROR
+from marsupial.bench.compare.tables import headline_table
+from marsupial.cli.compare_progress import compare_progress
+from marsupial.cli.first_use import prepare
+from marsupial.cli.interrupt import Interrupted
+from marsupial.cli.messages import say, warn
+from marsupial.cli.missions import DEFAULT_PLANNER, NO_PLANNER, PLANNING_STRATEGIES
+from marsupial.cli.outputs import make_folder, writing
+from marsupial.cli.sources import load_scenario
+from marsupial.cli.tables import print_table
+from marsupial.errors import UsageError
+from marsupial.model.planning import Budget
+from marsupial.model.robots import Role
+from marsupial.model.scenario import Limits, Scenario
+from marsupial.planning.engines import mission_engine
+from marsupial.strategies.registry import STRATEGIES
+
+MOST_CASES = 10_000
+
+
+def numbers(text: str, option: str, *, at_least: int) -> tuple[int, ...]:
+    """Return the numbers that an option like ``1-3,6`` names, in order.
+
+    Raises
+    ------
+    UsageError
+        If it names none, or one below `at_least`.
+    """
+    found: set[int] = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d{1,4})\s*(?:-\s*(\d{1,4})\s*)?", part)
+        if match is None or (match[2] and int(match[2]) < int(match[1])):
+            raise UsageError(f"{option}: must be numbers like 2, 1-6 or 1,2,4, got {text!r}")
+        found |= set(range(int(match[1]), int(match[2] or match[1]) + 1))
+    if min(found) < at_least:
+        raise UsageError(f"{option}: must be {at_least} or more, got {min(found)}")
+    return tuple(sorted(found))
+
+
+def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
+    """Return the contenders that ``temporal:greedy,temporal,heuristic`` names; `planner` is for those that name none.
+
+    Raises
+    ------
+    UsageError, EngineUnavailable
+        If there is no such strategy or planner, or one can't be used here.
+    """
+    found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
+    twice = [str(contender) for contender in found if found.count(contender) > 1]
+    if twice:
+        raise UsageError(f"--strategies: {twice[0]} is named twice")
+    return tuple(found)
+
+
+def _contender(text: str, planner: str, budget: Budget) -> Contender:
+    strategy, colon, own = text.partition(":")
+    if strategy not in STRATEGIES:
+        raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {', '.join(sorted(STRATEGIES))}")
+    if strategy not in PLANNING_STRATEGIES:
+        if colon:
+            raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
+        return Contender(strategy, NO_PLANNER)
+    mission_engine(own if colon else planner, budget)  # refuses what can't be used before anything is started
+    return Contender(strategy, own if colon else planner)
+
+
+def cases(
+    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, time_limit_s: float | None
+) -> dict[Case, Scenario]:
+    """Return the scenarios that these options name, by case; None takes the team that a scenario has.
+
+    Raises
+    ------
+    MarsupialError
+        If one can't be used.
+    """
+    if len(sources) * len(carriers or (0,)) * len(rovers or (0,)) > MOST_CASES:
+        raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
+    found: dict[Case, Scenario] = {}
+    for source in dict.fromkeys(sources):
+        of_source = _cases_of(source, carriers, rovers, time_limit_s)
+        if not found.keys().isdisjoint(of_source):  # several files called map.yaml
+            of_source = {replace(case, scenario=source): scenario for case, scenario in of_source.items()}
+        found |= of_source
+    return found
+
+
+def _cases_of(
+    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, time_limit_s: float | None
+) -> dict[Case, Scenario]:
+    found: dict[Case, Scenario] = {}
+    grid = None
+    for carrier_count in carriers or (None,):
+        for rover_count in rovers or (None,):
+            scenario, warnings = load_scenario(source, carrier_count, rover_count)
+            for text in warnings if grid is None else ():
+                warn(text)
+            grid = scenario.grid if grid is None else grid  # one for all teams: it travels to each worker once
+            scenario = prepared(replace(scenario, grid=grid))
+            if time_limit_s is not None:
+                scenario = replace(scenario, limits=Limits(time_ms=max(1, round(1000 * time_limit_s))))
+            found[_case(scenario)] = scenario
+    if any(map(has_fixed_starts, found.values())):
+        warn(f"{source}: all starts are fixed: every run of it is the same mission")
+    return found
+
+
+def _case(scenario: Scenario) -> Case:
+    roles = [scenario.type_of(member).role for member in scenario.team]
+    count = roles.count(Role.CARRIER)
+    return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
+
+
+def workers_or_default(workers: int | None) -> int:
+    """Return how many worker processes there are to be: one per core unless said otherwise."""
+    if workers is not None:
+        return workers
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def carry_out(comparison: Comparison, workers: int, out: Path, *, retry_failed: bool) -> None:
+    """Carry out what is left of a comparison, with progress on stderr, and write its documents.
+
+    Raises
+    ------
+    MarsupialError
+        If the folder can't be used.
+    """
+    make_folder(out)
+    for planner in {contender.planner for contender in comparison.contenders} - {NO_PLANNER}:
+        prepare(planner)()  # compiled once here, loaded by the workers
+    drop = (ERROR, CRASHED) if retry_failed else ()
+    try:
+        with writing(out), compare_progress() as watch:
+            conduct(comparison, LocalPool(comparison, workers), out, watch, drop=drop)
+    except (Interrupted, KeyboardInterrupt):
+        say(f"what is done is kept in {out}: the same command goes on, `marsupial compare --report {out}` shows it")
+        raise
+    report(out)
+
+
+def report(out: Path) -> None:
+    """Write the documents of the comparison in a folder, as far as it is done, and print the main table.
+
+    Raises
+    ------
+    InputError
+        If it holds none.
+    """
+    outcome = Outcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
+    say("writing tables and figures ...")
+    with writing(out):
+        (out / "figures").mkdir(exist_ok=True)
+        for name, data in documents(outcome):
+            replace_file(out / name, data)
+    table = headline_table(outcome)
+    print_table(table.heads, [[cell.text for cell in row] for row in table.rows], right=range(1, len(table.heads)))
+    missing = outcome.planned - len(outcome.rows)
+    if missing:
+        warn(f"{missing} of {outcome.planned} missions are missing")
+    failed = len(outcome.incomplete())
+    if failed:
+        warn(
+            f"{failed} of {len(outcome.rows)} missions are not complete and count in no mean: see {out / 'report.html'}"
+        )
+    say(f"wrote {out / 'report.html'}")
