@@ -40,8 +40,8 @@ class Pace:
 
     @property
     def has_begun(self) -> bool:
-        """Whether exactly one turn has been taken."""
-        return self._turns == 1
+        """Whether one turn has been taken, or two: the first is short, and threads begin in it."""
+        return 1 <= self._turns <= 2
 
     @property
     def expected(self) -> float:
