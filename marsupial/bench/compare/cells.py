@@ -30,6 +30,11 @@ class Measure:
     digits: int
     of: Callable[[Row], float | None]
 
+    @property
+    def title(self) -> str:
+        """The name as a title begins."""
+        return f"{self.name[0].upper()}{self.name[1:]}"
+
 
 TIME = Measure(name="exploration time", unit="s", better=-1, digits=1, of=lambda row: row.exploration_time_s)
 QUALITY = Measure(name="exploration quality Q", unit="m²/m", better=1, digits=3, of=lambda row: row.quality)

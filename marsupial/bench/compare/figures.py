@@ -14,6 +14,7 @@ import io
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings, filterwarnings
 
 import numpy as np
 import numpy.typing as npt
@@ -84,7 +85,7 @@ def measure_figure(
     drawing = _by_team_size(cases, outcome.contenders, value, label, from_zero=measure is TIME)
     where = " and ".join(scenarios)
     better = "Less" if measure.better < 0 else "More"
-    title = f"{measure.name[0].upper()}{measure.name[1:]}: {where}"
+    title = f"{measure.title}: {where}"
     return _figure(drawing, name, title, f"{title}, by team size. {better} is better. {BARS}", about)
 
 
@@ -92,7 +93,8 @@ def planning_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
     """Return the time of a planning by team size, logarithmic."""
 
     def value(case: Case, contender: Contender) -> Estimate | None:
-        return estimate([1000 * timing.planning_median_s for timing in outcome.timings_of(case, contender)])
+        found = estimate([1000 * timing.planning_median_s for timing in outcome.timings_of(case, contender)])
+        return found if found is not None and found.mean > 0 else None  # a logarithmic scale has no place for 0
 
     drawing = _by_team_size(
         outcome.cases_of(scenario), outcome.contenders, value, "time of a planning [ms]", logarithmic=True
@@ -180,8 +182,9 @@ def _by_team_size(
                 axes[i][j].set_title(head if len(scenarios) == 1 else f"{scenario}: {head}", fontsize=9, color=INK)
             if i == len(scenarios) - 1:
                 axes[i][j].set_xlabel("rovers per carrier" if by_rovers else "carriers")
-            if logarithmic:
-                axes[i][j].set_yscale("log")
+            if logarithmic and axes[i][j].has_data():
+                axes[i][j].set_yscale("log", nonpositive="clip")
+                axes[i][j].yaxis.set_major_formatter("{x:g}")
             elif from_zero:
                 axes[i][j].set_ylim(bottom=0)
         axes[i][0].set_ylabel(label)
@@ -266,9 +269,13 @@ def _figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str
     from matplotlib import rc_context
 
     svg, png = io.StringIO(), io.BytesIO()
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}):
+    with (
+        catch_warnings(),
+        rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}),
+    ):
+        filterwarnings("ignore", message="Glyph")  # of letters that the font lacks; browsers have others
         drawing.savefig(svg, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
-    drawing.savefig(png, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
+        drawing.savefig(png, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
     return Figure(name=name, title=title, caption=caption, svg=svg.getvalue(), png=png.getvalue(), scenario=scenario)
 
 

@@ -11,21 +11,25 @@ import multiprocessing
 import os
 import signal
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 
-from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.plan import Case, Comparison, Trial
 from marsupial.bench.compare.rows import CRASHED, Result, Row
 from marsupial.bench.compare.worker import STOP, serve
 from marsupial.errors import InternalError
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import Scenario
 
 MOST_TRIES = 2
 """How often a mission is begun whose worker dies."""
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+Work = Callable[[Connection, Mapping[Case, Scenario], Budget], None]
 
 _LEAVE_S = 2.0
 
@@ -39,11 +43,12 @@ class _Worker:
 
 
 class LocalPool:
-    """Runs missions in `workers` processes on this machine; see `Runner`."""
+    """Runs missions in `workers` processes on this machine; see `Runner`. `work` is what each of them does."""
 
-    def __init__(self, comparison: Comparison, workers: int) -> None:
+    def __init__(self, comparison: Comparison, workers: int, work: Work = serve) -> None:
         self._comparison = comparison
         self._size = workers
+        self._work = work
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
         """Yield exactly one result for each of `trials`, as they are done; see `Runner`.
@@ -77,7 +82,7 @@ class LocalPool:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         arguments = (theirs, dict(self._comparison.scenarios), self._comparison.budget)
-        process = context.Process(target=serve, args=arguments, daemon=False, name="marsupial-worker")
+        process = context.Process(target=self._work, args=arguments, daemon=False, name="marsupial-worker")
         with _one_thread(), _deaf_to_interrupts():
             process.start()
         theirs.close()

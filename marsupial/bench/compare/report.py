@@ -105,7 +105,7 @@ def inlined(figure: Figure) -> str:
 
 
 def _table(table: Table) -> str:
-    heads = "".join(f"<th>{escape(head)}</th>" for head in table.heads)
+    heads = "".join(map(_head, table.heads, table.rows[0] if table.rows else [TableCell("")] * len(table.heads)))
     rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
     return (
         f"<h3>{escape(table.title)}</h3>\n"
@@ -114,9 +114,18 @@ def _table(table: Table) -> str:
     )
 
 
+def _head(text: str, below: TableCell) -> str:
+    kind = "" if _is_number(below) else ' class="text"'
+    return f"<th{kind}>{escape(text)}</th>"
+
+
+def _is_number(cell: TableCell) -> bool:
+    return any(letter.isdigit() for letter in cell.text)
+
+
 def _cell(cell: TableCell) -> str:
     kinds = [cell.mark] if cell.mark else []
-    if not any(letter.isdigit() for letter in cell.text):
+    if not _is_number(cell):
         kinds.append("text")
     if len(cell.text) > 60:
         kinds.append("wrap")

@@ -122,8 +122,8 @@ def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
         name = "saved" if measure.better < 0 else "gained"
         pair_heads += [f"{name}{of_whom}", f"{name}{of_whom}, {unit} (95 % interval)", "won/lost/tied"]
     table = Table(
-        title=f"{measure.name[0].upper()}{measure.name[1:]}: {scenario}",
-        caption=f"{measure.name} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
+        title=f"{measure.title}: {scenario}",
+        caption=f"{measure.title} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
         f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}; teams are carriers x rovers of each.",
         heads=("team", *(f"{contender}, {unit}" for contender in outcome.contenders), *pair_heads),
         scenario=scenario,

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from statistics import fmean
 
 from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome, Pairing, tally
@@ -159,9 +160,9 @@ def _few_carriers_are_enough(outcome: Outcome) -> Finding:
                 continue
             held.append((three - six) / one <= MARGINAL)
             evidence.append(
-                f"{scenario}, {rovers} per carrier: {one:.0f} s with 1 carrier, {three:.0f} s with 3, {six:.0f} s with 6; "
-                f"the last three save {percent((three - six) / one)} of the first's time, {percent(1 - six / three)} of "
-                "that of three"
+                f"{scenario}, {rovers} per carrier: {one:.0f} s with 1 carrier, {three:.0f} s with 3, {six:.0f} s with "
+                f"6; the last three save {percent((three - six) / one)} of the time of one, "
+                f"{percent(1 - six / three)} of the time of three"
             )
     return Finding(
         statement="More than three carriers improve exploration time only marginally",
@@ -180,8 +181,8 @@ def _knee_depends_on_the_environment(outcome: Outcome) -> Finding:
     return Finding(
         statement="How many robots it takes until more are of little use depends on the environment",
         where="section IV-C",
-        criterion=f"the least number of carriers after which one more takes less than {FLAT:.0%} off the mean time, for "
-        "1, 2 and 3 rovers per carrier, is not the same in office and maze",
+        criterion=f"the least number of carriers after which one more takes less than {FLAT:.0%} off the mean time, "
+        "for 1, 2 and 3 rovers per carrier, is not the same in office and maze",
         verdict=share_verdict([differs]),
         evidence=tuple(
             f"{scenario}: {', '.join('?' if knee is None else str(knee) for knee in found)} carriers "
@@ -195,7 +196,7 @@ def _knee(times: dict[int, float]) -> int | None:
     """Return the number of carriers after which one more is of little use; the greatest there is if always of use."""
     if len(times) < len(CARRIERS):
         return None
-    for few, more in zip(CARRIERS, CARRIERS[1:], strict=False):
+    for few, more in pairwise(CARRIERS):
         if 1 - times[more] / times[few] < FLAT:
             return few
     return CARRIERS[-1]
@@ -222,8 +223,8 @@ def _larger_teams_gain_more(outcome: Outcome) -> Finding:
     return Finding(
         statement="Larger teams above all are coordinated more efficiently",
         where="section IV-C, Fig. 6",
-        criterion=f"with {FIGURE_6_ROVERS} rovers per carrier, the mean gain in Q over the baseline is positive with 4 to "
-        "6 carriers and greater than with 1 to 3, in both environments",
+        criterion=f"with {FIGURE_6_ROVERS} rovers per carrier, the mean gain in Q over the baseline is positive with 4 "
+        "to 6 carriers and greater than with 1 to 3, in both environments",
         verdict=share_verdict(held),
         evidence=tuple(evidence),
     )

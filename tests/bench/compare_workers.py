@@ -1,0 +1,111 @@
+"""Workers of a comparison that misbehave, and comparisons small enough to be carried out again and again."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Generator, Mapping, Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, prepared
+from marsupial.bench.compare.rows import Curve, Result, Row, Timing
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import Scenario
+
+GREEDY, HEURISTIC = Contender("temporal", "greedy"), Contender("heuristic")
+
+
+def lobby(runs: int = 2, carriers: Sequence[int] = (1,), contenders: Sequence[Contender] = (GREEDY, HEURISTIC)):
+    return Comparison(
+        scenarios={Case("lobby", n, 1): prepared(builtin_scenario("lobby", n, 1)) for n in carriers},
+        contenders=tuple(contenders),
+        runs=runs,
+        budget=Budget(steps=1),
+    )
+
+
+def invented(trial: Trial, status: str = "complete") -> Result:
+    """Return a result as a mission could have: the heuristic takes 10 s longer, and each seed one more."""
+    time_s = 100.0 / trial.case.carriers + trial.seed + 10.0 * (trial.contender == HEURISTIC)
+    if status != "complete":
+        return Result(row=Row(trial=trial, status=status, reason="no luck"))
+    row = Row(
+        trial=trial,
+        status=status,
+        reason="done, and well",
+        exploration_time_s=time_s,
+        mission_time_s=time_s + 20,
+        coverage=1.0,
+        explored_area_m2=50.0,
+        reachable_area_m2=50.0,
+        distance_m=25.0,
+        quality=2.0 + 0.01 * trial.seed - 0.5 * (trial.contender == HEURISTIC),
+        energy_j=1000.0,
+        replans=5,
+        plans_invalid=0,
+        plans_refused=0,
+        deployments=1,
+        retrievals=1,
+        aboard=1,
+        remaining=0,
+    )
+    timing = Timing(
+        trial=trial,
+        wall_s=1.0,
+        cpu_s=0.5,
+        planning_median_s=0.01,
+        planning_p95_s=0.02,
+        planning_max_s=0.03,
+        planning_total_s=0.1,
+        first_plan_s=0.001,
+    )
+    return Result(row=row, timing=timing, curve=Curve(trial=trial, every_s=5.0, known=(1000, 5000 + trial.seed, 10000)))
+
+
+class Inventing:
+    """A runner without workers, which notes what it was asked for; it breaks down after `after` missions."""
+
+    def __init__(self, failing: Mapping[Trial, str] | None = None, after: int | None = None) -> None:
+        self.asked: list[Trial] = []
+        self._failing = failing or {}
+        self._after = after
+
+    def results(self, trials: Sequence[Trial]) -> Generator[Result]:
+        self.asked = list(trials)
+        for count, trial in enumerate(reversed(trials)):  # nobody relies on the order
+            if count == self._after:
+                raise KeyboardInterrupt
+            yield invented(trial, self._failing.get(trial, "complete"))
+
+
+def dies_of_seed_2(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
+    line.send(None)
+    while (trial := line.recv()) is not None:
+        if trial.seed == 2:
+            os.kill(os.getpid(), signal.SIGKILL)
+        line.send(invented(trial))
+
+
+def dies_once(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
+    """Die of the first mission of all; the comparison's scenario is named after a file that says so."""
+    line.send(None)
+    while (trial := line.recv()) is not None:
+        mark = Path(next(iter(scenarios.values())).name)
+        if not mark.exists():
+            mark.touch()
+            os._exit(3)
+        line.send(invented(trial))
+
+
+def never_begins(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
+    os._exit(7)
+
+
+def never_ends(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
+    line.send(None)
+    while (trial := line.recv()) is not None:
+        if trial.seed > 1:
+            signal.pause()
+        line.send(invented(trial))

@@ -1,0 +1,279 @@
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from compare_workers import GREEDY, HEURISTIC, invented, lobby
+from scipy import stats
+
+from marsupial.bench.compare import wurm2010
+from marsupial.bench.compare.cells import QUALITY, TIME, Outcome, tally
+from marsupial.bench.compare.documents import documents
+from marsupial.bench.compare.figures import mean_coverage
+from marsupial.bench.compare.header import header_of
+from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
+from marsupial.bench.compare.rows import Curve, Row
+from marsupial.bench.compare.statements import Verdict, share_verdict
+from marsupial.bench.compare.statistics import estimate
+from marsupial.bench.compare.tables import failure_table, headline_table, markdown, measure_table, status_table
+from marsupial.model.planning import Budget
+
+CASE = Case("lobby", 1, 1)
+
+
+def outcome_of(
+    comparison: Comparison, changed: Mapping[Trial, Row] | None = None, *, upto: int | None = None
+) -> Outcome:
+    results = [invented(trial) for trial in comparison.trials()][:upto]
+    return Outcome(
+        header_of(comparison),
+        tuple((changed or {}).get(result.row.trial, result.row) for result in results),
+        tuple(result.timing for result in results if result.timing),
+        tuple(result.curve for result in results if result.curve),
+    )
+
+
+def with_times(times: Mapping[Contender, list[float]]) -> Outcome:
+    """Return the outcome of one case with these exploration times by seed; below 0 the mission stalls."""
+    comparison = lobby(runs=len(next(iter(times.values()))), contenders=list(times))
+    changed = {}
+    for contender, values in times.items():
+        for seed, value in enumerate(values, 1):
+            trial = Trial(CASE, contender, seed)
+            row = invented(trial).row
+            stalled = replace(row, status="stalled", reason="stuck", exploration_time_s=None)
+            changed[trial] = replace(row, exploration_time_s=value) if value >= 0 else stalled
+    return outcome_of(comparison, changed)
+
+
+def test_intervals_are_those_of_scipy() -> None:
+    values = [3.0, 5.5, 4.0, 7.0, 6.5]
+    found = estimate(values)
+    assert found is not None
+    low, high = stats.t.interval(0.95, 4, loc=np.mean(values), scale=stats.sem(values))
+    assert (found.low, found.high) == (pytest.approx(low), pytest.approx(high))
+
+
+def test_one_value_has_a_mean_and_no_interval_and_none_has_nothing() -> None:
+    one = estimate([4.0])
+    assert one is not None
+    assert (one.mean, one.half, one.sign) == (4.0, None, 0)
+    assert estimate([]) is None
+
+
+def test_pairs_are_compared_seed_by_seed() -> None:
+    outcome = with_times({GREEDY: [90, 100, 110, 100], HEURISTIC: [100, 104, 108, 100]})
+    pairing = outcome.pairing(CASE, GREEDY, TIME)
+    assert (pairing.wins, pairing.losses, pairing.ties, pairing.missing) == (2, 1, 1, 0)
+    assert pairing.ahead is not None
+    assert pairing.ahead.mean == pytest.approx((10 + 4 - 2 + 0) / 4)
+    assert pairing.ahead.half == pytest.approx(stats.sem([10, 4, -2, 0]) * stats.t.ppf(0.975, 3))
+    assert pairing.gain == pytest.approx(1 - 400 / 412)
+    assert pairing.ahead.sign == 0
+
+
+def test_more_quality_counts_as_better_as_less_time_does() -> None:
+    outcome = outcome_of(lobby(runs=3))
+    for measure in (TIME, QUALITY):
+        pairing = outcome.pairing(CASE, GREEDY, measure)
+        assert (pairing.wins, pairing.losses) == (3, 0)
+        assert pairing.ahead is not None
+        assert pairing.ahead.sign == 1
+    assert outcome.pairing(CASE, HEURISTIC, TIME, GREEDY).ahead.sign == -1  # type: ignore[union-attr]
+
+
+def test_missions_that_are_not_complete_count_in_no_mean_but_are_counted() -> None:
+    outcome = with_times({GREEDY: [90, -1, 110], HEURISTIC: [100, 104, -1]})
+    found = outcome.estimate(CASE, GREEDY, TIME)
+    assert found is not None
+    assert (found.count, found.mean) == (2, 100.0)
+    pairing = outcome.pairing(CASE, GREEDY, TIME)
+    assert (pairing.wins, pairing.losses, pairing.missing) == (1, 0, 2)
+    assert outcome.statuses("lobby", GREEDY) == {"complete": 2, "stalled": 1}
+    text = markdown(measure_table(outcome, TIME, "lobby"))
+    assert "(2 of 3)" in text
+    assert "| lobby | temporal (greedy) | 2 | _1_ | 0 |" in markdown(status_table(outcome))
+    assert "lobby 1x1, heuristic, seed 3 | _stalled_ | stuck" in markdown(failure_table(outcome))
+
+
+def test_a_case_without_a_complete_pair_has_no_difference() -> None:
+    pairing = with_times({GREEDY: [-1, 90], HEURISTIC: [100, -1]}).pairing(CASE, GREEDY, TIME)
+    assert (pairing.ahead, pairing.gain, pairing.missing) == (None, None, 2)
+    assert tally([pairing]).gain is None
+
+
+def test_tables_mark_what_is_shown_and_count_what_is_missing() -> None:
+    comparison = lobby(runs=4)
+    whole = markdown(measure_table(outcome_of(comparison), TIME, "lobby"))
+    assert "**+8.9 %** | **+10.0 [+10.0, +10.0]** | 4/0/0" in whole
+    partly = outcome_of(comparison, upto=5)
+    assert "| lobby | temporal (greedy) | 3 | 1 |" in markdown(status_table(partly))
+    assert "| 1x1 | 102.0 ± 2.5 (3 of 4) | 111.5 ± 6.4 (2 of 4) |" in markdown(measure_table(partly, TIME, "lobby"))
+
+
+def test_several_contenders_are_each_compared_with_the_last() -> None:
+    anytime = Contender("temporal", "anytime")
+    outcome = with_times({GREEDY: [90, 91], anytime: [120, 121], HEURISTIC: [100, 101]})
+    rows = headline_table(outcome).rows
+    assert [row[1].text for row in rows] == ["temporal (greedy)", "temporal (anytime)"]
+    assert [(row[4].text, row[5].text) for row in rows] == [("1", "0"), ("0", "1")]
+
+
+def test_coverage_stays_where_it_was_when_a_mission_has_ended() -> None:
+    trial = Trial(CASE, GREEDY, 1)
+    curves = [Curve(trial=trial, every_s=5.0, known=known) for known in [(0, 10_000), (2000, 4000, 8000)]]
+    times, mean, half = mean_coverage(curves)
+    assert times.tolist() == [0.0, 5.0, 10.0]
+    assert mean.tolist() == [10.0, 70.0, 90.0]
+    assert half[0] == pytest.approx(stats.sem([0, 20]) * stats.t.ppf(0.975, 1))
+
+
+class Page(HTMLParser):
+    """Collects what a page refers to and the ids in it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.references: list[str] = []
+        self.ids: list[str] = []
+        self.tags: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        for name, value in attrs:
+            if name in ("src", "href", "xlink:href"):
+                self.references.append(value or "")
+            if name == "id":
+                self.ids.append(value or "")
+
+
+def test_the_page_holds_all_figures_and_needs_nothing_else() -> None:
+    written = dict(documents(outcome_of(lobby(runs=2, carriers=(1, 2)))))
+    names = ("exploration-time", "quality", "coverage", "planning-time")
+    assert {f"figures/{name}-lobby.{kind}" for name in names for kind in ("svg", "png")} < written.keys()
+    text = written["report.html"].decode()
+    page = Page()
+    page.feed(text)
+    assert all(reference.startswith("#") for reference in page.references)
+    assert page.tags.count("svg") == page.tags.count("figcaption") == 4
+    assert len(page.ids) == len(set(page.ids))
+    assert {reference[1:] for reference in page.references} <= set(page.ids)
+    assert text.count("95 % confidence intervals of the mean over complete missions") == 2
+    assert "url(http" not in text
+    assert written["tables.md"].decode().count("## ") >= 5
+
+
+def test_documents_are_the_same_bytes_again_and_figures_can_be_read() -> None:
+    outcome = outcome_of(lobby(runs=2))
+    first, second = dict(documents(outcome)), dict(documents(outcome))
+    assert first == second
+    for name, data in first.items():
+        if name.endswith(".svg"):
+            ElementTree.fromstring(data)
+        elif name.endswith(".png"):
+            assert data.startswith(b"\x89PNG")
+
+
+def test_a_comparison_that_has_hardly_begun_can_be_shown() -> None:
+    comparison = lobby(runs=3)
+    nothing = dict(documents(outcome_of(comparison, upto=0)))
+    assert "6 of 6 missions are missing" in nothing["report.html"].decode()
+    assert "5 of 6 missions are missing" in dict(documents(outcome_of(comparison, upto=1)))["report.html"].decode()
+
+
+def test_text_of_rows_can_not_become_markup() -> None:
+    comparison = lobby(runs=1)
+    trial = next(comparison.trials())
+    row = Row(trial=trial, status="error", reason="<script>alert(1)</script> a|b")
+    written = dict(documents(outcome_of(comparison, {trial: row})))
+    assert "<script" not in written["report.html"].decode()
+    assert "a\\|b" in written["tables.md"].decode()
+
+
+def test_planning_that_took_no_time_is_left_out_of_a_logarithmic_figure() -> None:
+    outcome = outcome_of(lobby(runs=2))
+    idle = tuple(replace(timing, planning_median_s=0.0) for timing in outcome.timings)
+    assert "figures/planning-time-lobby.svg" in dict(documents(replace(outcome, timings=idle)))
+
+
+def test_one_number_of_carriers_is_shown_by_the_number_of_rovers() -> None:
+    comparison = lobby(runs=2)
+    ((_, scenario),) = comparison.scenarios.items()
+    comparison = replace(comparison, scenarios={Case("lobby", 1, n): scenario for n in (1, 2)})
+    svg = dict(documents(outcome_of(comparison)))["figures/exploration-time-lobby.svg"].decode()
+    assert ">rovers per carrier<" in svg
+    assert ">carriers<" not in svg
+
+
+@pytest.fixture(scope="module")
+def paper() -> Comparison:
+    return wurm2010.comparison(2, "greedy", Budget(steps=1))
+
+
+def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 2, better: float = 0.5) -> Outcome:
+    """Return an outcome in which temporal planning saves that much time everywhere and gains that much quality."""
+    rows = []
+    for trial in paper.trials():
+        if trial.seed > runs:
+            break
+        row = invented(trial).row
+        ours = trial.contender == paper.contenders[0]
+        time_s = 400.0 / trial.case.carriers + trial.seed - saved_s * ours
+        quality = 2.0 + better * trial.case.carriers * ours + 0.01 * trial.seed
+        rows.append(replace(row, exploration_time_s=time_s, quality=quality))
+    return Outcome(header_of(paper), tuple(rows))
+
+
+def test_the_paper_s_experiment_has_its_teams_and_robots(paper: Comparison) -> None:
+    assert len(list(paper.trials())) == 2 * 36 * 2
+    assert {case.scenario for case in paper.scenarios} == {"office", "maze"}
+    for scenario in paper.scenarios.values():
+        carrier, rover = scenario.robot_types
+        assert carrier.speed_mps == 2 * rover.speed_mps
+        assert carrier.sensor_range_m == 2 * rover.sensor_range_m
+
+
+def test_statements_hold_where_the_data_say_so(paper: Comparison) -> None:
+    found = wurm2010.findings(paper_outcome(paper))
+    verdicts = [finding.verdict for finding in found]
+    assert verdicts == [
+        Verdict.HOLDS,  # faster everywhere
+        Verdict.FAILS,  # 400/3 - 400/6 is 17 % of 400
+        Verdict.FAILS,  # office and maze are alike here
+        Verdict.HOLDS,
+        Verdict.HOLDS,
+        Verdict.HOLDS,
+        Verdict.HOLDS,
+    ]
+    assert "better in 18 of 18 cells" in found[0].evidence[0]
+
+
+def test_statements_do_not_hold_where_the_data_say_the_opposite(paper: Comparison) -> None:
+    found = wurm2010.findings(paper_outcome(paper, saved_s=-5.0, better=-0.1))
+    assert found[0].verdict is Verdict.FAILS
+    assert "worse in 18" in found[0].evidence[0]
+    assert [found[i].verdict for i in (3, 4, 5)] == [Verdict.FAILS] * 3
+
+
+def test_statements_are_open_while_there_is_too_little_to_judge_by(paper: Comparison) -> None:
+    found = wurm2010.findings(paper_outcome(paper, runs=0))
+    assert {finding.verdict for finding in found} == {Verdict.OPEN}
+    assert wurm2010.findings(paper_outcome(paper, runs=1))[0].verdict is Verdict.OPEN
+
+
+def test_a_statement_for_several_places_may_hold_in_part() -> None:
+    assert share_verdict([True, False]) is Verdict.PARTLY
+    assert share_verdict([True, None]) is Verdict.OPEN
+    assert share_verdict([]) is Verdict.OPEN
+
+
+def test_the_paper_s_page_has_its_figures_and_the_checklist(paper: Comparison) -> None:
+    written = dict(documents(paper_outcome(paper)))
+    assert {"figures/figure-6.svg", "figures/figure-7.png", "checklist.md"} < written.keys()
+    assert "**holds**: Temporal planning explores significantly faster" in written["checklist.md"].decode()
+    text = written["report.html"].decode()
+    assert text.count('class="verdict ') == 7
+    assert "Eq. 2 is printed the other way round" in text

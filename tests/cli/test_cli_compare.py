@@ -1,0 +1,188 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from marsupial.bench.compare.folder import read_rows
+from marsupial.cli.compare_progress import Lines
+from marsupial.cli.main import main
+
+QUICK = ("--steps", "1", "--planner", "greedy")
+WHOLE = ("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "2")
+FILES = ("rows.csv", "comparison.json")
+
+
+def compare(*arguments: str) -> int:
+    return main(["compare", *arguments])
+
+
+def bytes_of(out: Path) -> dict[str, bytes]:
+    return {name: (out / name).read_bytes() for name in FILES}
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("comparison") / "out"
+    assert compare("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "2", "--workers", "1",
+                   "--out", str(out)) == 0  # fmt: skip
+    return out
+
+
+def test_a_comparison_leaves_rows_tables_figures_and_a_page(done: Path) -> None:
+    rows = read_rows(done)
+    assert len(rows) == 8
+    assert all(row.complete and row.coverage == 1.0 for row in rows)
+    assert (done / "report.html").read_text().startswith("<!DOCTYPE html>")
+    assert "## Exploration time: lobby" in (done / "tables.md").read_text()
+    assert (done / "figures" / "exploration-time-lobby.png").exists()
+    names = {entry.name for entry in done.iterdir()}
+    assert names == {
+        ".lock", "comparison.json", "rows.csv", "timings.csv", "coverage.csv", "tables.md", "figures", "report.html"
+    }  # fmt: skip
+
+
+def test_rows_do_not_depend_on_the_number_of_workers(done: Path, tmp_path: Path) -> None:
+    assert compare("lobby", *QUICK, "--carriers", "1,2", "--rovers", "1", "--runs", "2", "--workers", "3",
+                   "--out", str(tmp_path)) == 0  # fmt: skip
+    assert bytes_of(tmp_path) == bytes_of(done)
+    assert (tmp_path / "coverage.csv").read_bytes() == (done / "coverage.csv").read_bytes()
+
+
+def test_a_row_is_what_run_says_of_the_same_mission(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    row = next(row for row in read_rows(done) if row.trial.case.carriers == 2 and row.trial.seed == 2)
+    assert main(["run", "lobby", *QUICK, "--carriers", "2", "--rovers", "1", "--seed", "2", "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert row.exploration_time_s == summary["exploration_time_s"]
+    assert row.distance_m == summary["distance_m"]
+    assert row.quality == pytest.approx(summary["quality"], abs=1e-6)
+
+
+def test_what_is_done_can_be_shown_again_and_is_not_done_again(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = bytes_of(done)
+    page = (done / "report.html").read_bytes()
+    (done / "report.html").unlink()
+    assert compare("--report", str(done)) == 0
+    captured = capsys.readouterr()
+    assert (done / "report.html").read_bytes() == page
+    assert "temporal (greedy)" in captured.out
+    assert compare(*WHOLE, "--out", str(done)) == 0
+    assert "8 missions, 8 of them done before" in capsys.readouterr().err
+    assert bytes_of(done) == before
+
+
+def test_a_folder_with_another_comparison_is_refused(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "3", "--out", str(done)) == 2
+    assert "runs: the folder has 2, asked for is 3" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        ((), 2, "needs a SCENARIO"),
+        (("lobby",), 2, "needs --out"),
+        (("nowhere", "--out", "x"), 3, "neither a built-in scenario nor a file"),
+        (("lobby", "--out", "x", "--carriers", "0"), 2, "--carriers: must be 1 or more, got 0"),
+        (("lobby", "--out", "x", "--carriers", "3-1"), 2, "--carriers: must be numbers like"),
+        (("lobby", "--out", "x", "--rovers", "some"), 2, "--rovers: must be numbers like"),
+        (("lobby", "--out", "x", "--strategies", "luck"), 2, "unknown strategy 'luck'"),
+        (("lobby", "--out", "x", "--strategies", "heuristic:greedy"), 2, "heuristic asks no planner"),
+        (("lobby", "--out", "x", "--strategies", "heuristic,heuristic"), 2, "heuristic is named twice"),
+        (("lobby", "--out", "x", "--strategies", "temporal:luck"), 2, "unknown planner 'luck'"),
+        (("lobby", "--out", "x", "--steps", "1", "--budget", "1"), 2, "a budget is either"),
+        (("lobby", "--out", "x", "--time-limit", "0"), 2, "--time-limit: must be positive"),
+        (("--report", "nowhere"), 3, "nowhere: holds no comparison"),
+        (("lobby", "--report", "x"), 2, "--report takes no SCENARIO"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_is_written(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    arguments: tuple[str, ...],
+    code: int,
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert compare(*arguments) == code
+    assert message in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_unknown_paper_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["reproduce", "nobody1999", "--out", str(tmp_path / "x")]) == 2
+    assert "unknown paper 'nobody1999'; there are wurm2010" in capsys.readouterr().err
+
+
+def test_a_mission_that_fails_is_a_row_and_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert compare("lobby", *QUICK, "--carriers", "1", "--rovers", "1", "--runs", "1", "--time-limit", "5",
+                   "--strategies", "temporal", "--workers", "1", "--out", str(tmp_path)) == 0  # fmt: skip
+    error = capsys.readouterr().err
+    (row,) = read_rows(tmp_path)
+    assert row.status == "time_limit"
+    assert "lobby 1x1, temporal (greedy), seed 1: time_limit: " in error
+    assert "1 of 1 missions are not complete" in error
+
+
+def test_maps_with_the_same_name_are_told_apart(tmp_path: Path) -> None:
+    room = "type octile\nheight 4\nwidth 6\nmap\n@@@@@@\n@....@\n@....@\n@@@@@@\n"
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "room.map").write_text(room)
+    sources = [str(tmp_path / name / "room.map") for name in ("a", "b")]
+    out = tmp_path / "out"
+    assert compare(*sources, *QUICK, "--carriers", "1", "--rovers", "0", "--runs", "1", "--workers", "1",
+                   "--strategies", "heuristic", "--out", str(out)) == 0  # fmt: skip
+    assert [row.trial.case.scenario for row in read_rows(out)] == ["room", sources[1]]
+
+
+def start(out: Path, *more: str) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "marsupial.cli.main", "compare", "lobby", *QUICK, "--carriers", "1-2",
+               "--rovers", "1", "--runs", "2", "--workers", "2", "--out", str(out), *more]  # fmt: skip
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True)
+    deadline = time.monotonic() + 120
+    while not ((out / "rows.csv").exists() and (out / "rows.csv").read_bytes().count(b"\n") > 1):
+        assert process.poll() is None, process.communicate()[1].decode()
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    return process
+
+
+def test_what_is_killed_in_the_middle_goes_on_and_ends_as_if_nothing_had_been(done: Path, tmp_path: Path) -> None:
+    process = start(tmp_path)
+    workers = [child for child in psutil.Process(process.pid).children() if "spawn_main" in " ".join(child.cmdline())]
+    process.kill()
+    process.communicate()
+    assert workers
+    assert psutil.wait_procs(workers, timeout=60)[1] == []
+    assert compare(*WHOLE, "--workers", "1", "--out", str(tmp_path)) == 0
+    assert bytes_of(tmp_path) == bytes_of(done)
+
+
+def test_ctrl_c_leaves_what_is_done_and_no_worker(done: Path, tmp_path: Path) -> None:
+    process = start(tmp_path)
+    children = psutil.Process(process.pid).children(recursive=True)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    error = process.communicate(timeout=60)[1].decode()
+    assert process.returncode == 130
+    assert f"what is done is kept in {tmp_path}" in error
+    assert "Traceback" not in error
+    assert psutil.wait_procs(children, timeout=20)[1] == []
+    assert len(read_rows(tmp_path)) >= 1
+    assert compare(*WHOLE, "--workers", "1", "--out", str(tmp_path)) == 0
+    assert bytes_of(tmp_path) == bytes_of(done)
+
+
+def test_the_time_left_is_told_by_the_pace_of_this_run(capsys: pytest.CaptureFixture[str]) -> None:
+    moments = iter([0.0, 0.0, 60.0])
+    lines = Lines(lambda: next(moments))
+    lines.watch(None, 10, 40)
+    assert lines.words(20, 40) == "20 of 40 missions (50%), about 2:00 left"
+    assert capsys.readouterr().err == "40 missions, 10 of them done before\n"
