@@ -13,7 +13,7 @@ from marsupial.model.planning import Engine, EngineInfo
 from marsupial.model.situation import Situation
 from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.exact.engine import Exact
-from marsupial.planning.portfolio import Member, Portfolio
+from marsupial.planning.portfolio import Latest, Member, Portfolio
 from marsupial.planning.race import Clock
 
 MOST_TARGETS, MOST_ROBOTS = 12, 9
@@ -37,10 +37,23 @@ INFO = EngineInfo(
 )
 
 
-def auto(exact: Callable[[Clock], Engine] = Exact) -> Portfolio:
-    """Return the engine; `exact` makes the one that proves small situations, around a clock."""
-    prover = Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S)
-    return Portfolio(INFO, Member(name="anytime", make=Anytime), prover)
+def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Portfolio:
+    """Return the engine; `exact` makes the one that proves small situations."""
+    return Portfolio(
+        INFO,
+        Member(name="anytime", make=_annealing, suits=lambda situation: not _is_small(situation)),
+        Member(name="anytime", make=_annealing_beside, suits=_is_small),
+        Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),
+    )
+
+
+def _annealing(clock: Clock, latest: Latest) -> Anytime:
+    return Anytime(clock)
+
+
+def _annealing_beside(clock: Clock, latest: Latest) -> Anytime:
+    """Return annealing that leaves a core to others."""
+    return Anytime(clock, searches=1)
 
 
 def _is_small(situation: Situation) -> bool:

@@ -1,9 +1,10 @@
 """Several engines as one: the lead at once, others beside it where they are of use, the best checked plan of all.
 
 With a budget in seconds they run side by side and improvements are passed on as they come, those with a better score
-(`marsupial.planning.score`) only. It is over at the end of the budget, when all have ended, or when one proves that
-there is no plan. Once the makespan is proven optimal the lead goes on for as long again as it has taken, and a little
-more, to get targets reached sooner, from the plan of whoever has found it; unless the lead has ended by itself.
+(`marsupial.planning.score`) only; members that ask for the best plan of all get it at any time. It is over at the end
+of the budget, when all have ended, or when one proves that there is no plan. Once the makespan is proven optimal the
+lead goes on for as long again as it has taken, and a little more, to get targets reached sooner, from the plan of
+whoever has found it; unless the lead has ended by itself.
 
 With a budget in steps they run one after the other, each beginning with the best plan so far, so that the same steps
 give the same plans.
@@ -34,6 +35,8 @@ POLISH_S = 0.1
 GIVEN = "the one before"
 """Whose plan `start` is."""
 
+Latest = Callable[[], Plan | None]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Member:
@@ -42,7 +45,8 @@ class Member:
     Parameters
     ----------
     make
-        Makes it around a clock (seconds), which it has to keep its budget by unless its events can be cancelled.
+        Makes it around a clock (seconds), which it has to keep its budget by unless its events can be cancelled, and
+        around something that tells the best plan of all so far at any time.
     suits
         Whether it is of use in a situation.
     head_start_s
@@ -50,19 +54,17 @@ class Member:
     """
 
     name: str
-    make: Callable[[Clock], Engine]
+    make: Callable[[Clock, Latest], Engine]
     suits: Callable[[Situation], bool] = lambda situation: True
     head_start_s: float = 0.0
 
 
 class Portfolio:
-    """The engine; `clock` gives wall-clock seconds."""
+    """The engine; `clock` gives wall-clock seconds. The first of the members that suit a situation is in the lead."""
 
-    def __init__(
-        self, info: EngineInfo, lead: Member, *beside: Member, clock: Callable[[], float] = time.perf_counter
-    ) -> None:
+    def __init__(self, info: EngineInfo, *members: Member, clock: Callable[[], float] = time.perf_counter) -> None:
         self.info = info
-        self._lead, self._beside = lead, beside
+        self._members = members
         self._clock = clock
 
     def solve(
@@ -73,7 +75,7 @@ class Portfolio:
         standings = Standings(situation)
         if start is not None and standings.take(GIVEN, start):
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
-        members = (self._lead, *(member for member in self._beside if member.suits(situation)))
+        members = tuple(member for member in self._members if member.suits(situation))
         if budget.seconds is None:
             events = self._in_turn(situation, budget, standings, members)
         else:
@@ -93,7 +95,7 @@ class Portfolio:
     ) -> Generator[tuple[str, Improved | Finished]]:
         for member in members:
             try:
-                engine = member.make(self._clock)
+                engine = member.make(self._clock, lambda: standings.plan)
                 if engine.info.deterministic_steps:
                     for event in engine.solve(situation, budget, start=standings.plan):
                         yield member.name, event
@@ -167,4 +169,7 @@ class _SideBySide:
 
     def _enter(self, member: Member) -> None:
         left = Budget(seconds=max(1e-3, self._end - self._clock()))
-        self._race.enter(member.name, member.make, left, self._standings.plan)
+        self._race.enter(member.name, lambda clock: member.make(clock, self._latest), left, self._standings.plan)
+
+    def _latest(self) -> Plan | None:
+        return self._standings.plan

@@ -9,6 +9,7 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.auto import INFO, auto
+from marsupial.planning.portfolio import Latest
 from marsupial.planning.race import Clock
 
 
@@ -31,7 +32,7 @@ class Prover:
 def test_on_small_teams_an_exact_search_proves_the_plan_of_annealing(budget: Budget) -> None:
     asked: list[Plan | None] = []
 
-    def exact(clock: Clock) -> Prover:
+    def exact(clock: Clock, latest: Latest) -> Prover:
         return Prover(asked, bound_ms=72_007)
 
     *_, end = auto(exact).solve(two_rooms(), budget)
@@ -44,7 +45,7 @@ def test_on_small_teams_an_exact_search_proves_the_plan_of_annealing(budget: Bud
 @pytest.mark.parametrize("budget", [Budget(seconds=0.1), Budget(steps=2)])
 def test_on_big_teams_it_is_not_asked(budget: Budget) -> None:
     asked: list[Plan | None] = []
-    *_, end = auto(lambda clock: Prover(asked)).solve(many_rooms(6, 3, 20, 8), budget)
+    *_, end = auto(lambda clock, latest: Prover(asked)).solve(many_rooms(6, 3, 20, 8), budget)
     assert isinstance(end, Finished)
     assert end.lower_bound_ms is not None
     assert asked == []
@@ -58,7 +59,7 @@ def test_the_same_steps_give_the_same_plans() -> None:
 
 def test_a_makespan_as_short_as_the_bound_needs_no_second_engine() -> None:
     asked: list[Plan | None] = []
-    *_, end = auto(lambda clock: Prover(asked)).solve(one_room(), Budget(steps=5))
+    *_, end = auto(lambda clock, latest: Prover(asked)).solve(one_room(), Budget(steps=5))
     assert isinstance(end, Finished)
     assert (end.outcome, end.lower_bound_ms) == (Outcome.OPTIMAL, 19_002)
     assert "proven optimal by anytime" in end.detail

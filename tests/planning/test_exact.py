@@ -35,12 +35,15 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.exact.engine import Exact
+from marsupial.planning.greedy import Greedy
 
 AMPLE = Budget(steps=1000)
 
 
-def solve(situation: Situation, budget: Budget = AMPLE, start: Plan | None = None) -> tuple[list[Plan], Finished]:
-    *improved, finished = Exact().solve(situation, budget, start=start)
+def solve(
+    situation: Situation, budget: Budget = AMPLE, start: Plan | None = None, latest: Plan | None = None
+) -> tuple[list[Plan], Finished]:
+    *improved, finished = Exact(latest=lambda: latest).solve(situation, budget, start=start)
     assert isinstance(finished, Finished)
     return [event.plan for event in improved if isinstance(event, Improved)], finished
 
@@ -264,6 +267,15 @@ def test_a_start_that_is_best_is_proven_so() -> None:
     (plan,), finished = solve(two_rooms(), start=known)
     assert plan == known
     assert finished.outcome is Outcome.OPTIMAL
+
+
+def test_a_better_plan_of_somebody_else_is_gone_on_from() -> None:
+    situation = replace(many_rooms(2, 1, 6, 4), goal=SituationGoal(recover_rovers=True))
+    (poor,) = (event.plan for event in Greedy().solve(situation, Budget(steps=1)) if isinstance(event, Improved))
+    best = solve(situation)[0][-1]
+    alone, beside = (solve(situation, Budget(steps=1), poor, latest)[0][-1] for latest in (None, best))
+    assert alone.makespan_ms > best.makespan_ms
+    assert beside == best
 
 
 def test_closing_early_ends_the_search() -> None:

@@ -11,7 +11,7 @@ from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.greedy import Greedy
-from marsupial.planning.portfolio import GIVEN, Member, Portfolio
+from marsupial.planning.portfolio import GIVEN, Latest, Member, Portfolio
 from marsupial.planning.race import Clock
 from marsupial.planning.score import score
 
@@ -75,7 +75,7 @@ class Listening:
 
     info = INFO
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, latest: Latest) -> None:
         self._cancelled = threading.Event()
 
     def solve(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Listening:
@@ -103,7 +103,7 @@ def member(
     name: str, *steps: Step, asked: list[tuple[Budget, Plan | None]] | None = None, alone_s: float = 0
 ) -> Member:
     calls = [] if asked is None else asked
-    return Member(name=name, make=lambda clock: Fake(clock, steps, calls), head_start_s=alone_s)
+    return Member(name=name, make=lambda clock, latest: Fake(clock, steps, calls), head_start_s=alone_s)
 
 
 def solve(
@@ -113,6 +113,10 @@ def solve(
     *improved, finished = asked
     assert isinstance(finished, Finished)
     return [event.plan for event in improved if isinstance(event, Improved)], finished
+
+
+def greedy(clock: Clock, latest: Latest) -> Greedy:
+    return Greedy(clock)
 
 
 def threads() -> list[str]:
@@ -295,11 +299,23 @@ def test_with_steps_one_comes_after_the_other_until_one_has_proven_something() -
     assert finished.outcome is Outcome.OPTIMAL
 
 
+@pytest.mark.parametrize("budget", BOTH)
+def test_members_can_ask_for_the_best_plan_of_all_at_any_time(budget: Budget) -> None:
+    told: list[Plan | None] = []
+
+    def asking(clock: Clock, latest: Latest) -> Fake:
+        told.append(latest())
+        return Fake(clock, (found(late(4)), lambda clock: told.append(latest()), DONE), [])
+
+    solve(Member(name="a", make=asking), budget=budget)
+    assert told == [None, late(4)]
+
+
 def test_an_engine_that_does_not_suit_is_not_asked() -> None:
     asked: list[tuple[Budget, Plan | None]] = []
     small = Member(
         name="small",
-        make=lambda clock: Fake(clock, (DONE,), asked),
+        make=lambda clock, latest: Fake(clock, (DONE,), asked),
         suits=lambda situation: len(situation.targets) < 2,
     )
     for budget in BOTH:
@@ -318,11 +334,11 @@ def test_closing_early_stops_every_engine(quiet: Member) -> None:
 
 def test_engines_with_a_clock_of_their_own_kind_take_part() -> None:
     situation = many_rooms(2, 2, 8, 4)
-    plans, finished = solve(Member(name="greedy", make=Greedy), budget=AMPLE, situation=situation)
+    plans, finished = solve(Member(name="greedy", make=greedy), budget=AMPLE, situation=situation)
     assert plans
     assert finished.outcome is Outcome.SATISFICING
-    _, finished = solve(Member(name="greedy", make=Greedy), budget=AMPLE, situation=out_of_reach())
+    _, finished = solve(Member(name="greedy", make=greedy), budget=AMPLE, situation=out_of_reach())
     assert finished.outcome is Outcome.UNSOLVABLE
-    plans, _ = solve(Member(name="greedy", make=Greedy), situation=situation_of([], {}, {}, {}))
+    plans, _ = solve(Member(name="greedy", make=greedy), situation=situation_of([], {}, {}, {}))
     assert plans == [Plan(actions=())]
-    assert solve(Member(name="greedy", make=Greedy), situation=one_room())[0]
+    assert solve(Member(name="greedy", make=greedy), situation=one_room())[0]

@@ -31,7 +31,7 @@ SIZE = 2
 
 
 class Anytime:
-    """The engine; `clock` gives wall-clock seconds. One step of a budget: each of `SIZE` searches tries
+    """The engine; `clock` gives wall-clock seconds. One step of a budget: each of `searches` tries
     `search.STEP` changes.
 
     The first call in a process takes up to half a second more, to load compiled code: a service had better make one
@@ -50,8 +50,8 @@ class Anytime:
         deterministic_steps=True,
     )
 
-    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
-        self._clock = clock
+    def __init__(self, clock: Callable[[], float] = time.perf_counter, searches: int = SIZE) -> None:
+        self._clock, self._searches = clock, searches
 
     def solve(
         self, situation: Situation, budget: Budget, *, start: Plan | None = None
@@ -99,7 +99,7 @@ class Anytime:
         beginnings = [events for events in beginnings if can_be_carried_out(task, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, SIZE) as team:
+        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches) as team:
             while pace.goes_on(team.score):
                 team.step(pace.used, pace.steps)
                 if pace.has_begun:
