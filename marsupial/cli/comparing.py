@@ -176,7 +176,5 @@ def report(out: Path) -> None:
         warn(f"{missing} of {outcome.planned} missions are missing")
     failed = len(outcome.incomplete())
     if failed:
-        warn(
-            f"{failed} of {len(outcome.rows)} missions are not complete and count in no mean: see {out / 'report.html'}"
-        )
+        warn(f"{failed} of {len(outcome.rows)} missions are not complete and count in no mean")
     say(f"wrote {out / 'report.html'}")
