@@ -72,4 +72,5 @@ def compare(
         runs=runs,
         budget=chosen,
     )
-    comparing.carry_out(comparison, comparing.workers_or_default(workers), out, retry_failed=retry_failed)
+    runner = comparing.local_runner(comparison, workers)
+    comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)

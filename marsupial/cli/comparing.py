@@ -15,6 +15,7 @@ from marsupial.bench.compare.folder import read_curves, read_header, read_rows, 
 from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
+from marsupial.bench.compare.runner import Runner
 from marsupial.bench.compare.tables import headline_table
 from marsupial.cli.compare_progress import compare_progress
 from marsupial.cli.first_use import prepare
@@ -127,15 +128,15 @@ def _case(scenario: Scenario) -> Case:
     return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
 
 
-def workers_or_default(workers: int | None) -> int:
-    """Return how many worker processes there are to be: one per core unless said otherwise."""
-    if workers is not None:
-        return workers
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+def local_runner(comparison: Comparison, workers: int | None) -> Runner:
+    """Return the runner with so many processes on this machine: one per core unless said otherwise."""
+    if workers is None:
+        workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return LocalPool(comparison, workers)
 
 
-def carry_out(comparison: Comparison, workers: int, out: Path, *, retry_failed: bool) -> None:
-    """Carry out what is left of a comparison, with progress on stderr, and write its documents.
+def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed: bool) -> None:
+    """Let `runner` carry out what is left of a comparison, with progress on stderr, and write its documents.
 
     Raises
     ------
@@ -148,7 +149,7 @@ def carry_out(comparison: Comparison, workers: int, out: Path, *, retry_failed: 
     drop = (ERROR, CRASHED) if retry_failed else ()
     try:
         with writing(out), compare_progress() as watch:
-            conduct(comparison, LocalPool(comparison, workers), out, watch, drop=drop)
+            conduct(comparison, runner, out, watch, drop=drop)
     except (Interrupted, KeyboardInterrupt):
         say(f"what is done is kept in {out}: the same command goes on, `marsupial compare --report {out}` shows it")
         raise

@@ -42,4 +42,5 @@ def reproduce(
     mission_engine(planner or DEFAULT_PLANNER, budget)  # refuses what can't be used before anything is started
     experiment = PAPERS[paper]
     comparison = experiment.comparison(runs or experiment.runs, planner or DEFAULT_PLANNER, budget)
-    comparing.carry_out(comparison, comparing.workers_or_default(workers), out, retry_failed=retry_failed)
+    runner = comparing.local_runner(comparison, workers)
+    comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)

@@ -36,6 +36,9 @@ LINES = ("-", "--", "-.", ":", "-", "--")
 
 PNG_DPI = 150
 
+MOST_POINTS = 60
+"""How many points a line has at most: all samples of all panels would make a page of megabytes."""
+
 BARS = "Error bars are 95 % confidence intervals of the mean over complete missions."
 
 
@@ -148,9 +151,12 @@ def _coverage_panel(axes: Axes, outcome: Outcome, case: Case) -> None:
         curves = outcome.curves_of(case, contender)
         if curves:
             times, mean, half = mean_coverage(curves)
+            shown = np.linspace(0, len(times) - 1, min(len(times), MOST_POINTS)).round().astype(int)
+            times, mean, half = times[shown], mean[shown], half[shown]
             colour = COLOURS[k % len(COLOURS)]
             axes.plot(times, mean, LINES[k % len(LINES)], color=colour, label=str(contender), linewidth=1.3)
-            axes.fill_between(times, mean - half, np.minimum(mean + half, 100), color=colour, alpha=0.18, linewidth=0)
+            low, high = np.maximum(mean - half, 0), np.minimum(mean + half, 100)
+            axes.fill_between(times, low, high, color=colour, alpha=0.18, linewidth=0)
     axes.set_ylim(0, 102)
     axes.set_xlim(left=0)
 

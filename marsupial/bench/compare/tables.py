@@ -118,9 +118,9 @@ def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
     several = len(outcome.rivals) > 1
     pair_heads: list[str] = []
     for rival in outcome.rivals:
-        of_whom = f" of {rival}" if several else ""
+        by_whom = f" by {rival}" if several else ""
         name = "saved" if measure.better < 0 else "gained"
-        pair_heads += [f"{name}{of_whom}", f"{name}{of_whom}, {unit} (95 % interval)", "won/lost/tied"]
+        pair_heads += [f"{name}{by_whom}", f"{name}{by_whom}, {unit} (95 % interval)", "won/lost/tied"]
     table = Table(
         title=f"{measure.title}: {scenario}",
         caption=f"{measure.title} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
