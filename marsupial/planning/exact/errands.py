@@ -31,8 +31,11 @@ from marsupial.planning.anytime.encoding import (
 )
 from marsupial.planning.anytime.kernel import compiled
 
-BITS = 14
+BITS = 16
 """How many errands there are at most; what more there may be is left out of account."""
+
+TOURS_BYTES = 1 << 25
+"""For tours over sets of errands: there are fewer errands where that is too much."""
 
 
 class Errands(NamedTuple):
@@ -78,31 +81,33 @@ def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errand
     own = (closure[driven][:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets]
     theirs = (closure[kinds][:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets]
     places = np.concatenate([meetings, targets])
+    firsts, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+    most = np.minimum(task.robots[carriers, CAPACITY], len(rovers))
+    loads = 1 + int(most.max(initial=0))
+    most_bits = min(BITS, (TOURS_BYTES // max(1, 8 * len(firsts) * loads * len(bases))).bit_length() - 1)
     points: list[Any] = []
     within: list[int] = []
     room = np.full(len(bases), -1, dtype=np.int64)
-    labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:BITS]
+    labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most_bits]
     for label in labels:
         room[component[bases] == label] = len(points)
         within.append(sum(1 << j for j, t in enumerate(targets) if component[t] == label and not own[j]))
         points.append((component[places] == label) & (np.arange(len(places)) < len(meetings)))
     for j, t in enumerate(targets):
-        if own[j] and not theirs[j] and len(points) < BITS:
+        if own[j] and not theirs[j] and len(points) < most_bits:
             within.append(1 << j)
             points.append(places == t)
     down = np.arange(len(points))
-    up, spare = down.copy(), BITS - len(points) if task.recover else 0
+    up, spare = down.copy(), most_bits - len(points) if task.recover else 0
     up[: min(spare, len(labels))] = len(points) + np.arange(min(spare, len(labels)))
     lag = [
         _least_outing(closure[kinds], places[at], targets[_bits(w, len(targets))])
         for at, w in zip(points, within, strict=True)
     ]
     chosen = np.array(points, dtype=np.bool_).reshape(len(points), len(places))
-    firsts, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+    places, chosen = places[chosen.any(axis=0)], np.ascontiguousarray(chosen[:, chosen.any(axis=0)])
     bits = int(up.max(initial=-1)) + 1 if task.recover else len(points)
     docking = int(task.robots[rovers, DOCKING].min(initial=NEVER))
-    most = np.minimum(task.robots[carriers, CAPACITY], len(rovers))
-    loads = 1 + int(most.max(initial=0))
     tours = np.full((len(firsts), loads, len(bases), 1 << bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(firsts):
         places_aboard = int(most[like.reshape(-1) == i][0])
@@ -285,18 +290,17 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
     if size:
         jobs[TRIED, 0] = -1
     while 0 <= level < size:
-        errand, takes, c = jobs[ERRAND, level], jobs[TAKES, level], jobs[TRIED, level]
-        if c >= 0:
-            loads[BUSY, c] -= takes
-            if not _has_another(jobs, level, c):
-                loads[TOURED, c] ^= 1 << errand
+        errand, c = jobs[ERRAND, level], jobs[TRIED, level]
+        if c >= 0 and not _has_another(jobs, level, c):
+            loads[BUSY, c] -= jobs[TAKES, level]
+            loads[TOURED, c] ^= 1 << errand
         c += 1
         while c < carriers:
             time = (
                 state[c, 2]
                 + errands.tours[errands.like[c], loads[ABOARD, c], state[c, 0], loads[TOURED, c] | 1 << errand]
             )
-            if time + loads[BUSY, c] + takes < limit:
+            if _has_another(jobs, level, c) or time + loads[BUSY, c] + jobs[TAKES, level] < limit:
                 break
             c += 1
         if c == carriers:
@@ -305,8 +309,9 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
         tries -= 1
         if tries < 0:
             return True
-        loads[BUSY, c] += takes
-        loads[TOURED, c] |= 1 << errand
+        if not _has_another(jobs, level, c):
+            loads[BUSY, c] += jobs[TAKES, level]
+            loads[TOURED, c] |= 1 << errand
         jobs[TRIED, level] = c
         level += 1
         if level < size:
