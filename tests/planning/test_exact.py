@@ -296,11 +296,14 @@ def test_the_same_where_detours_are_shorter_and_roads_are_closed(situation: Situ
     confirm(disturbed(reduced(situation), data))
 
 
-def drawn(seed: int) -> Situation:
-    """Return a small situation with plans as a rule: rooms with a door or two, any times at all, few closed roads."""
+def drawn(seed: int, rooms: int = 2, pressure: bool = False) -> Situation:
+    """Return a small situation with plans as a rule: rooms with a door or two, any times at all, few closed roads.
+
+    Under `pressure` every room has a target, rovers begin and have to end aboard.
+    """
     draw = random.Random(seed)
     carriers, rovers = draw.choice([(1, 1), (1, 2), (1, 2), (2, 1), (2, 2)])
-    targets, meetings = draw.randint(1, 3), draw.randint(1, 3)
+    targets, meetings = (rooms, rooms) if pressure else (draw.randint(1, 3), draw.randint(1, 3))
     capacity = draw.choice([1, 1, 2])
     aboard = [
         f"c{1 + i % carriers}" if i < capacity * carriers and draw.random() < 0.8 else None for i in range(rovers)
@@ -308,13 +311,15 @@ def drawn(seed: int) -> Situation:
     homes = {"h": hall(0)} if draw.random() < 0.5 else {}
     robots = [carrier(i + 1, free_at_ms=draw.randrange(4), home="h" if homes else None) for i in range(carriers)]
     robots += [rover(i + 1, on, free_at_ms=draw.randrange(4)) for i, on in enumerate(aboard)]
-    spots = {f"t{i}": hall(0) if draw.random() < 0.2 else room(0, draw.randrange(2)) for i in range(targets)}
+    spots = {f"t{i}": hall(0) if draw.random() < 0.2 else room(0, draw.randrange(rooms)) for i in range(targets)}
+    if pressure:
+        spots = {f"t{i}": room(0, i) for i in range(rooms)}
     starts = {r.place: hall(0) if r.type == "carrier" else room(0, draw.randrange(2)) for r in robots if r.place}
-    recover = draw.random() < 0.5
+    recover = pressure or draw.random() < 0.5
     situation = situation_of(
         robots,
         spots,
-        {f"m{i}": door(0, i % 2) for i in range(meetings)},
+        {f"m{i}": door(0, i % rooms) for i in range(meetings)},
         starts,
         homes=homes,
         types=tuple(
@@ -332,3 +337,8 @@ def drawn(seed: int) -> Situation:
 @pytest.mark.parametrize("seed", range(60))
 def test_small_rooms_are_planned_as_well_as_by_trying_everything(seed: int) -> None:
     confirm(drawn(seed))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_where_rovers_are_fewer_than_rooms_and_fetched_again_it_is_so_too(seed: int) -> None:
+    confirm(drawn(seed, rooms=3, pressure=True))
