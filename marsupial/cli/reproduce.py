@@ -15,7 +15,7 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder to write to; one begun before is gone on with.")],
     runs: Annotated[int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: 30].")] = None,
     planner: Annotated[
-        str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: auto].")
+        str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = DEFAULT_STEPS,
     workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")] = None,
@@ -31,7 +31,6 @@ def reproduce(
     """
     from marsupial.bench.compare.papers import PAPERS
     from marsupial.cli import comparing
-    from marsupial.cli.missions import DEFAULT_PLANNER
     from marsupial.errors import UsageError
     from marsupial.model.planning import Budget
     from marsupial.planning.engines import mission_engine
@@ -39,8 +38,9 @@ def reproduce(
     if paper not in PAPERS:
         raise UsageError(f"unknown paper {paper!r}; there are {', '.join(sorted(PAPERS))}")
     budget = Budget(steps=steps)
-    mission_engine(planner or DEFAULT_PLANNER, budget)  # refuses what can't be used before anything is started
     experiment = PAPERS[paper]
-    comparison = experiment.comparison(runs or experiment.runs, planner or DEFAULT_PLANNER, budget)
+    planner = planner or experiment.planner
+    mission_engine(planner, budget)  # refuses what can't be used before anything is started
+    comparison = experiment.comparison(runs or experiment.runs, planner, budget)
     runner = comparing.local_runner(comparison, workers)
     comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)

@@ -266,6 +266,7 @@ def test_statements_are_open_while_there_is_too_little_to_judge_by(paper: Compar
 
 def test_a_statement_for_several_places_may_hold_in_part() -> None:
     assert share_verdict([True, False]) is Verdict.PARTLY
+    assert share_verdict([True, False, False]) is Verdict.FAILS
     assert share_verdict([True, None]) is Verdict.OPEN
     assert share_verdict([]) is Verdict.OPEN
 
@@ -277,3 +278,11 @@ def test_the_paper_s_page_has_its_figures_and_the_checklist(paper: Comparison) -
     text = written["report.html"].decode()
     assert text.count('class="verdict ') == 7
     assert "Eq. 2 is printed the other way round" in text
+
+
+def test_the_paper_s_figure_7_has_the_maze_above_the_office_and_cuts_nothing_off(paper: Comparison) -> None:
+    outcome = paper_outcome(paper)
+    high = tuple(replace(row, exploration_time_s=5000.0) if row.trial.case.rovers == 3 else row for row in outcome.rows)
+    svg = dict(documents(replace(outcome, rows=high)))["figures/figure-7.svg"].decode()
+    assert svg.index(">maze: 1 rover per carrier<") < svg.index(">office: 1 rover per carrier<")
+    assert ">4000<" in svg

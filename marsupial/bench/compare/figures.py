@@ -74,22 +74,24 @@ def measure_figure(
     name: str,
     rovers: Sequence[int] | None = None,
     about: str = "",
+    of_paper: str = "",
 ) -> Figure:
     """Return a metric by team size: a row of panels for each of `scenarios`, with these numbers of rovers only.
 
-    `about` is the scenario that the figure belongs to, if it is one of many.
+    `about` is the scenario that the figure belongs to, if it is one of many, `of_paper` which of a paper's it is.
     """
 
     def value(case: Case, contender: Contender) -> Estimate | None:
         return outcome.estimate(case, contender, measure)
 
-    cases = [c for c in outcome.cases if c.scenario in scenarios and (rovers is None or c.rovers in rovers)]
+    cases = [c for s in scenarios for c in outcome.cases_of(s) if rovers is None or c.rovers in rovers]
     label = f"{measure.name} [{measure.unit}]"
     drawing = _by_team_size(cases, outcome.contenders, value, label, from_zero=measure is TIME)
     where = " and ".join(scenarios)
     better = "Less" if measure.better < 0 else "More"
     title = f"{measure.title}: {where}"
-    return _figure(drawing, name, title, f"{title}, by team size. {better} is better. {BARS}", about)
+    place = f"{of_paper} with our data. " if of_paper else ""
+    return _figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
 
 
 def planning_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
@@ -191,9 +193,9 @@ def _by_team_size(
             if logarithmic and axes[i][j].has_data():
                 axes[i][j].set_yscale("log", nonpositive="clip")
                 axes[i][j].yaxis.set_major_formatter("{x:g}")
-            elif from_zero:
-                axes[i][j].set_ylim(bottom=0)
         axes[i][0].set_ylabel(label)
+        if from_zero:
+            axes[i][0].set_ylim(bottom=0)  # now that all panels of the row, which share it, are drawn
     _legend(drawing, axes)
     return drawing
 

@@ -19,6 +19,7 @@ class Experiment:
 
     title: str
     runs: int
+    planner: str
     comparison: Callable[[int, str, Budget], Comparison]
     figures: Callable[[Outcome], Iterator[Figure]]
     findings: Callable[[Outcome], list[Finding]]
@@ -29,6 +30,7 @@ PAPERS: Mapping[str, Experiment] = {
     wurm2010.NAME: Experiment(
         title=wurm2010.TITLE,
         runs=wurm2010.RUNS,
+        planner=wurm2010.PLANNER,
         comparison=wurm2010.comparison,
         figures=wurm2010.paper_figures,
         findings=wurm2010.findings,

@@ -10,7 +10,7 @@ from importlib.resources import files
 from marsupial.bench.compare.cells import Outcome
 from marsupial.bench.compare.figures import INK, Figure
 from marsupial.bench.compare.header import budget_text
-from marsupial.bench.compare.statements import Finding, Verdict
+from marsupial.bench.compare.statements import READING, Finding, Verdict
 from marsupial.bench.compare.tables import Table, TableCell
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -142,7 +142,7 @@ def _findings(findings: Sequence[Finding]) -> str:
             f"<li><p>{badge}<strong>{escape(finding.statement)}</strong> ({escape(finding.where)})</p>\n"
             f'<p class="caption">Criterion: {escape(finding.criterion)}.</p>\n<ul>{evidence}</ul></li>'
         )
-    return f'<ol class="checklist">\n{"".join(items)}\n</ol>'
+    return f'<p class="caption">{READING}</p>\n<ol class="checklist">\n{"".join(items)}\n</ol>'
 
 
 def _method(outcome: Outcome, paper: tuple[str, str] | None) -> str:

@@ -16,6 +16,12 @@ class Verdict(StrEnum):
     OPEN = "not enough data"
 
 
+READING = (
+    "A statement about several cells or environments holds where its criterion is met in all of them, in part where it "
+    "is met in at least half."
+)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
     """A statement of a paper and its verdict.
@@ -31,18 +37,21 @@ class Finding:
 
 
 def share_verdict(held: Sequence[bool | None]) -> Verdict:
-    """Return the verdict where a statement is to hold in every one of several places; None is one without data."""
+    """Return the verdict where a statement is to hold in every one of several places; None is one without data.
+
+    It holds in part where it does in at least half of them.
+    """
     known = [one for one in held if one is not None]
     if not known or len(known) < len(held):
         return Verdict.OPEN
     if all(known):
         return Verdict.HOLDS
-    return Verdict.PARTLY if any(known) else Verdict.FAILS
+    return Verdict.PARTLY if 2 * sum(known) >= len(known) else Verdict.FAILS
 
 
 def checklist(findings: Sequence[Finding]) -> str:
     """Return findings as Markdown."""
-    lines = ["## Statements of the paper", ""]
+    lines = ["## Statements of the paper", "", READING, ""]
     for finding in findings:
         lines += [
             f"- **{finding.verdict}**: {finding.statement} ({finding.where})",
