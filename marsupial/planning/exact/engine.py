@@ -1,9 +1,9 @@
 """The exact engine: plans with the shortest makespan, proven so, for small teams and few targets.
 
 It begins with the plan that it is given, or that of a short annealing, and searches for shorter ones until there are
-none (`marsupial.planning.exact.search`), from above and from below (`marsupial.planning.exact.proof`), in two threads.
-Where neither list scheduling nor annealing has a plan, it first looks for any at all, as if nothing took time: if there
-is none, that is proven. Where the budget is too small for a proof, there is a bound.
+none (`marsupial.planning.exact.search`), from above and from below (`marsupial.planning.exact.proof`). Where neither
+list scheduling nor annealing has a plan, it first looks for any at all, as if nothing took time: if there is none, that
+is proven. Where the budget is too small for a proof, there is a bound.
 """
 
 from __future__ import annotations

@@ -14,10 +14,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from marsupial.planning.anytime.encoding import (
     CAPACITY,
+    CARRIERS,
     DOCKING,
     HOME,
     MEETINGS,
@@ -30,6 +30,7 @@ from marsupial.planning.anytime.encoding import (
     Task,
 )
 from marsupial.planning.anytime.kernel import compiled
+from marsupial.planning.exact.tours import errand_tours
 
 BITS = 16
 """How many errands there are at most; what more there may be is left out of account."""
@@ -73,75 +74,92 @@ class Errands(NamedTuple):
 
 def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errands:
     """Return the errands of a situation; `carriers` are robots of the task."""
-    targets, meetings = task.members(TARGETS), task.members(MEETINGS)
     rovers = task.members(ROVERS)
-    kinds = sorted({int(k) for k in task.robots[rovers, TYPE]})
-    driven = sorted({int(k) for k in task.robots[carriers, TYPE]})
-    component = _components(closure[kinds].min(axis=0, initial=NEVER) < NEVER)
-    own = (closure[driven][:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets]
-    theirs = (closure[kinds][:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets]
-    places = np.concatenate([meetings, targets])
-    firsts, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+    pairs, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+    like = like.reshape(-1).astype(np.int64)
     most = np.minimum(task.robots[carriers, CAPACITY], len(rovers))
+    capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
     loads = 1 + int(most.max(initial=0))
-    most_bits = min(BITS, (TOURS_BYTES // max(1, 8 * len(firsts) * loads * len(bases))).bit_length() - 1)
-    points: list[Any] = []
-    within: list[int] = []
-    room = np.full(len(bases), -1, dtype=np.int64)
-    labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most_bits]
-    for label in labels:
-        room[component[bases] == label] = len(points)
-        within.append(sum(1 << j for j, t in enumerate(targets) if component[t] == label and not own[j]))
-        points.append((component[places] == label) & (np.arange(len(places)) < len(meetings)))
-    for j, t in enumerate(targets):
-        if own[j] and not theirs[j] and len(points) < most_bits:
-            within.append(1 << j)
-            points.append(places == t)
-    down = np.arange(len(points))
-    up, spare = down.copy(), most_bits - len(points) if task.recover else 0
-    up[: min(spare, len(labels))] = len(points) + np.arange(min(spare, len(labels)))
-    lag = [
-        _least_outing(closure[kinds], places[at], targets[_bits(w, len(targets))])
-        for at, w in zip(points, within, strict=True)
-    ]
-    chosen = np.array(points, dtype=np.bool_).reshape(len(points), len(places))
-    places, chosen = places[chosen.any(axis=0)], np.ascontiguousarray(chosen[:, chosen.any(axis=0)])
-    bits = int(up.max(initial=-1)) + 1 if task.recover else len(points)
+    sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
+    rows = _rows(task, closure, bases, min(BITS, sets.bit_length() - 1))
     docking = int(task.robots[rovers, DOCKING].min(initial=NEVER))
-    tours = np.full((len(firsts), loads, len(bases), 1 << bits), NEVER, dtype=np.int64)
-    for i, (kind, home) in enumerate(firsts):
-        places_aboard = int(most[like.reshape(-1) == i][0])
+    tours = np.full((len(pairs), loads, len(bases), 1 << rows.bits), NEVER, dtype=np.int64)
+    for i, (kind, home) in enumerate(pairs):
         leg = closure[kind]
         ends = leg[:, home] if home >= 0 else np.zeros(len(leg), dtype=np.int64)
-        tours[i, : places_aboard + 1] = errand_tours(
-            np.ascontiguousarray(leg[np.ix_(bases, places)]),
-            np.ascontiguousarray(leg[np.ix_(places, places)]),
+        tours[i, : capacities[i] + 1] = errand_tours(
+            np.ascontiguousarray(leg[np.ix_(bases, rows.places)]),
+            np.ascontiguousarray(leg[np.ix_(rows.places, rows.places)]),
             np.ascontiguousarray(ends[bases]),
-            np.ascontiguousarray(ends[places]),
-            chosen,
-            up,
-            np.array(lag, dtype=np.int64),
-            bits,
-            len(labels),
+            np.ascontiguousarray(ends[rows.places]),
+            rows.points,
+            rows.up,
+            rows.lag,
+            rows.bits,
+            rows.rooms,
             task.recover,
-            places_aboard,
+            int(capacities[i]),
             docking,
         )
     return Errands(
-        room=room,
-        within=np.array(within, dtype=np.int64),
-        down=down,
-        up=up,
-        rooms=len(labels),
+        room=rows.room,
+        within=rows.within,
+        down=np.arange(len(rows.within)),
+        up=rows.up,
+        rooms=rows.rooms,
         tours=tours,
-        like=like.reshape(-1).astype(np.int64),
+        like=like,
         docking=docking,
         undocking=int(task.robots[rovers, UNDOCKING].min(initial=NEVER)),
     )
 
 
-def _bits(targets: int, n: int) -> list[int]:
-    return [j for j in range(n) if targets >> j & 1]
+class _Rows(NamedTuple):
+    """What there may be to do: `room`, `within`, `up` and `rooms` as in `Errands`, for the rest see `errand_tours`."""
+
+    room: Ints
+    within: Ints
+    up: Ints
+    rooms: int
+    places: Ints
+    points: Any
+    lag: Ints
+    bits: int
+
+
+def _rows(task: Task, closure: Ints, bases: Ints, most: int) -> _Rows:
+    """Return the rows of errands of at most so many bits."""
+    targets, meetings = task.members(TARGETS), task.members(MEETINGS)
+    riding, driving = closure[_kinds(task, ROVERS)], closure[_kinds(task, CARRIERS)]
+    component = _components(riding.min(axis=0, initial=NEVER) < NEVER)
+    own, theirs = ((kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (driving, riding))
+    labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most]
+    lone = [j for j in range(len(targets)) if own[j] and not theirs[j]][: most - len(labels)]
+    room = np.full(len(bases), -1, dtype=np.int64)
+    for row, label in enumerate(labels):
+        room[component[bases] == label] = row
+    doors = [meetings[component[meetings] == label] for label in labels]
+    sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
+    up, fetched = np.arange(len(labels) + len(lone)), 0
+    if task.recover:
+        fetched = min(most - len(up), len(labels))
+        up[:fetched] = len(up) + np.arange(fetched)
+    points = [*doors, *(targets[j : j + 1] for j in lone)]
+    places = np.unique(np.concatenate([meetings[:0], *points]))
+    return _Rows(
+        room=room,
+        within=np.array([*((1 << s).sum() for s in sets), *(1 << j for j in lone)], dtype=np.int64),
+        up=up,
+        rooms=len(labels),
+        places=places,
+        points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
+        lag=np.array([_least_outing(riding, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64),
+        bits=len(up) + fetched,
+    )
+
+
+def _kinds(task: Task, group: int) -> list[int]:
+    return sorted({int(kind) for kind in task.robots[task.members(group), TYPE]})
 
 
 def _least_outing(closure: Ints, meetings: Ints, targets: Ints) -> int:
@@ -162,107 +180,6 @@ def _components(joined: Any) -> Ints:
         if np.array_equal(lower, label):
             return label
         label = lower
-
-
-ANY, LEFT = 0, 1
-"""Whether a rover has just been set down where a carrier is, and has to be picked up there."""
-
-
-@njit(cache=True, nogil=True)
-def errand_tours(
-    first: Ints,
-    between: Ints,
-    straight: Ints,
-    ends: Ints,
-    points: Ints,
-    up: Ints,
-    lag: Ints,
-    bits: int,
-    rooms: int,
-    recover: bool,
-    capacity: int,
-    docking: int,
-) -> Ints:
-    """Return (loads, bases, sets): the shortest tours over errands and to the end with so many rovers aboard at first.
-
-    To set a rover down a carrier needs one aboard: one picked up on an errand, or another one, which costs a dock.
-
-    Parameters
-    ----------
-    first
-        (bases, places): ms from a base to a place.
-    between
-        (places, places).
-    straight, ends
-        (bases,) and (places,): ms to the end.
-    points
-        (rows, places), bool: whether the errands of a row can be done at a place.
-    up
-        (rows,): the bits for picking up; those for setting down are the numbers of the rows.
-    lag
-        (rows,): the least ms between setting down and picking up.
-    """
-    rows, places = points.shape
-    rest = np.full((2, capacity + 1, 1 << bits, places), NEVER, dtype=np.int64)
-    tours = np.full((capacity + 1, len(first), 1 << bits), NEVER, dtype=np.int64)
-    rest[ANY, :, 0] = ends
-    tours[:, :, 0] = straight
-    for s in range(1, 1 << bits):
-        for load in range(capacity, -1, -1):
-            for e in range(rows):
-                for q in range(places):
-                    after = _after(rest, up, rooms, recover, load, s, e, q) if points[e, q] else NEVER
-                    if after >= NEVER:
-                        continue
-                    for p in range(places):
-                        rest[ANY, load, s, p] = min(rest[ANY, load, s, p], between[p, q] + after)
-                        if not points[e, p]:
-                            rest[LEFT, load, s, p] = min(rest[LEFT, load, s, p], between[p, q] + after)
-                    for b in range(len(first)):
-                        tours[load, b, s] = min(tours[load, b, s], first[b, q] + after)
-            if load < capacity:
-                for p in range(places):
-                    for mode in range(2):
-                        rest[mode, load, s, p] = min(rest[mode, load, s, p], rest[mode, load + 1, s, p] + docking)
-                for b in range(len(first)):
-                    tours[load, b, s] = min(tours[load, b, s], tours[load + 1, b, s] + docking)
-        for e in range(rows):
-            if up[e] != e and not s >> e & 1 and s >> up[e] & 1:
-                _wait(rest, between, points[e], s, 1 << up[e], lag[e], docking)
-    return tours
-
-
-@compiled
-def _wait(rest: Ints, between: Ints, points: Ints, errands: int, pick: int, lag: int, docking: int) -> None:
-    """Let a carrier that has just set a rover down wait to pick it up; other rovers it can pick up meanwhile."""
-    capacity, places = rest.shape[1] - 1, len(points)
-    for load in range(capacity + 1):
-        for p in range(places):
-            for q in range(places):
-                if not points[p] or not points[q]:
-                    continue
-                for more in range(capacity + 1):
-                    stay = max(between[p, q], lag, more * docking)
-                    stay += rest[ANY, min(capacity, load + 1 + more), errands & ~pick, q]
-                    rest[LEFT, load, errands, p] = min(rest[LEFT, load, errands, p], stay)
-
-
-@compiled
-def _after(rest: Ints, up: Ints, rooms: int, recover: bool, load: int, errands: int, row: int, place: int) -> int:
-    """Return the ms that errands take from when the first of them is done, one of that row at that place."""
-    capacity = rest.shape[1] - 1
-    if errands >> row & 1:
-        left = errands & ~(1 << row)
-        if row >= rooms:
-            return rest[ANY, load, left, place]
-        if up[row] == row and recover:
-            return rest[ANY, capacity, left, place] if capacity > 0 else NEVER
-        if load == 0:
-            return NEVER
-        return rest[LEFT if up[row] != row and left >> up[row] & 1 else ANY, load - 1, left, place]
-    if up[row] != row and errands >> up[row] & 1 and capacity > 0:
-        return rest[ANY, min(capacity, load + 1), errands & ~(1 << up[row]), place]
-    return NEVER
 
 
 ERRAND, TAKES, TRIED = 0, 1, 2

@@ -2,7 +2,7 @@
 
 The search from above is for any plan shorter than the best one. That is the quickest proof where the best plan is the
 shortest there is; where it is far from that, such a search loses itself among the many ways to be a little better. So
-if it takes long, another one begins beside it that looks for plans that end before a moment little above the bound.
+if it takes long, another one takes turns with it that looks for plans that end before a moment little above the bound.
 There are few ways to do so much: either it soon ends, which raises the bound, and the next search is for somewhat
 longer plans, or it finds one. The first search that finds the shortest plan costs hardly more than its proof, and what
 one finds is the limit of the other.
@@ -11,7 +11,6 @@ one finds is the limit of the other.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 
 from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Finished, Outcome
@@ -57,8 +56,7 @@ class Proof:
             return
         root = root_bound_ms(self._tables, self._best.makespan_ms + EPSILON_MS) - EPSILON_MS
         self._bound_ms = max(makespan_bound_ms(self._task), root)
-        with ThreadPoolExecutor(1, thread_name_prefix="exact") as beside:
-            yield from self._best_ones(goes_on, beside)
+        yield from self._best_ones(goes_on)
 
     @property
     def _gap_ms(self) -> int:
@@ -74,23 +72,18 @@ class Proof:
         if not sweep.goes_on:
             self._without_plan = Outcome.NO_PLAN if sweep.lost else Outcome.UNSOLVABLE
 
-    def _best_ones(self, goes_on: Callable[[], bool], beside: ThreadPoolExecutor) -> Iterator[Plan]:
+    def _best_ones(self, goes_on: Callable[[], bool]) -> Iterator[Plan]:
         assert self._best is not None
         above, below = Sweep(self._tables, self._best.makespan_ms), _Rise(self._tables)
         steps = 0
         while self._gap_ms > 0 and not above.lost and goes_on():
             steps += 1
             rising = below.sweep(self._bound_ms, self._gap_ms) if steps > PATIENCE else None
-            other = beside.submit(rising.advance) if rising else None
-            above.advance()
-            if other is not None:
-                other.result()
             for sweep in (above, rising):
                 if sweep is not None:
+                    sweep.advance()
                     yield from self._found(sweep)
-            yield from self._adopted()
-            for sweep in (above, rising):
-                if sweep is not None:
+                    yield from self._adopted()
                     self._note(sweep)
         self._states += above.states + below.states
 

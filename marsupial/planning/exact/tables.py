@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from marsupial.planning.anytime.encoding import (
     ABOARD,
@@ -31,6 +30,7 @@ from marsupial.planning.anytime.encoding import (
 )
 from marsupial.planning.anytime.kernel import compiled
 from marsupial.planning.exact.errands import Errands, errands_of
+from marsupial.planning.exact.tours import close, end_tours, shortest_tours
 
 WHERE, ON, SINCE = 0, 1, 2
 """Columns of a state of robots: a base, or -1 aboard; the carrier, or -1; from when it is ready if it is not aboard."""
@@ -109,47 +109,12 @@ def tables_of(task: Task) -> Tables:
     bases = np.concatenate([starts, meetings])
     closure = _closure(task, starts)
     exits = len(starts) + np.arange(len(meetings))
-    sets = 1 << len(targets)
-    walks = {k: [shortest_tours(*_corner(closure[k], base, targets)) for base in bases] for k in range(len(closure))}
-    way = np.full((len(closure), len(bases), sets, len(meetings)), NEVER, dtype=np.int64)
-    for k in range(len(closure)):
-        for b in range(len(bases)):
-            way[k, b] = end_tours(walks[k][b], closure[k][bases[b]][meetings], closure[k][targets][:, meetings])
-    done = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
-    least = done.copy()
-    riding = np.full((len(robots), len(closure), len(bases), sets), NEVER, dtype=np.int64)
-    for r, robot in enumerate(robots):
-        k = int(task.robots[robot, TYPE])
-        if r < carriers:
-            for b in range(len(bases)):
-                home = task.robots[robot, HOME : HOME + 1]
-                ends = np.zeros((1, 1 + len(targets)), dtype=np.int64)
-                if home[0] >= 0:
-                    ends = np.concatenate([closure[k][bases[b]][home], closure[k][targets, home[0]]])[None]
-                done[r, b] = end_tours(walks[k][b], ends[0, :1], ends[0, 1:, None])[:, 0]
-            least[r] = done[r]
-            continue
-        twin = next((q for q in range(carriers, r) if _alike(task, robots[q], robot)), -1)
-        if twin >= 0:
-            done[r], least[r], riding[r] = done[twin], least[twin], riding[twin]
-            continue
-        if not task.recover:
-            for b in range(len(bases)):
-                done[r, b] = end_tours(walks[k][b], np.zeros(1, np.int64), np.zeros((len(targets), 1), np.int64))[:, 0]
-        _optimistic(task, closure, int(robot), bases, exits, least[r], riding[r])
-    nothing = np.full(sets, NEVER, dtype=np.int64)
-    nothing[0] = 0
+    way, book = _tours(task, closure, bases, exits, robots)
     return Tables(
         traits=_traits(task, robots, carriers),
         way=way,
-        book=np.concatenate([rows.reshape(-1, sets) for rows in (done, least, riding, nothing)]),
-        able=np.array(
-            [
-                sum(1 << j for j, t in enumerate(targets) if (closure[k][bases, t] < NEVER).any())
-                for k in range(len(closure))
-            ],
-            dtype=np.int64,
-        ),
+        book=book,
+        able=(closure[:, bases][:, :, targets] < NEVER).any(axis=1) @ (1 << np.arange(len(targets))),
         beginning=_beginning(task, robots, bases),
         carriers=carriers,
         recover=task.recover,
@@ -160,6 +125,47 @@ def tables_of(task: Task) -> Tables:
         targets=targets,
         robots=robots,
     )
+
+
+def _tours(task: Task, closure: Ints, bases: Ints, exits: Ints, robots: Ints) -> tuple[Ints, Ints]:
+    """Return `way` and `book`."""
+    targets, carriers = task.members(TARGETS), int(task.groups[CARRIERS, 0])
+    kinds, sets = len(closure), 1 << len(targets)
+    walks = [[shortest_tours(*_corner(closure[k], base, targets)) for base in bases] for k in range(kinds)]
+    way = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
+    for k, b in np.ndindex(kinds, len(bases)):
+        way[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
+    done = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
+    least = done.copy()
+    riding = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
+    for r, robot in enumerate(robots):
+        k, home = task.robots[robot, TYPE], task.robots[robot, HOME : HOME + 1]
+        twin = next((q for q in range(carriers, r) if _alike(task, robots[q], robot)), -1)
+        if twin >= 0:
+            done[r], least[r], riding[r] = done[twin], least[twin], riding[twin]
+            continue
+        for b, base in enumerate(bases):
+            if r < carriers and home[0] >= 0:
+                done[r, b] = _ended(closure[k], walks[k][b], int(base), targets, home)[:, 0]
+            elif r < carriers or not task.recover:
+                done[r, b] = _open(walks[k][b])
+        if r < carriers:
+            least[r] = done[r]
+        else:
+            _optimistic(task, closure, int(robot), bases, exits, least[r], riding[r])
+    nothing = np.full(sets, NEVER, dtype=np.int64)
+    nothing[0] = 0
+    return way, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, riding, nothing)])
+
+
+def _ended(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
+    """Return (sets, ends): tours from a base to each of the ends."""
+    return end_tours(walks, leg[base][ends], leg[np.ix_(targets, ends)])
+
+
+def _open(walks: Ints) -> Ints:
+    """Return (sets,): tours that end anywhere."""
+    return end_tours(walks, np.zeros(1, np.int64), np.zeros((walks.shape[1], 1), np.int64))[:, 0]
 
 
 def timeless(tables: Tables) -> Tables:
@@ -244,65 +250,3 @@ def _optimistic(task: Task, closure: Ints, rover: int, bases: Ints, exits: Ints,
             if len(exits):
                 riding[k, b] = np.minimum((down[:, None] + least[exits]).min(axis=0), NEVER)
             riding[k, b, 0] = 0
-
-
-@njit(cache=True, nogil=True)
-def close(leg: Ints) -> None:
-    """Lower square legs to the shortest times by way of any place (Floyd and Warshall)."""
-    for k in range(len(leg)):
-        for i in range(len(leg)):
-            for j in range(len(leg)):
-                if leg[i, k] + leg[k, j] < leg[i, j]:
-                    leg[i, j] = leg[i, k] + leg[k, j]
-
-
-@njit(cache=True, nogil=True)
-def shortest_tours(first: Ints, between: Ints) -> Ints:
-    """Return (sets, targets): the shortest time to be at each target last, having been at all of the set.
-
-    Parameters
-    ----------
-    first
-        (targets,): times to the first target.
-    between
-        (targets, targets): times from one to the next.
-
-    References
-    ----------
-    M. Held and R. M. Karp, A dynamic programming approach to sequencing problems, 1962.
-    """
-    n = len(first)
-    tours = np.full((1 << n, n), NEVER, dtype=np.int64)
-    for j in range(n):
-        tours[1 << j, j] = min(first[j], NEVER)
-    for s in range(1, 1 << n):
-        for last in range(n):
-            if tours[s, last] >= NEVER:
-                continue
-            for j in range(n):
-                if not s >> j & 1:
-                    time = tours[s, last] + between[last, j]
-                    if time < tours[s | 1 << j, j]:
-                        tours[s | 1 << j, j] = time
-    return tours
-
-
-@njit(cache=True, nogil=True)
-def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
-    """Return (sets, ends): the shortest tours with the way to each end added.
-
-    Parameters
-    ----------
-    straight
-        (ends,): the way there if no target is to be explored.
-    ends
-        (targets, ends): the way there from the last target.
-    """
-    times = np.full((len(tours), len(straight)), NEVER, dtype=np.int64)
-    for e in range(len(straight)):
-        times[0, e] = min(straight[e], NEVER)
-        for s in range(1, len(tours)):
-            for last in range(tours.shape[1]):
-                if tours[s, last] < NEVER:
-                    times[s, e] = min(times[s, e], tours[s, last] + ends[last, e])
-    return times
