@@ -7,7 +7,11 @@ from typing import Annotated
 
 import typer
 
-bench = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Run a benchmark of marsupial itself.")
+bench = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Run a benchmark of marsupial itself.\n\nExample: marsupial bench paths",
+)
 
 
 @bench.command()

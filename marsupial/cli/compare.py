@@ -38,7 +38,9 @@ def compare(
         Path | None, typer.Option(help="Only write tables, figures and report of this folder anew.")
     ] = None,
 ) -> None:
-    """Compare strategies and planners, paired: same maps, starts and seeds for all.
+    """Compare strategies and planners on the same missions.
+
+    All have the same maps, teams, starts and seeds; the rows, tables and figures are in the folder --out.
 
     Example: marsupial compare office maze --carriers 1-3 --rovers 1-2 --runs 10 --out office-maze
     """

@@ -23,7 +23,9 @@ def reproduce(
         bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
     ] = False,
 ) -> None:
-    """Carry out the experiment of a paper, draw its figures and judge its statements.
+    """Carry out the experiment of a paper.
+
+    Its figures are drawn with our data, and each of its statements gets a verdict.
 
     wurm2010: office and maze, 1-6 carriers with 1-3 rovers each, 30 runs, temporal planning against the heuristic.
 

@@ -11,7 +11,20 @@ from marsupial.cli.interrupt import Interrupted
 from marsupial.cli.main import main
 from marsupial.errors import InternalError
 
-COMMANDS = ("run", "replay", "plan", "export", "validate", "map", "planners", "scenarios", "bench", "demo")
+COMMANDS = (
+    "run",
+    "replay",
+    "compare",
+    "reproduce",
+    "plan",
+    "export",
+    "validate",
+    "map",
+    "planners",
+    "scenarios",
+    "bench",
+    "demo",
+)
 
 
 def break_planners(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:

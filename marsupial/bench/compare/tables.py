@@ -77,38 +77,24 @@ def headline_table(outcome: Outcome) -> Table:
     table = Table(
         title="In short",
         caption=f"Against {outcome.base}, over all team sizes. Gains are means over cases of 1 - time / base's time "
-        "and of Q / base's Q - 1; a case counts as better or worse where the 95 % interval of the paired differences "
+        "and of Q / base's Q - 1; better and worse are cases where the 95 % interval of the paired differences "
         "leaves out 0; pairs are missions with the same map, team and starts.",
-        heads=(
-            "scenario",
-            "contender",
-            "cases",
-            "time saved",
-            "time better",
-            "worse",
-            "pairs won/lost/tied",
-            "Q gained",
-            "Q better",
-            "worse",
-        ),
+        heads=("scenario", "contender", "metric", "gain", "better", "worse", "won/lost/tied"),
     )
     for scenario in outcome.scenarios:
         for rival in outcome.rivals:
-            of_case = outcome.cases_of(scenario)
-            time, quality = (tally([outcome.pairing(c, rival, m) for c in of_case]) for m in (TIME, QUALITY))
-            texts = [
-                scenario,
-                str(rival),
-                str(time.cells),
-                percent(time.gain),
-                str(time.ahead),
-                str(time.behind),
-                f"{time.wins}/{time.losses}/{time.ties}",
-                percent(quality.gain),
-                str(quality.ahead),
-                str(quality.behind),
-            ]
-            table.rows.append(tuple(TableCell(text) for text in texts))
+            for measure in (TIME, QUALITY):
+                found = tally([outcome.pairing(case, rival, measure) for case in outcome.cases_of(scenario)])
+                texts = [
+                    scenario,
+                    str(rival),
+                    "time" if measure is TIME else "Q",
+                    percent(found.gain),
+                    f"{found.ahead} of {found.cells}",
+                    f"{found.behind} of {found.cells}",
+                    f"{found.wins}/{found.losses}/{found.ties}",
+                ]
+                table.rows.append(tuple(TableCell(text) for text in texts))
     return table
 
 
