@@ -19,9 +19,9 @@ from marsupial.planning.race import Clock
 MOST_TARGETS, MOST_ROBOTS = 12, 9
 """Up to here an exact search is worth its core.
 
-Of the 16 situations of the planner suite within these limits that have targets, 14 were proven, in 0.5 to 3 s on busy
-cores. Two have a shorter plan than annealing had found in 5 s; annealing that went on from it reached its targets a
-seventh sooner than the exact search's plan did.
+Of the 16 situations of the planner suite within these limits that have targets, 15 are proven, in 0.1 to 3 s on two
+busy cores; the last one, three carriers and 12 targets, is left with a bound 8 % below its best plan after 10 s.
+Annealing has one thread there: in 0.1 s and in 1 s that finds plans as short as two threads do.
 """
 
 HEAD_START_S = 0.01

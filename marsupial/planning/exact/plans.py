@@ -9,7 +9,7 @@ import numpy as np
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 from marsupial.planning.anytime.encoding import NEVER, Ints, Task
-from marsupial.planning.exact.search import AT, BROUGHT, CARRIER, DOWN, OWN, ROVER
+from marsupial.planning.exact.frames import AT, BROUGHT, CARRIER, DOWN, OWN, ROVER
 from marsupial.planning.exact.tables import KIND, Tables
 from marsupial.planning.exact.tours import shortest_tours
 from marsupial.planning.recovery import go_home

@@ -17,8 +17,9 @@ from marsupial.model.planning import Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.anytime.bounds import makespan_bound_ms
 from marsupial.planning.anytime.encoding import Ints, encode
+from marsupial.planning.exact.frames import FOUND, LIMIT, LOST, NODES
 from marsupial.planning.exact.plans import plan_found
-from marsupial.planning.exact.search import FOUND, LIMIT, LOST, NODES, advance, root_bound_ms, search_of
+from marsupial.planning.exact.search import advance, root_bound_ms, search_of
 from marsupial.planning.exact.tables import Tables, tables_of, timeless
 
 STEP = 2000

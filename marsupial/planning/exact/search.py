@@ -11,7 +11,7 @@ targets one by one, is what keeps the search small: the order of what different 
 
 What is left out, and why no shorter plan is lost:
 
-- States from which the goal can't be reached in time: `_hopeful`, made of relaxations only.
+- States from which the goal can't be reached in time: `pruning`, made of relaxations only.
 - Steps that end before the last one did (`KEY`: end, then how many steps ended at that ms). Such a step shares no robot
   with the last one, so it could come before it, with the same result or a better one.
 - A set that could be larger without its step ending later: whoever has explored more has less to do.
@@ -28,95 +28,41 @@ way out with keys no higher and one step less. Or its state is entered: then the
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
-from marsupial.planning.anytime.encoding import NEVER, Ints
 from marsupial.planning.anytime.kernel import compiled
-from marsupial.planning.exact.cover import FROM, MAY, NO, ROW, SHARE, YES, cover
-from marsupial.planning.exact.errands import ABOARD, BITS, ERRAND, TAKES, shared
-from marsupial.planning.exact.memory import BUCKET, remember
-from marsupial.planning.exact.tables import (
-    DOCKS,
-    KIND,
-    ON,
-    PLACES,
-    SINCE,
-    TWIN,
-    UNDOCKS,
-    WHERE,
-    Tables,
-    done_row,
-    least_row,
-    riding_row,
+from marsupial.planning.exact.branching import branch
+from marsupial.planning.exact.cover import FROM, MAY, ROW, SHARE, YES, cover
+from marsupial.planning.exact.errands import BITS
+from marsupial.planning.exact.frames import (
+    AT,
+    BOUND,
+    BROUGHT,
+    CARRIER,
+    DOWN,
+    END,
+    FIRST,
+    FOUND,
+    KEY,
+    KEYED,
+    LEFT,
+    LEVEL,
+    LEVELS,
+    LIMIT,
+    LOST,
+    NEXT,
+    NODES,
+    OWN,
+    ROVER,
+    SEEN,
+    TIES,
+    WIDTH,
+    Search,
 )
-
-LEVELS = 60
-"""How many docks and undocks there can be in a row; where more are needed nothing is proven."""
-
-WIDTH = 1 << 17
-"""How many events can wait at a time; where there are more nothing is proven."""
-
-TRIES = 20_000
-"""Effort of a bound, see `cover`."""
-
-LEFT, KEY, FIRST, NEXT = 0, 1, 2, 3
-"""Columns of levels: targets left, key of the last event, index of the first event that can follow and of the next."""
-
-TIES = 64
-"""A key is when an event ends, times this, and how many events before it end at the same ms."""
-
-END, ROVER, CARRIER, AT, OWN, BROUGHT, DOWN = range(7)
-"""Columns of events: key, robots, number of the meeting, sets explored by carrier and rover, whether an undock."""
-
-LEVEL, NODES, LIMIT, FOUND, LOST, KEYED, SEEN, BOUND = range(8)
-"""Tallies: the current level (-1: at the end), states entered, ms (with epsilon) that plans have to be shorter than,
-1 + the length of `path` of the best plan (0: none), whether something was left out for lack of space, whether keys are
-kept (not where nothing takes time), states met before, states without hope."""
-
-
-class Search(NamedTuple):
-    """What a search remembers between calls.
-
-    Attributes
-    ----------
-    states
-        (levels, robots, 3): see `tables`.
-    levels
-        (levels, 4): `LEFT` and so on.
-    events
-        (n, 7): those listed for all levels up to the current one; `END` and so on.
-    path
-        (levels, 7): the event that led to each level.
-    best
-        (levels, 7): the path of the best plan.
-    shares
-        (robots,): the sets that robots explore after it.
-    parts, scratch
-        See `cover`.
-    jobs, loads
-        See `shared`.
-    tallies
-        (8,): `LEVEL` and so on.
-    memory, order
-        See `remember`.
-    """
-
-    states: Ints
-    levels: Ints
-    events: Ints
-    path: Ints
-    best: Ints
-    shares: Ints
-    parts: Ints
-    scratch: Ints
-    tallies: Ints
-    jobs: Ints
-    loads: Ints
-    memory: Ints
-    order: Ints
+from marsupial.planning.exact.memory import BUCKET, remember
+from marsupial.planning.exact.pruning import may_lead_on
+from marsupial.planning.exact.tables import ON, SINCE, TWIN, WHERE, Tables, done_row
 
 
 def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -> Search:
@@ -164,7 +110,7 @@ def root_bound_ms(tables: Tables, limit: int) -> int:
 @njit(cache=True, nogil=True)
 def hopeful(tables: Tables, search: Search) -> bool:
     """Say whether there may be plans shorter than the limit."""
-    return _hopeful(tables, search, 0)
+    return may_lead_on(tables, search, 0)
 
 
 @njit(cache=True, nogil=True)
@@ -231,7 +177,7 @@ def _enter(tables: Tables, search: Search, level: int) -> None:
     first = levels[level, FIRST]
     levels[level, NEXT] = first
     levels[level + 1, FIRST] = first
-    if not _hopeful(tables, search, level):
+    if not may_lead_on(tables, search, level):
         tallies[BOUND] += 1
         return
     if remember(tables, search.memory, search.order, search.states[level], levels[level, LEFT], levels[level, KEY]):
@@ -241,60 +187,7 @@ def _enter(tables: Tables, search: Search, level: int) -> None:
     if level + 2 >= LEVELS:
         tallies[LOST] = 1
         return
-    _branch(tables, search, level)
-    _sort(search.events, first, levels[level + 1, FIRST])
-
-
-@compiled
-def _hopeful(tables: Tables, search: Search, level: int) -> bool:
-    """Say whether the targets left can be shared among the robots if each rover rides when it wants."""
-    state, parts = search.states[level], search.parts
-    left = search.levels[level, LEFT]
-    for r in range(len(state)):
-        like, c = tables.traits[r, TWIN], state[r, ON]
-        parts[r, MAY] = left
-        parts[r, FROM] = state[r, SINCE]
-        if r < tables.carriers:
-            parts[r, ROW] = done_row(tables, like, state[r, WHERE])
-        elif c < 0:
-            parts[r, ROW] = least_row(tables, like, state[r, WHERE])
-        else:
-            parts[r, ROW] = riding_row(tables, like, tables.traits[c, KIND], state[c, WHERE])
-            parts[r, FROM] = state[c, SINCE]
-    if cover(tables.book, parts, search.scratch, left, search.tallies[LIMIT], TRIES) == NO:
-        return False
-    return _can_run_errands(tables, search, level)
-
-
-@compiled
-def _can_run_errands(tables: Tables, search: Search, level: int) -> bool:
-    """Say whether the carriers can share what they at least have to do."""
-    state, jobs, size = search.states[level], search.jobs, 0
-    left, errands = search.levels[level, LEFT], tables.errands
-    more = 0
-    for e in range(len(errands.within)):
-        out = 0
-        if e < errands.rooms:
-            for v in range(tables.carriers, len(state)):
-                if state[v, ON] < 0 and errands.room[state[v, WHERE]] == e:
-                    out += 1
-                    if tables.recover:
-                        jobs[ERRAND, size], jobs[TAKES, size] = errands.up[e], tables.traits[v, DOCKS]
-                        size += 1
-            more += max(0, out - 1)
-        if out or left & errands.within[e] == 0:
-            continue
-        jobs[ERRAND, size], jobs[TAKES, size] = errands.down[e], errands.undocking if e < errands.rooms else 0
-        size += 1
-        if tables.recover and e < errands.rooms:
-            jobs[ERRAND, size], jobs[TAKES, size] = errands.up[e], errands.docking
-            size += 1
-    for c in range(tables.carriers):
-        load = more if tables.recover else 0
-        for v in range(tables.carriers, len(state)):
-            load += state[v, ON] == c
-        search.loads[ABOARD, c] = min(load, tables.traits[c, PLACES], errands.tours.shape[1] - 1)
-    return shared(errands, state, jobs, size, search.loads, search.tallies[LIMIT], TRIES)
+    branch(tables, search, level)
 
 
 @compiled
@@ -324,132 +217,3 @@ def _complete(tables: Tables, search: Search, level: int) -> None:
         for i in range(1, level + 1):
             for k in range(7):
                 search.best[i, k] = search.path[i, k]
-
-
-@compiled
-def _branch(tables: Tables, search: Search, level: int) -> None:
-    """List the docks and undocks that can follow."""
-    state, carriers = search.states[level], tables.carriers
-    for c in range(carriers):
-        load = 0
-        for v in range(carriers, len(state)):
-            load += state[v, ON] == c
-        for v in range(carriers, len(state)):
-            if (state[v, ON] != c and (state[v, ON] >= 0 or load >= tables.traits[c, PLACES])) or _twin(
-                tables, state, v
-            ):
-                continue
-            for m in range(len(tables.meetings)):
-                _list(tables, search, level, c, v, m)
-
-
-@compiled
-def _twin(tables: Tables, state: Ints, v: int) -> bool:
-    """Say whether an earlier rover of the same kind is in the same position."""
-    for q in range(tables.traits[v, TWIN], v):
-        if (
-            tables.traits[q, TWIN] == tables.traits[v, TWIN]
-            and state[q, ON] == state[v, ON]
-            and state[q, WHERE] == state[v, WHERE]
-            and (state[q, SINCE] == state[v, SINCE] or state[v, ON] >= 0)
-        ):
-            return True
-    return False
-
-
-@compiled
-def _list(tables: Tables, search: Search, level: int, c: int, v: int, m: int) -> None:
-    """List the docks or undocks of a rover on a carrier at a meeting, for all sets of targets explored before."""
-    state = search.states[level]
-    left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
-    there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
-    down = state[v, ON] == c
-    takes = tables.traits[v, UNDOCKS] if down else tables.traits[v, DOCKS]
-    if state[c, SINCE] + there[0, m] + takes >= limit:
-        return
-    able = left & tables.able[tables.traits[c, KIND]]
-    own = able
-    while True:
-        comes = state[c, SINCE] + there[own, m]
-        if comes + takes < limit:
-            if down:
-                if not _wider(there, own, able, m, state[c, SINCE], comes):
-                    _add(search, level, comes + takes, v, c, m, own, 0, 1)
-            else:
-                _list_docks(tables, search, level, c, v, m, own, able, comes)
-        if not own:
-            return
-        own = (own - 1) & able
-
-
-@compiled
-def _wider(way: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
-    """Say whether one more target could be explored without being at the meeting after `time`."""
-    rest = able & ~explored
-    while rest:
-        bit = rest & -rest
-        if since + way[explored | bit, m] <= time:
-            return True
-        rest ^= bit
-    return False
-
-
-@compiled
-def _list_docks(
-    tables: Tables, search: Search, level: int, c: int, v: int, m: int, own: int, own_able: int, comes: int
-) -> None:
-    """List the docks of a rover on a carrier that comes after exploring the set `own` out of `own_able`."""
-    state = search.states[level]
-    left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
-    there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
-    way = tables.way[tables.traits[v, KIND], state[v, WHERE]]
-    if way[0, m] >= NEVER:
-        return
-    takes = tables.traits[v, DOCKS]
-    able = left & tables.able[tables.traits[v, KIND]] & ~own
-    brought = able
-    while True:
-        time = max(comes, state[v, SINCE] + way[brought, m])
-        if (
-            time + takes < limit
-            and not _wider(way, brought, able, m, state[v, SINCE], time)
-            and not _wider(there, own, own_able & ~brought, m, state[c, SINCE], time)
-        ):
-            _add(search, level, time + takes, v, c, m, own, brought, 0)
-        if not brought:
-            return
-        brought = (brought - 1) & able
-
-
-@compiled
-def _add(search: Search, level: int, time: int, v: int, c: int, m: int, own: int, brought: int, down: int) -> None:
-    """List an event unless it ends before the last one."""
-    last, events, at = search.levels[level, KEY], search.events, search.levels[level + 1, FIRST]
-    key = time * TIES
-    if search.tallies[KEYED]:
-        if time < last // TIES:
-            return
-        if time == last // TIES:
-            key = last + 1
-    if at == len(events):
-        search.tallies[LOST] = 1
-        return
-    events[at, END], events[at, ROVER], events[at, CARRIER], events[at, AT] = key, v, c, m
-    events[at, OWN], events[at, BROUGHT], events[at, DOWN] = own, brought, down
-    search.levels[level + 1, FIRST] = at + 1
-
-
-@compiled
-def _sort(events: Ints, first: int, end: int) -> None:
-    """Put events in the order of their ends (Shell's sort)."""
-    gap = 1
-    while gap < (end - first) // 3:
-        gap = 3 * gap + 1
-    while gap > 0:
-        for i in range(first + gap, end):
-            j = i
-            while j - gap >= first and events[j - gap, END] > events[j, END]:
-                for k in range(7):
-                    events[j, k], events[j - gap, k] = events[j - gap, k], events[j, k]
-                j -= gap
-        gap //= 3
