@@ -279,6 +279,7 @@ def test_the_paper_s_page_has_its_figures_and_the_checklist(paper: Comparison) -
     assert "**holds**: Temporal planning explores significantly faster" in written["checklist.md"].decode()
     text = written["report.html"].decode()
     assert text.count('class="verdict ') == 7
+    assert "Each cell has 2 missions, the paper&#x27;s 30. With so few" in text
     assert "Eq. 2 is printed the other way round" in text
 
 

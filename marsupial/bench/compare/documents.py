@@ -8,7 +8,7 @@ from marsupial.bench.compare.cells import Outcome
 from marsupial.bench.compare.figures import figures
 from marsupial.bench.compare.papers import PAPERS
 from marsupial.bench.compare.report import page
-from marsupial.bench.compare.statements import checklist
+from marsupial.bench.compare.statements import checklist, reading
 from marsupial.bench.compare.tables import markdown, tables
 
 
@@ -19,9 +19,10 @@ def documents(outcome: Outcome) -> Iterator[tuple[str, bytes]]:
     drawn = [] if experiment is None else list(experiment.figures(outcome))
     drawn += figures(outcome)
     written = tables(outcome)
-    paper = None if experiment is None else (experiment.title, experiment.setting)
+    introduction = "" if experiment is None else reading(outcome.runs, experiment.runs)
+    paper = None if experiment is None else (experiment.title, experiment.setting, introduction)
     if findings:
-        yield "checklist.md", checklist(findings).encode()
+        yield "checklist.md", checklist(findings, introduction).encode()
     yield "tables.md", "\n".join(map(markdown, written)).encode()
     for figure in drawn:
         yield f"figures/{figure.name}.svg", figure.svg.encode()

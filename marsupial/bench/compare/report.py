@@ -10,7 +10,7 @@ from importlib.resources import files
 from marsupial.bench.compare.cells import Outcome
 from marsupial.bench.compare.figures import INK, Figure
 from marsupial.bench.compare.header import budget_text
-from marsupial.bench.compare.statements import READING, Finding, Verdict
+from marsupial.bench.compare.statements import Finding, Verdict
 from marsupial.bench.compare.tables import Table, TableCell
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -28,17 +28,17 @@ def page(
     tables: Sequence[Table],
     figures: Sequence[Figure],
     findings: Sequence[Finding] = (),
-    paper: tuple[str, str] | None = None,
+    paper: tuple[str, str, str] | None = None,
 ) -> str:
-    """Return the page; `paper` is the title and the setting of a paper's experiment.
+    """Return the page; `paper` is a paper's title, the setting of its experiment, and how to read its verdicts.
 
     Tables and figures of one scenario stand together, those of none before them.
     """
     missing = outcome.planned - len(outcome.rows)
     notice = f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
     sections = [_section("Results", _general(tables, figures))]
-    if findings:
-        sections.insert(0, _section("Statements of the paper", _findings(findings)))
+    if paper is not None:
+        sections.insert(0, _section("Statements of the paper", _findings(findings, paper[2])))
     for scenario in outcome.scenarios:
         sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))
     sections.append(_section("Method", _method(outcome, paper)))
@@ -56,7 +56,7 @@ def _read(name: str) -> str:
     return files("marsupial.bench.compare").joinpath(name).read_text(encoding="utf-8")
 
 
-def _title(outcome: Outcome, paper: tuple[str, str] | None) -> str:
+def _title(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
     if paper is not None:
         return paper[0]
     return f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
@@ -133,7 +133,7 @@ def _cell(cell: TableCell) -> str:
     return f"<td{attribute}>{escape(cell.text)}</td>"
 
 
-def _findings(findings: Sequence[Finding]) -> str:
+def _findings(findings: Sequence[Finding], introduction: str) -> str:
     items = []
     for finding in findings:
         badge = f'<span class="verdict {_VERDICT_CLASSES[finding.verdict]}">{escape(finding.verdict)}</span>'
@@ -142,10 +142,10 @@ def _findings(findings: Sequence[Finding]) -> str:
             f"<li><p>{badge}<strong>{escape(finding.statement)}</strong> ({escape(finding.where)})</p>\n"
             f'<p class="caption">Criterion: {escape(finding.criterion)}.</p>\n<ul>{evidence}</ul></li>'
         )
-    return f'<p class="caption">{READING}</p>\n<ol class="checklist">\n{"".join(items)}\n</ol>'
+    return f'<p class="caption">{escape(introduction)}</p>\n<ol class="checklist">\n{"".join(items)}\n</ol>'
 
 
-def _method(outcome: Outcome, paper: tuple[str, str] | None) -> str:
+def _method(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
     header = outcome.header
     versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
     steps = "steps" in header["budget"]

@@ -49,9 +49,15 @@ def share_verdict(held: Sequence[bool | None]) -> Verdict:
     return Verdict.PARTLY if 2 * sum(known) >= len(known) else Verdict.FAILS
 
 
-def checklist(findings: Sequence[Finding]) -> str:
-    """Return findings as Markdown."""
-    lines = ["## Statements of the paper", "", READING, ""]
+def reading(runs: int, paper_runs: int) -> str:
+    """Return how verdicts are to be read, by the number of missions behind each mean."""
+    few = " With so few, wide intervals hide what there may be." if runs < paper_runs else ""
+    return f"{READING} Each cell has {runs} mission{'' if runs == 1 else 's'}, the paper's {paper_runs}.{few}"
+
+
+def checklist(findings: Sequence[Finding], introduction: str) -> str:
+    """Return findings as Markdown, after an introduction."""
+    lines = ["## Statements of the paper", "", introduction, ""]
     for finding in findings:
         lines += [
             f"- **{finding.verdict}**: {finding.statement} ({finding.where})",
