@@ -173,8 +173,8 @@ def _few_carriers_are_enough(outcome: Outcome) -> Finding:
     return Finding(
         statement="More than three carriers improve exploration time only marginally",
         where="section IV-C, Fig. 7",
-        criterion=f"with temporal planning, carriers 4 to 6 together save at most {100 * MARGINAL:.0f} % of the mean time of a "
-        "single carrier, in both environments and with each number of rovers",
+        criterion=f"with temporal planning, carriers 4 to 6 together save at most {100 * MARGINAL:.0f} % of the mean "
+        "time of a single carrier, in both environments and with each number of rovers",
         verdict=share_verdict(held),
         evidence=tuple(evidence),
     )
@@ -187,8 +187,8 @@ def _knee_depends_on_the_environment(outcome: Outcome) -> Finding:
     return Finding(
         statement="How many robots it takes until more are of little use depends on the environment",
         where="section IV-C",
-        criterion=f"the least number of carriers after which one more takes less than {100 * FLAT:.0f} % off the mean time, "
-        "for 1, 2 and 3 rovers per carrier, is not the same in office and maze",
+        criterion=f"the least number of carriers after which one more takes less than {100 * FLAT:.0f} % off the mean "
+        "time, for 1, 2 and 3 rovers per carrier, is not the same in office and maze",
         verdict=share_verdict([differs]),
         evidence=tuple(
             f"{scenario}: {', '.join(map(_knee_text, found))} carriers with {', '.join(map(str, ROVERS))} rovers each"
