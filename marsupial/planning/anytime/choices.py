@@ -7,16 +7,23 @@ from typing import Any
 import numpy as np
 
 from marsupial.planning.anytime.encoding import (
+    DOCK,
+    EXPLORE,
     START,
     TARGETS,
     TYPE,
+    UNDOCK,
 )
 from marsupial.planning.anytime.kernel import (
+    AFTER,
     BEFORE,
+    CARRIER,
+    CARRIER_BEFORE,
     END,
     FREE,
     KIND,
     PLACE,
+    ROBOT,
     UNUSED,
     Net,
     after,
@@ -33,6 +40,43 @@ FOCUS = 4
 """Of up to how many targets the latest is chosen."""
 
 
+WATCHED = 8
+"""Of up to how many robots that with the latest end is chosen."""
+
+
+@compiled
+def critical_node(net: Net) -> Any:
+    """Return a random node of those that one of the late robots waited for, -1 if it does nothing."""
+    robots = len(net.robots)
+    node = net.nodes[draw(net, robots), BEFORE]
+    for _ in range(draw(net, WATCHED)):
+        other = net.nodes[draw(net, robots), BEFORE]
+        if other >= robots and (node < robots or net.nodes[other, END] > net.nodes[node, END]):
+            node = other
+    chosen, seen = -1, 0
+    while net.nodes[node, KIND] != START:
+        seen += 1
+        if draw(net, seen) == 0:
+            chosen = node
+        node = waited_for(net, node)
+    return chosen
+
+
+@compiled
+def waited_for(net: Net, node: int) -> Any:
+    """Return which of the nodes before one it could not begin earlier for."""
+    kind, previous = net.nodes[node, KIND], net.nodes[node, BEFORE]
+    if kind == EXPLORE:
+        return previous
+    place = net.nodes[node, PLACE]
+    ready = net.nodes[previous, END]
+    if kind == DOCK:
+        ready += net.leg[net.robots[net.nodes[node, ROBOT], TYPE], net.nodes[previous, PLACE], place]
+    other = net.nodes[node, CARRIER_BEFORE]
+    there = net.nodes[other, END] + net.leg[net.robots[net.nodes[node, CARRIER], TYPE], net.nodes[other, PLACE], place]
+    return other if there >= ready else previous
+
+
 @compiled
 def some_target(net: Net) -> Any:
     """Return a random target's node."""
@@ -41,7 +85,15 @@ def some_target(net: Net) -> Any:
 
 @compiled
 def late_target(net: Net) -> Any:
-    """Return a random target's node, those reached late more often."""
+    """Return a random target's node, those reached late more often, or those that somebody late waited for."""
+    if draw(net, 2):
+        node = critical_node(net)
+        if node >= 0 and net.nodes[node, KIND] == UNDOCK:
+            node = net.nodes[node, AFTER]
+        elif node >= 0 and net.nodes[node, KIND] == DOCK:
+            node = net.nodes[node, BEFORE]
+        if node >= 0 and net.nodes[node, KIND] == EXPLORE:
+            return node
     one = some_target(net)
     for _ in range(draw(net, FOCUS)):
         other = some_target(net)
@@ -64,6 +116,14 @@ def some_node(net: Net) -> Any:
 @compiled
 def some_ride(net: Net, kind: int) -> Any:
     """Return a random dock or undock (or any for `START`), -1 if none is found."""
+    if draw(net, 2):
+        node = critical_node(net)
+        if node >= 0 and net.nodes[node, KIND] != EXPLORE:
+            if kind in (START, net.nodes[node, KIND]):
+                return node
+            node = net.nodes[node, CARRIER_BEFORE]
+            if kind == net.nodes[node, KIND]:
+                return node
     top = len(net.robots) + net.groups[TARGETS, 0]
     rides = len(net.nodes) - top - net.work[0, UNUSED]
     if not rides:

@@ -7,6 +7,7 @@ from marsupial.planning.anytime.kernel import (
     compiled,
 )
 from marsupial.planning.anytime.ride_moves import exchange, rehost, remeet, reorder, rideless, trade
+from marsupial.planning.anytime.service_moves import cross, interchange, shift
 from marsupial.planning.anytime.target_moves import deploy, relocate, reverse, swap
 
 
@@ -31,7 +32,13 @@ def change(net: Net, move: int) -> bool:
         return exchange(net)
     if move == 8:
         return rideless(net)
-    return trade(net)
+    if move == 9:
+        return trade(net)
+    if move == 10:
+        return interchange(net)
+    if move == 11:
+        return shift(net)
+    return cross(net)
 
 
 NEEDING_TARGETS = 4

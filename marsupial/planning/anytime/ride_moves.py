@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from marsupial.planning.anytime.choices import TRIES, between, slot, some_node, some_ride
+from marsupial.planning.anytime.choices import TRIES, between, critical_node, slot, some_node, some_ride
 from marsupial.planning.anytime.encoding import (
     CAPACITY,
     CARRIERS,
@@ -73,8 +73,10 @@ def remeet(net: Net) -> bool:
 @compiled
 def reorder(net: Net) -> bool:
     """Do something a carrier has to do at another turn: a ride, or a target of its own."""
-    for _ in range(2 * TRIES):
-        node = some_node(net)
+    for attempt in range(2 * TRIES):
+        node = critical_node(net) if attempt < TRIES and draw(net, 2) else -1
+        if node < 0:
+            node = some_node(net)
         if net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK:
             carrier = net.nodes[node, CARRIER]
             was = net.nodes[node, CARRIER_BEFORE]
@@ -130,7 +132,7 @@ def _give_tail(net: Net, first: int, old: int, new: int) -> None:
 
 
 @compiled
-def _swap_tails(net: Net, one: int, at_one: int, other: int, at_other: int) -> None:
+def swap_tails(net: Net, one: int, at_one: int, other: int, at_other: int) -> None:
     """Let two rovers change what they do behind a node of each."""
     first_one, first_other = net.nodes[at_one, AFTER], net.nodes[at_other, AFTER]
     last_one, last_other = net.nodes[one, BEFORE], net.nodes[other, BEFORE]
@@ -179,7 +181,7 @@ def exchange(net: Net) -> bool:
         return False
     if net.nodes[at_one, AFTER] == one and net.nodes[at_other, AFTER] == other:
         return False
-    _swap_tails(net, one, at_one, other, at_other)
+    swap_tails(net, one, at_one, other, at_other)
     return True
 
 
@@ -194,7 +196,7 @@ def trade(net: Net) -> bool:
     if one == other:
         return False
     place_one, place_other = net.nodes[down_one, PLACE], net.nodes[down_other, PLACE]
-    _swap_tails(net, one, down_one, other, down_other)
+    swap_tails(net, one, down_one, other, down_other)
     meet_at(net, down_one, place_other)
     meet_at(net, down_other, place_one)
     return True

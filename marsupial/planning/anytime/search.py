@@ -43,7 +43,7 @@ from marsupial.planning.anytime.moves import NEEDING_TARGETS, change
 from marsupial.planning.anytime.timing import LATEST, cost_of, makespan_of, set_due, settle
 from marsupial.planning.score import Score
 
-SHARES = (25, 45, 53, 59, 68, 79, 83, 88, 90, 100)
+SHARES = (25, 45, 53, 59, 68, 79, 83, 88, 90, 100, 110, 118, 125)
 """Of a hundred moves, how many have this number or a lower one."""
 
 STEP = 1000
@@ -100,7 +100,7 @@ def anneal(
     """
     cost, targets = cost_of(net, blend), net.groups[TARGETS, 0]
     for _ in range(changes):
-        lot, move = draw(net, 100), 0
+        lot, move = draw(net, shares[-1]), 0
         while lot >= shares[move]:
             move += 1
         if move < NEEDING_TARGETS and not targets:
