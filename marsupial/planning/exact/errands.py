@@ -176,7 +176,7 @@ def _components(joined: Any) -> Ints:
     joined = joined | joined.T
     label = np.arange(len(joined))
     while True:
-        lower = np.where(joined, label[None, :], label[:, None]).min(axis=1)
+        lower = np.where(joined, label[None, :], label[:, None]).min(axis=1, initial=len(joined))
         if np.array_equal(lower, label):
             return label
         label = lower
