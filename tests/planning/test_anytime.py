@@ -105,6 +105,14 @@ def test_teams_that_need_rides_get_clearly_shorter_plans_than_the_first(size: tu
         assert plans[-1].makespan_ms <= 0.95 * plans[0].makespan_ms
 
 
+def test_plans_get_much_shorter_where_rovers_have_to_be_used_again() -> None:
+    for seed in (1, 2):
+        situation = replace(many_rooms(2, 2, 12, 11, seed=seed), goal=SituationGoal(recover_rovers=True))
+        plans, _ = solve(situation, Budget(steps=60))
+        assert check(situation, plans[-1]).valid
+        assert plans[-1].makespan_ms <= 0.85 * plans[0].makespan_ms
+
+
 def test_the_biggest_teams_get_valid_plans() -> None:
     situation = many_rooms(34, 3, 150, 60)
     plans, finished = solve(situation, Budget(steps=5))

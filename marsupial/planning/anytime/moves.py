@@ -6,8 +6,9 @@ from marsupial.planning.anytime.kernel import (
     Net,
     compiled,
 )
+from marsupial.planning.anytime.outing_moves import interchange
 from marsupial.planning.anytime.ride_moves import exchange, rehost, remeet, reorder, rideless, trade
-from marsupial.planning.anytime.service_moves import cross, interchange, shift
+from marsupial.planning.anytime.route_moves import cross, shift, splice
 from marsupial.planning.anytime.target_moves import deploy, relocate, reverse, swap
 
 
@@ -38,7 +39,9 @@ def change(net: Net, move: int) -> bool:
         return interchange(net)
     if move == 11:
         return shift(net)
-    return cross(net)
+    if move == 12:
+        return cross(net)
+    return splice(net)
 
 
 NEEDING_TARGETS = 4

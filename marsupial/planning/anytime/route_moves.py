@@ -1,6 +1,6 @@
-"""Random changes of several rides at once, compiled. Each says whether it made one; most of them can't be carried out.
+"""Random changes of several rides of carriers at once, and of all that robots do from some moment on, compiled.
 
-An outing is what a rover explores between being set down and being picked up.
+Each says whether it made one; most of them can't be carried out.
 """
 
 from __future__ import annotations
@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from marsupial.planning.anytime.choices import LONG, critical_node, detour, late_target, some_node, some_target
+from marsupial.planning.anytime.choices import LONG, critical_node, detour, late_target, some_node
 from marsupial.planning.anytime.encoding import (
     CAPACITY,
     CARRIERS,
     DOCK,
-    ENTRIES,
-    EXITS,
     EXPLORE,
     NEIGHBOURS,
     ROVERS,
@@ -31,7 +29,6 @@ from marsupial.planning.anytime.kernel import (
     CARRIER_BEFORE,
     END,
     KIND,
-    LONGEST_SEGMENT,
     NEAR,
     PLACE,
     ROBOT,
@@ -43,87 +40,21 @@ from marsupial.planning.anytime.kernel import (
     before,
     check_load,
     compiled,
-    door,
     draw,
     host,
-    insert,
     pick,
-    take_out,
     touch,
     unhost,
 )
-from marsupial.planning.anytime.ride_moves import meet_at, swap_tails
+from marsupial.planning.anytime.ride_moves import swap_tails
 
 LONGEST_STRING = 4
 """How many rides of a carrier are moved at once at most."""
 
 
 @compiled
-def interchange(net: Net) -> bool:
-    """Let two robots explore each other's outing, at the turn of their own; what brings them there goes elsewhere."""
-    if not net.groups[TARGETS, 0]:
-        return False
-    one = late_target(net)
-    other = net.hints[net.nodes[one, PLACE], NEAR + draw(net, NEIGHBOURS)]
-    if other < 0 or draw(net, 2) == 0:
-        other = some_target(net)
-    one, other = _first_of(net, one), _first_of(net, other)
-    if one == other:
-        return False
-    robot_one, robot_other = net.nodes[one, ROBOT], net.nodes[other, ROBOT]
-    at_one, at_other = net.nodes[one, BEFORE], net.nodes[other, BEFORE]
-    count_one = _take_outing(net, one, 0)
-    count_other = _take_outing(net, other, LONGEST_SEGMENT)
-    return _put_outing(net, robot_one, at_one, LONGEST_SEGMENT, count_other) and _put_outing(
-        net, robot_other, at_other, 0, count_one
-    )
-
-
-@compiled
-def _first_of(net: Net, target: int) -> Any:
-    previous = net.nodes[target, BEFORE]
-    while net.nodes[previous, KIND] == EXPLORE:
-        target = previous
-        previous = net.nodes[target, BEFORE]
-    return target
-
-
-@compiled
-def _take_outing(net: Net, first: int, top: int) -> Any:
-    node, count = first, 0
-    while net.nodes[node, KIND] == EXPLORE and count < LONGEST_SEGMENT:
-        following = net.nodes[node, AFTER]
-        take_out(net, node)
-        net.work[TAKEN, top + count] = node
-        count += 1
-        node = following
-    return count
-
-
-@compiled
-def _put_outing(net: Net, robot: int, at: int, top: int, count: int) -> bool:
-    previous = at
-    for i in range(count):
-        node = net.work[TAKEN, top + i]
-        insert(net, node, robot, previous)
-        previous = node
-    if net.nodes[at, KIND] == UNDOCK and net.nodes[at, ROBOT] == robot:
-        place = door(net, ENTRIES, robot, net.nodes[net.work[TAKEN, top], PLACE])
-        if place < 0:
-            return False
-        meet_at(net, at, place)
-    following = net.nodes[previous, AFTER]
-    if net.nodes[following, KIND] == DOCK and net.nodes[following, ROBOT] == robot:
-        place = door(net, EXITS, robot, net.nodes[previous, PLACE])
-        if place < 0:
-            return False
-        meet_at(net, following, place)
-    return True
-
-
-@compiled
 def _busy(net: Net) -> Any:
-    """Return a ride or a target of a carrier, more often one that somebody late waited for, -1 if none is found."""
+    """Return a random node that is in use, half of the time one that somebody late waited for."""
     node = critical_node(net) if draw(net, 2) else -1
     return node if node >= 0 else some_node(net)
 
@@ -192,6 +123,33 @@ def cross(net: Net) -> bool:
         node = after(net, node, other)
     if draw(net, 2) and at_other != other:
         at_other = before(net, at_other, other)
+    return _cross_at(net, one, at_one, other, at_other)
+
+
+@compiled
+def splice(net: Net) -> bool:
+    """Let two robots change what they do from some moment on so that one reaches two targets that are near in turn."""
+    if not net.groups[TARGETS, 0]:
+        return False
+    at_one = late_target(net)
+    target = net.hints[net.nodes[at_one, PLACE], NEAR + draw(net, NEIGHBOURS)]
+    if target < 0:
+        return False
+    one, other, at_other = net.nodes[at_one, ROBOT], net.nodes[target, ROBOT], net.nodes[target, BEFORE]
+    carries = net.robots[one, CAPACITY] >= 0
+    if one == other or carries != (net.robots[other, CAPACITY] >= 0):
+        return False
+    if carries:
+        return _cross_at(net, one, at_one, other, at_other)
+    if aboard(net, at_other, other) >= 0:
+        return False
+    swap_tails(net, one, at_one, other, at_other)
+    return True
+
+
+@compiled
+def _cross_at(net: Net, one: int, at_one: int, other: int, at_other: int) -> bool:
+    """Let two carriers change what is behind a node of each, and the rovers aboard there what they do then."""
     half = net.work.shape[1] // 2
     count_one = _leaving(net, one, at_one, 0)
     count_other = _leaving(net, other, at_other, half)
