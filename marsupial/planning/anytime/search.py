@@ -15,9 +15,9 @@ robots, two or three seeds each. One search varies by 5 % between seeds, so only
   24 shorter ones are worse again; with four times as many changes, 24 runs are better than six by 2 %.
 - Whole outings that change places between robots, routes that carriers exchange with the rovers aboard, a few rides of
   a carrier moved at once, and choosing half of the time what a late robot waited for, all together, in seconds of CPU
-  time, with three to five seeds: where rovers have to be used again 2 to 6 % with 24 robots, 16 % with 48, 21 % with 136;
-  in six situations that nothing was tuned on 0.4 to 11 % with up to 48 robots, 27 % with 136. The choice alone gained
-  nothing that can be told from noise.
+  time, with three to five seeds: where rovers have to be used again 2 to 6 % with 24 robots, 16 % with 48, 21 % with
+  136; in six situations that nothing was tuned on 0.4 to 11 % with up to 48 robots, 27 % with 136. The choice alone
+  gained nothing that can be told from noise.
 - Trying these and `reorder` more often, as in `BUSY_SHARES`: 9 % with 136 robots, nothing that is sure with 48, and 3 %
   worse with 24. Some runs in a cave without rides stay at 81.3 s for 74.8 s whatever the shares are.
 - Taking out two to five targets and putting each back in the best of sixteen ways, now and then, gained what it cost in
