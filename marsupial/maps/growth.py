@@ -14,6 +14,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
 from marsupial.model.grid import Mask
 from marsupial.model.mission import PlacedRobot
@@ -115,7 +116,7 @@ class _Area:
 
     def grow(self, starts: Indices, opened: Indices) -> Indices:
         """Take in starts and cells that have become allowed; return the cells that are new to the area."""
-        count = _spread(self._allowed, starts, opened, self.cells, self._queue)
+        count = _grow(self._allowed, starts, opened, self.cells, self._queue)
         self.empty = self.empty and count == 0
         return self._queue[:count].copy()
 
@@ -146,7 +147,7 @@ class _Dock:
 
 
 @numba.njit(cache=True, nogil=True)
-def _spread(allowed: Any, starts: Any, opened: Any, out: Any, queue: Any) -> int:
+def _grow(allowed: Any, starts: Any, opened: Any, out: Any, queue: Any) -> int:
     height, width = allowed.shape
     tail = 0
     for start in starts:
@@ -167,15 +168,4 @@ def _spread(allowed: Any, starts: Any, opened: Any, out: Any, queue: Any) -> int
             out[y, x] = True
             queue[tail] = index
             tail += 1
-    head = 0
-    while head < tail:
-        y, x = queue[head] // width, queue[head] % width
-        head += 1
-        for direction in range(4):
-            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
-            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
-            if 0 <= u < width and 0 <= v < height and allowed[v, u] and not out[v, u]:
-                out[v, u] = True
-                queue[tail] = v * width + u
-                tail += 1
-    return tail
+    return int(spread(allowed, out, True, queue, tail))

@@ -106,28 +106,17 @@ def _label(mask: Any, labels: Any, queue: Any) -> int:
     count = 0
     for y in range(height):
         for x in range(width):
-            if not mask[y, x] or labels[y, x]:
-                continue
-            count += 1
-            labels[y, x] = count
-            queue[0] = y * width + x
-            head, tail = 0, 1
-            while head < tail:
-                v, u = queue[head] // width, queue[head] % width
-                head += 1
-                for direction in range(4):
-                    a = u + (1 if direction == 0 else -1 if direction == 1 else 0)
-                    b = v + (1 if direction == 2 else -1 if direction == 3 else 0)
-                    if 0 <= a < width and 0 <= b < height and mask[b, a] and not labels[b, a]:
-                        labels[b, a] = count
-                        queue[tail] = b * width + a
-                        tail += 1
+            if mask[y, x] and not labels[y, x]:
+                count += 1
+                labels[y, x] = count
+                queue[0] = y * width + x
+                spread(mask, labels, count, queue, 1)
     return count
 
 
 @numba.njit(cache=True, nogil=True)
 def _flood(mask: Any, starts: Any, out: Any, queue: Any) -> None:
-    height, width = mask.shape
+    width = mask.shape[1]
     tail = 0
     for start in starts:
         y, x = start // width, start % width
@@ -135,15 +124,25 @@ def _flood(mask: Any, starts: Any, out: Any, queue: Any) -> None:
             out[y, x] = True
             queue[tail] = start
             tail += 1
+    spread(mask, out, True, queue, tail)
+
+
+@numba.njit(cache=True, nogil=True)
+def spread(mask: Any, marks: Any, mark: Any, queue: Any, tail: int) -> int:
+    """Mark all cells connected within `mask` to those in `queue`, which are marked; return the queue's new length.
+
+    Compiled. `mask` and `marks` (height, width); `queue` holds row-major indices up to `tail` and has room for all.
+    """
+    height, width = mask.shape
     head = 0
     while head < tail:
-        index = queue[head]
+        y, x = queue[head] // width, queue[head] % width
         head += 1
-        y, x = index // width, index % width
         for direction in range(4):
             u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
             v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
-            if 0 <= u < width and 0 <= v < height and mask[v, u] and not out[v, u]:
-                out[v, u] = True
+            if 0 <= u < width and 0 <= v < height and mask[v, u] and not marks[v, u]:
+                marks[v, u] = mark
                 queue[tail] = v * width + u
                 tail += 1
+    return tail

@@ -41,8 +41,6 @@ QUALITY = Measure(name="exploration quality Q", unit="m²/m", better=1, digits=3
 MISSION_TIME = Measure(name="mission time", unit="s", better=-1, digits=1, of=lambda row: row.mission_time_s)
 DISTANCE = Measure(name="distance", unit="m", better=-1, digits=1, of=lambda row: row.distance_m)
 
-MEASURES = (TIME, QUALITY, MISSION_TIME, DISTANCE)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pairing:

@@ -180,23 +180,24 @@ def touch(net: Net, node: int) -> None:
 @compiled
 def ask(net: Net, node: int) -> None:
     """Have a node timed again."""
-    n = net.work[0, QUEUED]
-    for i in range(n):
-        if net.work[QUEUE, i] == node:
-            return
-    net.work[QUEUE, n] = node
-    net.work[0, QUEUED] = n + 1
+    _note(net, QUEUE, QUEUED, node)
 
 
 @compiled
 def check_load(net: Net, carrier: int) -> None:
     """Have the load of a carrier checked."""
-    n = net.work[0, CHECKS]
+    _note(net, CHECK, CHECKS, carrier)
+
+
+@compiled
+def _note(net: Net, row: int, length: int, number: int) -> None:
+    """Add a number to a row of `work`, unless it stands there."""
+    n = net.work[0, length]
     for i in range(n):
-        if net.work[CHECK, i] == carrier:
+        if net.work[row, i] == number:
             return
-    net.work[CHECK, n] = carrier
-    net.work[0, CHECKS] = n + 1
+    net.work[row, n] = number
+    net.work[0, length] = n + 1
 
 
 @compiled
