@@ -49,7 +49,7 @@ def steps(plan: Plan) -> list[str]:
 
 
 def exploring_only(situation: Situation) -> Situation:
-    return situation.restricted(goal=SituationGoal())
+    return replace(situation, goal=SituationGoal())
 
 
 def test_it_is_an_engine_that_can_always_be_used() -> None:
