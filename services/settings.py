@@ -1,0 +1,115 @@
+"""What the operator of the service decides: where it listens, where it keeps its data, and every limit.
+
+Each field of `Limits` can be given as an environment variable: ``MARSUPIAL_`` and its name in capitals
+(``MARSUPIAL_BODY_BYTES=1000000``). What holds is shown at ``/v1/limits``.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+from marsupial.errors import UsageError
+
+PREFIX = "MARSUPIAL_"
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
+
+def _limit(default: float, at_least: float, meaning: str) -> float:
+    number: float = field(default=default, metadata={"at_least": at_least, "meaning": meaning})
+    return number
+
+
+def _count(default: int, at_least: int, meaning: str) -> int:
+    number: int = field(default=default, metadata={"at_least": at_least, "meaning": meaning})
+    return number
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """What one request, one key and the whole service may ask for.
+
+    Raises
+    ------
+    UsageError
+        If a limit is not a number, or too small to be kept.
+    """
+
+    body_bytes: int = _count(16_000_000, 1000, "bytes of a request's body")
+    body_s: float = _limit(30.0, 0.1, "seconds within which a request's body has to arrive")
+    cells: int = _count(4_000_000, 1, "cells of a map")
+    robots: int = _count(200, 1, "robots of a team")
+    targets: int = _count(1000, 1, "targets of a situation")
+    places: int = _count(2000, 1, "places of a situation")
+    budget_s: float = _limit(300.0, 0.01, "seconds a planner may be given")
+    budget_steps: int = _count(10_000_000, 1, "steps a planner may be given")
+    steps_s: float = _limit(300.0, 0.01, "seconds after which a budget in steps ends all the same")
+    memory_bytes: int = _count(2 << 30, 1 << 26, "bytes of memory all processes of one job may take")
+    slots: int = _count(max(1, os.cpu_count() or 1), 1, "jobs that run at a time")
+    queue: int = _count(1000, 0, "jobs that wait")
+    streams: int = _count(64, 1, "event streams open at a time, of one key")
+    wait_s: float = _limit(30.0, 0.0, "seconds a request may wait for its job (Prefer: wait)")
+    analyses: int = _count(2, 1, "analyses and readiness checks that run at a time")
+    analysis_s: float = _limit(30.0, 0.1, "seconds an analysis may take")
+    retention_s: float = _limit(7 * 86400.0, 1.0, "seconds a job is kept after its end")
+    kept_jobs: int = _count(10_000, 1, "jobs kept after their end")
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if not (math.isfinite(value) and value >= one.metadata["at_least"]):
+                raise UsageError(f"{one.name}: must be {one.metadata['at_least']} or more, got {value}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """Where the service listens and keeps its data.
+
+    Parameters
+    ----------
+    port
+        0 takes any free one.
+    keys
+        Whether every request needs an API key; where it listens to other machines it does, whatever is said here.
+    planners
+        Command lines of external planners by the names clients know them by (``cmd:optic {domain} {problem}``).
+    """
+
+    data: Path
+    host: str = "127.0.0.1"
+    port: int = 8080
+    keys: bool = False
+    limits: Limits = field(default_factory=Limits)
+    planners: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def is_loopback(self) -> bool:
+        """Say whether only this machine can connect."""
+        return self.host in LOOPBACK
+
+    @property
+    def needs_keys(self) -> bool:
+        """Say whether requests need an API key."""
+        return self.keys or not self.is_loopback
+
+
+def limits_from(environment: Mapping[str, str]) -> Limits:
+    """Return the limits that environment variables set, the others as they are by default.
+
+    Raises
+    ------
+    UsageError
+        Naming the first variable that holds no such number.
+    """
+    given: dict[str, float] = {}
+    for one in fields(Limits):
+        text = environment.get(PREFIX + one.name.upper())
+        if text is not None:
+            try:
+                given[one.name] = int(text) if one.type == "int" else float(text)
+            except ValueError:
+                raise UsageError(f"{PREFIX}{one.name.upper()}: must be a number, got {text!r}") from None
+    return Limits(**given)  # type: ignore[arg-type]
