@@ -1,0 +1,6 @@
+"""The embedded store: one SQLite file, one writer that commits in groups, readers beside it."""
+
+from services.store.errors import StoreError, StoreInUse
+from services.store.store import Store, Transaction
+
+__all__ = ["Store", "StoreError", "StoreInUse", "Transaction"]
