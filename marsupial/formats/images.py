@@ -8,11 +8,13 @@ The size in the header is checked before a pixel is decoded.
 
 from __future__ import annotations
 
+import io
 import struct
 import warnings
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -74,19 +76,44 @@ def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: 
     if fault is None:
         try:
             return _decode(path, max_cells)
-        except UnidentifiedImageError:
-            fault = "is not a PNG, PGM, BMP or JPEG image"
-        except Image.DecompressionBombError:
-            fault = f"has more than {max_cells} pixels, the limit"
-        except _BROKEN as error:
-            fault = f"can't be decoded ({error})"
+        except _Undecodable as undecodable:
+            fault = str(undecodable)
     raise MapError([Problem(field, f"{fault}: {path}")], source=source)
 
 
-def _decode(path: Path, max_cells: int) -> GreyImage:
+def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) -> GreyImage:
+    """Return the image that `data` holds, as `read_grey` does for a file.
+
+    Raises
+    ------
+    MapError
+        Where it is no image, broken or too big.
+    """
+    try:
+        return _decode(io.BytesIO(data), max_cells)
+    except _Undecodable as undecodable:
+        raise MapError([Problem(field, str(undecodable))]) from undecodable
+
+
+class _Undecodable(Exception):
+    """What is wrong with an image."""
+
+
+def _decode(file: Path | BinaryIO, max_cells: int) -> GreyImage:
+    try:
+        return _load(file, max_cells)
+    except UnidentifiedImageError as error:
+        raise _Undecodable("is not a PNG, PGM, BMP or JPEG image") from error
+    except Image.DecompressionBombError as error:
+        raise _Undecodable(f"has more than {max_cells} pixels, the limit") from error
+    except _BROKEN as error:
+        raise _Undecodable(f"can't be decoded ({error})") from error
+
+
+def _load(file: Path | BinaryIO, max_cells: int) -> GreyImage:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of big sizes, which are checked here, and of odd metadata
-        with Image.open(path, formats=FORMATS) as image:
+        with Image.open(file, formats=FORMATS) as image:
             if image.width * image.height > max_cells:
                 raise ValueError(f"{image.width} x {image.height} pixels are more than the limit of {max_cells}")
             image.load()

@@ -99,7 +99,11 @@ def understand_nav2(path: Path | str) -> MapReading:
         As `read_nav2`.
     """
     header = read_header(Path(path))
-    image = read_grey(header.image, source=str(path))
+    return understand_image(header, read_grey(header.image, source=str(path)))
+
+
+def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
+    """Say how an image is understood under a header."""
     table = occupancy_table(header)
     codes = _code_table(table)
     cells = codes[image.grey]

@@ -54,7 +54,30 @@ def read_header(path: Path) -> Nav2Header:
     MapError
         Naming every wrong field.
     """
-    fields = _load(path)
+    fields = _load(read_map_bytes(path, MAX_YAML_BYTES), str(path))
+    values, problems = _values(fields)
+    if "image" in values:
+        values["image"] = path.parent / values["image"]
+        problems += _image_problems(values["image"], fields["image"], path)
+    return _header(values, problems, str(path))
+
+
+def header_of(data: bytes, *, source: str = "") -> Nav2Header:
+    """Return the header that the bytes of a yaml file hold; nothing is looked for at its image's path.
+
+    Raises
+    ------
+    MapError
+        Naming every wrong field.
+    """
+    if len(data) > MAX_YAML_BYTES:
+        raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}", source=source)
+    values, problems = _values(_load(data, source))
+    return _header(values, problems, source)
+
+
+def _values(fields: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Return the fields that could be read, and what is wrong with the others."""
     problems = [Problem(key, "missing") for key in _REQUIRED if key not in fields]
     values: dict[str, Any] = {}
     for key, parse in _PARSERS.items():
@@ -66,13 +89,14 @@ def read_header(path: Path) -> Nav2Header:
     free, occupied = values.get("free_thresh"), values.get("occupied_thresh")
     if free is not None and occupied is not None and free > occupied:
         problems.append(Problem("free_thresh", f"must not be above occupied_thresh ({occupied:g}), got {free:g}"))
-    if "image" in values:
-        values["image"] = path.parent / values["image"]
-        problems += _image_problems(values["image"], fields["image"], path)
+    return values, problems
+
+
+def _header(values: Mapping[str, Any], problems: list[Problem], source: str) -> Nav2Header:
     if problems:
-        raise MapError(problems, source=str(path))
+        raise MapError(problems, source=source)
     return Nav2Header(
-        image=values["image"],
+        image=Path(values["image"]),
         resolution_m=values["resolution"],
         origin_m=values["origin"],
         negate=values["negate"],
@@ -82,15 +106,14 @@ def read_header(path: Path) -> Nav2Header:
     )
 
 
-def _load(path: Path) -> Mapping[str, Any]:
-    data = read_map_bytes(path, MAX_YAML_BYTES)
+def _load(data: bytes, source: str) -> Mapping[str, Any]:
     try:
         _refuse_bombs(data)
         fields = yaml.safe_load(data)
     except (yaml.YAMLError, ValueError) as error:
-        raise MapError(f"is not valid YAML ({' '.join(str(error).split())})", source=str(path)) from error
+        raise MapError(f"is not valid YAML ({' '.join(str(error).split())})", source=source) from error
     if not isinstance(fields, dict):
-        raise MapError("must hold `key: value` lines (image, resolution, ...)", source=str(path))
+        raise MapError("must hold `key: value` lines (image, resolution, ...)", source=source)
     return fields
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, shown, suggestion
 from marsupial.formats.maps import read_map
-from marsupial.formats.terrain_mask import apply_mask
+from marsupial.formats.terrain_mask import read_mask
 from marsupial.maps.generators import GENERATORS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Grid, Terrain
 
@@ -55,7 +55,7 @@ def read_grid(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid 
         fields.wrong("", f"needs one of {', '.join(SOURCES)}, got {' and '.join(sources) or 'none'}")
         fields.finish(also=_KEYS)
         return None
-    read = {"file": _from_file, "generator": _from_generator, "rows": _from_rows}[sources[0]]
+    read = {"file": _from_file, "generator": _from_generator, "rows": read_rows}[sources[0]]
     grid = read(fields, terrains, folder)
     grid = None if grid is None else replace(grid, terrains=terrains)
     mask = _read_mask(fields, terrains)
@@ -99,7 +99,8 @@ def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path)
         return None
 
 
-def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
+def read_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path = Path()) -> Grid | None:
+    """Read a map drawn in rows of characters; return None, with the problems noted, where it is wrong."""
     before = len(fields.problems)
     rows = fields.texts("rows")
     resolution_m = fields.number("resolution_m", above=0)
@@ -137,8 +138,15 @@ def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict
     if not fields.has("mask"):
         return None
     mask = fields.part("mask")
-    file, greys = mask.text("file"), mask.part("greys")
+    file = mask.text("file")
+    codes = read_greys(mask, terrains)
     mask.finish()
+    return (file, codes) if file else None
+
+
+def read_greys(mask: Fields, terrains: tuple[Terrain, ...]) -> dict[int, int]:
+    """Read ``greys`` of a mask: the terrain code for each grey."""
+    greys = mask.part("greys")
     names = {terrain.name: terrain.code for terrain in terrains}
     codes: dict[int, int] = {}
     for name, values in greys.data.items():
@@ -150,12 +158,12 @@ def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict
                 greys.wrong(name, f"must be a grey from 0 to 255 or a list of them, got {shown(grey)}")
             elif codes.setdefault(grey, names[name]) != names[name]:
                 greys.wrong(name, f"grey {grey} is given to two terrains")
-    return (file, codes) if file else None
+    return codes
 
 
 def _masked(grid: Grid, path: Path, codes: Mapping[int, int], fields: Fields) -> Grid | None:
     try:
-        return apply_mask(grid, path, codes)
+        return read_mask(grid, path, codes)
     except MapError as error:
         _note(fields, "mask", error)
         return None

@@ -121,7 +121,7 @@ def _read(top: Fields, path: Path) -> Scenario | None:
     name = top.text("name", path.stem)
     terrains = read_terrains(top)
     grid = read_grid(top, terrains, path.parent)
-    kinds = _read_types(top, terrains)
+    kinds = read_types(top, terrains)
     team = read_team(top, kinds, grid)
     seed = top.integer("start_seed", at_least=0) if top.has("start_seed") else None
     goal, limits = _read_goal(top), _read_limits(top)
@@ -150,7 +150,7 @@ def _read_version(top: Fields) -> bool:
     return version <= VERSION
 
 
-def _read_types(top: Fields, terrains: tuple[Terrain, ...]) -> dict[str, RobotType | None]:
+def read_types(top: Fields, terrains: tuple[Terrain, ...]) -> dict[str, RobotType | None]:
     """Read ``robot_types`` by name; None for a type with a wrong field."""
     kinds: dict[str, RobotType | None] = {}
     parts = top.parts("robot_types")

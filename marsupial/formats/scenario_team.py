@@ -26,7 +26,7 @@ Kinds = Mapping[str, RobotType | None]
 
 
 @dataclass(frozen=True, slots=True)
-class _Entry:
+class Entry:
     """One robot of the list as far as it could be read."""
 
     fields: Fields
@@ -63,8 +63,8 @@ def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember,
         top.wrong("team", "must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'")
         return ()
     entries = [_read_member(fields, kinds, ground) for fields in top.parts("team")]
-    _check_names(entries)
-    _check_carriers(entries, kinds)
+    check_names(entries)
+    check_carriers(entries, kinds)
     if "team" in top.data and _all_known(kinds) and not any(_role(e, kinds) is Role.CARRIER for e in entries):
         top.wrong("team", "needs at least one carrier")
     return tuple(entry.member for entry in entries)
@@ -157,14 +157,14 @@ def _read_type_name(fields: Fields, key: str, kinds: Kinds) -> str:
     return fields.choice(key, kinds, what="robot type") if kinds else fields.text(key)
 
 
-def _read_member(fields: Fields, kinds: Kinds, ground: _Ground | None) -> _Entry:
+def _read_member(fields: Fields, kinds: Kinds, ground: _Ground | None) -> Entry:
     name = fields.name("name")
     type_name = _read_type_name(fields, "type", kinds)
     carrier = fields.name("carrier") if fields.has("carrier") else None
     start = _read_start(fields, kinds.get(type_name), ground)
     fields.finish()
     member = TeamMember(name=name, type=type_name, start=start, carrier=carrier)
-    return _Entry(fields, member)
+    return Entry(fields, member)
 
 
 def _read_start(fields: Fields, kind: RobotType | None, ground: _Ground | None) -> Cell | None:
@@ -193,7 +193,8 @@ PLACE_PREFIXES = ("s_", "t_", "m_", "h_")
 """How the names of starts, targets, meeting points and homes begin (`marsupial.mission.survey`)."""
 
 
-def _check_names(entries: list[_Entry]) -> None:
+def check_names(entries: list[Entry]) -> None:
+    """Check that no name is used twice, or looks like a place's."""
     seen: set[str] = set()
     for entry in entries:
         name = entry.member.name.lower()
@@ -206,12 +207,12 @@ def _check_names(entries: list[_Entry]) -> None:
         seen.add(name)
 
 
-def _role(entry: _Entry, kinds: Kinds) -> Role | None:
+def _role(entry: Entry, kinds: Kinds) -> Role | None:
     kind = kinds.get(entry.member.type)
     return None if kind is None else kind.role
 
 
-def _check_carriers(entries: list[_Entry], kinds: Kinds) -> None:
+def check_carriers(entries: list[Entry], kinds: Kinds) -> None:
     """Check who carries whom, and that nobody carries more than its capacity."""
     by_name = {entry.member.name: entry for entry in entries if entry.member.name}
     load: Counter[str] = Counter()

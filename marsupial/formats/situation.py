@@ -80,6 +80,17 @@ def situation_from_json(text: str) -> Situation:
         raise SituationError(f"no JSON: {error}") from None
     if not isinstance(data, Mapping):
         raise SituationError(f"must be a mapping of fields, got {shown(data)}")
+    return situation_from_fields(data)
+
+
+def situation_from_fields(data: Mapping[str, Any]) -> Situation:
+    """Return the situation that a parsed JSON object describes.
+
+    Raises
+    ------
+    SituationError
+        With every problem found and its path.
+    """
     problems: list[Problem] = []
     situation = _read(Fields(data, "", problems))
     if situation is None:
@@ -135,7 +146,7 @@ def _read(fields: Fields) -> Situation | None:
     robots = tuple(_robot(part) for part in fields.parts("robots"))
     targets = tuple(_target(part) for part in fields.parts("targets"))
     meetings, homes = _names(fields, "meetings"), _names(fields, "homes", required=False)
-    goal = _goal(fields.part("goal", required=False))
+    goal = read_goal(fields.part("goal", required=False))
     starts = [robot.place for robot in robots if robot.place is not None]
     places = [*starts, *(target.name for target in targets), *meetings, *homes]
     if fields.has("places") and fields.data["places"] != places:
@@ -193,7 +204,8 @@ def _target(fields: Fields) -> TargetInfo:
     return target
 
 
-def _goal(fields: Fields) -> SituationGoal:
+def read_goal(fields: Fields) -> SituationGoal:
+    """Read what is asked besides exploring: both flags are false where they are absent."""
     goal = SituationGoal(
         recover_rovers=fields.flag("recover_rovers", False), return_home=fields.flag("return_home", False)
     )

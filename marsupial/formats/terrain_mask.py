@@ -13,11 +13,24 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.images import read_grey
+from marsupial.formats.images import GreyImage, read_grey
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid
 
 
-def apply_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
+def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
+    """Return the grid with the terrain classes of the mask image in a file.
+
+    Raises
+    ------
+    MapError
+        As `apply_mask`, or where there is no such image.
+    """
+    source = str(mask_path)
+    _check_codes(codes, grid, source)
+    return apply_mask(grid, read_grey(Path(mask_path), field="mask", source=source), codes, source=source)
+
+
+def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source: str = "") -> Grid:
     """Return the grid with the terrain classes of a mask image.
 
     Parameters
@@ -31,9 +44,7 @@ def apply_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> G
     MapError
         Naming unusable entries of `codes`, a mask of another size, or the greys that have no entry.
     """
-    source = str(mask_path)
     _check_codes(codes, grid, source)
-    mask = read_grey(Path(mask_path), field="mask", source=source)
     if mask.grey.shape != grid.cells.shape:
         height, width = mask.grey.shape
         raise MapError(

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.robots import RobotType
 
 
@@ -28,6 +28,14 @@ def disc(radius_cells: float) -> npt.NDArray[np.int64]:
     dx, dy = np.meshgrid(span, span)
     touched = (np.hypot(dx, dy) < radius_cells - 1e-9) | ((dx == 0) & (dy == 0))
     return np.stack([dx[touched], dy[touched]], axis=1).astype(np.int64)
+
+
+def fits(grid: Grid, kind: RobotType, cell: Cell) -> bool:
+    """Say whether a robot of that type may stand on a cell of the map, without looking at the rest of the map."""
+    offsets = disc(kind.radius_m / grid.resolution_m)
+    x, y = cell.x + offsets[:, 0], cell.y + offsets[:, 1]
+    inside = (x >= 0) & (y >= 0) & (x < grid.width) & (y < grid.height)
+    return bool(inside.all()) and bool(np.isin(grid.cells[y[inside], x[inside]], sorted(kind.terrains)).all())
 
 
 class Footprint:

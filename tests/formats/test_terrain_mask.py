@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from marsupial.errors import MapError
-from marsupial.formats.terrain_mask import apply_mask
+from marsupial.formats.terrain_mask import read_mask
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Grid, Terrain
 
 GRASS = 3
@@ -31,32 +31,32 @@ def mask_of(folder: Path, pixels: npt.ArrayLike) -> Path:
 
 def problems_of(grid: Grid, path: Path, codes: dict[int, int]) -> list[str]:
     with pytest.raises(MapError) as caught:
-        apply_mask(grid, path, codes)
+        read_mask(grid, path, codes)
     return [str(problem) for problem in caught.value.problems]
 
 
 def test_floor_takes_the_class_that_is_painted_on_it(tmp_path: Path) -> None:
     grid = grid_of([[FLOOR, FLOOR, FLOOR]])
-    masked = apply_mask(grid, mask_of(tmp_path, [[255, 100, 50]]), {255: FLOOR, 100: ROUGH, 50: GRASS})
+    masked = read_mask(grid, mask_of(tmp_path, [[255, 100, 50]]), {255: FLOOR, 100: ROUGH, 50: GRASS})
     assert masked.cells.tolist() == [[FLOOR, ROUGH, GRASS]]
     assert (masked.resolution_m, masked.origin_m, masked.terrains) == (0.5, (1.0, 2.0, 0.0), grid.terrains)
     assert grid.cells.tolist() == [[FLOOR, FLOOR, FLOOR]]
 
 
 def test_the_bottom_row_of_the_mask_is_row_0(tmp_path: Path) -> None:
-    masked = apply_mask(grid_of([[FLOOR], [FLOOR]]), mask_of(tmp_path, [[9], [7]]), {7: FLOOR, 9: ROUGH})
+    masked = read_mask(grid_of([[FLOOR], [FLOOR]]), mask_of(tmp_path, [[9], [7]]), {7: FLOOR, 9: ROUGH})
     assert masked.cells.tolist() == [[FLOOR], [ROUGH]]
 
 
 def test_obstacles_and_unknown_cells_stay_whatever_is_painted_on_them(tmp_path: Path) -> None:
     grid = grid_of([[OBSTACLE, UNKNOWN, FLOOR]])
-    masked = apply_mask(grid, mask_of(tmp_path, [[1, 2, 3]]), {3: ROUGH})
+    masked = read_mask(grid, mask_of(tmp_path, [[1, 2, 3]]), {3: ROUGH})
     assert masked.cells.tolist() == [[OBSTACLE, UNKNOWN, ROUGH]]
 
 
 def test_transparent_pixels_leave_the_cell_as_it_is(tmp_path: Path) -> None:
     path = mask_of(tmp_path, [[[9, 9, 9, 255], [9, 9, 9, 0], [1, 1, 1, 128]]])
-    assert apply_mask(grid_of([[FLOOR, FLOOR, ROUGH]]), path, {9: GRASS}).cells.tolist() == [[GRASS, FLOOR, ROUGH]]
+    assert read_mask(grid_of([[FLOOR, FLOOR, ROUGH]]), path, {9: GRASS}).cells.tolist() == [[GRASS, FLOOR, ROUGH]]
 
 
 def test_a_mask_of_another_size_is_named(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from marsupial.maps.footprint import Footprint, disc, standable
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray, Grid, Mask
+from marsupial.maps.footprint import Footprint, disc, fits, standable
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.robots import RobotType
 
 RADII = st.sampled_from([0.0, 0.4, 1.0, 1.2, 1.5, 2.0, 2.3, 3.0])
@@ -124,3 +124,12 @@ def _clear_of(barred: Mask, radius: float) -> Mask:
     free = np.pad(~barred, 1)
     distance = ndimage.distance_transform_edt(free)[1:-1, 1:-1]
     return np.asarray(~barred & (distance >= radius - 1e-9))
+
+
+@settings(max_examples=50, deadline=None)
+@given(cells=random_cells(), radius=RADII)
+def test_one_cell_alone_is_judged_as_on_the_whole_map(cells: CellArray, radius: float) -> None:
+    grid = Grid(cells=cells, resolution_m=1.0)
+    kind = rover(radius_m=radius)
+    single = [[fits(grid, kind, Cell(x, y)) for x in range(grid.width)] for y in range(grid.height)]
+    assert np.array_equal(np.array(single), standable(grid, kind))
