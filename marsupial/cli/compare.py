@@ -30,6 +30,10 @@ def compare(
     budget: Annotated[float | None, typer.Option(help="Seconds for each planning instead: not reproducible.")] = None,
     time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write to; one begun before is gone on with.")] = None,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
@@ -74,5 +78,5 @@ def compare(
         runs=runs,
         budget=chosen,
     )
-    runner = comparing.local_runner(comparison, workers)
+    runner = comparing.runner_of(comparison, workers, ray)
     comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)

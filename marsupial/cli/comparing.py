@@ -14,6 +14,8 @@ from marsupial.bench.compare.documents import documents
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings, replace_file
 from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
+from marsupial.bench.compare.ray_cluster import cluster_at, usable
+from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.runner import Runner
 from marsupial.bench.compare.tables import headline_table
@@ -128,8 +130,18 @@ def _case(scenario: Scenario) -> Case:
     return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
 
 
-def local_runner(comparison: Comparison, workers: int | None) -> Runner:
-    """Return the runner with so many processes on this machine: one per core unless said otherwise."""
+def runner_of(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:
+    """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster.
+
+    Raises
+    ------
+    UsageError
+        If both are asked for, or the Ray cluster at the address `ray` can't be used.
+    """
+    if ray is not None:
+        if workers is not None:
+            raise UsageError("--workers: a Ray cluster has as many as it has processors, so --ray takes none")
+        return RayPool(comparison, usable(cluster_at(ray)))
     if workers is None:
         workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return LocalPool(comparison, workers)

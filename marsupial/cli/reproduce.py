@@ -19,6 +19,10 @@ def reproduce(
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = DEFAULT_STEPS,
     workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
+    ] = None,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
     ] = False,
@@ -44,5 +48,5 @@ def reproduce(
     planner = planner or experiment.planner
     mission_engine(planner, budget)  # refuses what can't be used before anything is started
     comparison = experiment.comparison(runs or experiment.runs, planner, budget)
-    runner = comparing.local_runner(comparison, workers)
+    runner = comparing.runner_of(comparison, workers, ray)
     comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)

@@ -1,0 +1,219 @@
+"""A Ray cluster to carry out missions on: its address, whether it may be used, and the connection to it.
+
+Whoever may talk to a Ray cluster may run any code on it. So beyond this machine only clusters are used that demand a
+token, and what is started here listens on the loopback interface alone. Ray is looked at, and imported, only by this
+module and `ray_pool`, and only once somebody asks for it. Its settings are environment variables that it reads when it
+is imported.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import secrets
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from marsupial.bench.compare.pool import ONE_THREAD
+from marsupial.errors import UsageError
+
+LOCAL, AUTO, CLIENT = "local", "auto", "ray://"
+
+REACH_S = 5.0
+"""Wall-clock time in which the address must answer."""
+
+JOIN_S = 30.0
+"""Wall-clock time in which the cluster must let us in."""
+
+OLDEST = (2, 52)
+"""The first version of Ray with tokens."""
+
+_CLIENT_PORT = 10001
+_STORE_BYTES = 200_000_000
+_TOKENS = ("RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
+_TRY = "import sys, ray; ray.init(address=sys.argv[1], logging_level='ERROR', log_to_driver=False); ray.shutdown()"
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """Where a cluster is: `address` as Ray takes it, `host` and `port` of it, None if Ray knows itself."""
+
+    address: str
+    host: str | None = None
+    port: int | None = None
+
+    @property
+    def here(self) -> bool:
+        """Whether nothing of it can be reached from other machines by this address."""
+        return self.address == LOCAL or (self.host is not None and _is_loopback(self.host))
+
+
+def refusal(text: str) -> UsageError:
+    """Return an error that names the option."""
+    return UsageError(f"--ray: {text}")
+
+
+def cluster_at(address: str) -> Cluster:
+    """Return the cluster at an address: ``HOST:PORT`` of its head, ``ray://HOST:PORT``, ``auto`` or ``local``.
+
+    ``auto`` is the one that a node on this machine belongs to; ``local`` one of its own, for as long as it is needed.
+
+    Raises
+    ------
+    UsageError
+        If this is no address.
+    """
+    if address in (LOCAL, AUTO):
+        return Cluster(address)
+    is_client = address.startswith(CLIENT)
+    try:
+        parts = urlsplit("//" + address.removeprefix(CLIENT))
+        host, port = parts.hostname, parts.port or (_CLIENT_PORT if is_client else None)
+    except ValueError:
+        host = port = None
+    if host is None or port is None or parts.path or parts.query or parts.username is not None:
+        raise refusal(f"must be HOST:PORT, ray://HOST:PORT, auto or local, got {address!r}")
+    return Cluster(address, host, port)
+
+
+def usable(cluster: Cluster) -> Cluster:
+    """Return the cluster after it was found that it can be used, with the settings of Ray made for it.
+
+    Raises
+    ------
+    UsageError
+        If Ray is not installed, or the cluster can't be reached, does not let us in, or may not be used without token.
+    """
+    _demand_ray()
+    if cluster.host is not None and cluster.port is not None:
+        _reach(cluster.host, cluster.port)
+    _settle(cluster)
+    if not cluster.here and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
+        raise refusal(
+            f"{cluster.address} may be another machine, and without tokens anybody there can run code on a cluster: "
+            "needs token authentication, RAY_AUTH_MODE=token on all machines and here, and the cluster's token in "
+            "RAY_AUTH_TOKEN or ~/.ray/auth_token (`ray get-auth-token --generate` makes one)"
+        )
+    if cluster.address != LOCAL:
+        _try_out(cluster)
+    return cluster
+
+
+@contextmanager
+def connected(cluster: Cluster) -> Iterator[Any]:
+    """Connect to a usable cluster and yield the module `ray`; numerical libraries get one thread in its workers."""
+    import ray
+
+    threads = {name: os.environ.get(name, "1") for name in ONE_THREAD}
+    settings: dict[str, Any] = {"include_dashboard": False, "object_store_memory": _STORE_BYTES}
+    with _same_handlers():
+        try:
+            ray.init(
+                address=cluster.address,
+                runtime_env={"env_vars": threads},
+                log_to_driver=False,
+                logging_level="ERROR",
+                **(settings if cluster.address == LOCAL else {}),
+            )
+        except (ConnectionError, RuntimeError, ValueError) as error:
+            raise refusal(f"{cluster.address}: {_line(str(error))}") from error
+    try:
+        yield ray
+    finally:
+        ray.shutdown()
+
+
+def _demand_ray() -> None:
+    try:
+        found = version("ray")
+    except PackageNotFoundError:
+        raise refusal("Ray is not installed: pip install 'marsupial[ray]'") from None
+    if tuple(int(part) for part in found.split(".")[:2]) < OLDEST:
+        oldest = ".".join(map(str, OLDEST))
+        raise refusal(f"Ray {found} is too old, it must be {oldest} or newer: pip install --upgrade 'marsupial[ray]'")
+
+
+def _reach(host: str, port: int) -> None:
+    try:
+        socket.create_connection((host, port), timeout=REACH_S).close()
+    except OSError as error:
+        why = f"no answer in {REACH_S:g} s" if isinstance(error, TimeoutError) else error.strerror or str(error)
+        raise refusal(f"can't reach {host}:{port}: {why}; is the head of the cluster running there?") from error
+
+
+def _settle(cluster: Cluster) -> None:
+    """Make settings of Ray that the user has not made."""
+    settings = os.environ
+    settings.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    if cluster.here:
+        settings.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Ray then uses 127.0.0.1, on any system
+    if cluster.address == LOCAL and "RAY_AUTH_MODE" not in settings and not any(name in settings for name in _TOKENS):
+        settings["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
+    if "RAY_AUTH_MODE" not in settings and _has_token():
+        settings["RAY_AUTH_MODE"] = "token"
+
+
+def _has_token() -> bool:
+    return any(os.environ.get(name) for name in _TOKENS) or (Path.home() / ".ray" / "auth_token").is_file()
+
+
+def _try_out(cluster: Cluster) -> None:
+    """Connect once in a process of its own: Ray tries for minutes where it is not let in, and says why on stderr."""
+    command = [sys.executable, "-c", _TRY, cluster.address]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=JOIN_S, check=False)
+    except subprocess.TimeoutExpired as error:
+        said = (error.stderr or b"").decode(errors="replace")
+        raise refusal(f"{cluster.address}: {_meaning(said) or f'no Ray cluster answers in {JOIN_S:g} s'}") from error
+    if done.returncode != 0:
+        last = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
+        raise refusal(f"{cluster.address}: {_meaning(done.stderr) or _line(last)}")
+
+
+def _meaning(said: str) -> str | None:
+    """Return what is wrong, in words, if what Ray has said tells."""
+    if "Version mismatch" in said:
+        return _line(said[said.index("Version mismatch") :])
+    if "nauthenticated" in said or "UNAUTHENTICATED" in said or "AuthenticationError" in said:
+        return (
+            "the cluster demands its token, which this is not, or none was given: it belongs into RAY_AUTH_TOKEN or "
+            "~/.ray/auth_token, with RAY_AUTH_MODE=token"
+        )
+    return None
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _is_loopback(host: str) -> bool:
+    """Say whether a name or number stands for this machine alone."""
+    try:
+        numbers = {str(info[4][0]) for info in socket.getaddrinfo(host, None)}
+    except OSError:
+        return False
+    return bool(numbers) and all(ipaddress.ip_address(number.partition("%")[0]).is_loopback for number in numbers)
+
+
+@contextmanager
+def _same_handlers() -> Iterator[None]:
+    """Let signals be handled as before: Ray leaves by itself when it is told to terminate."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = [(number, signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM)]
+    try:
+        yield
+    finally:
+        for number, handler in before:
+            signal.signal(number, handler)

@@ -1,0 +1,97 @@
+"""The runner for many machines: whole missions are tasks of a Ray cluster.
+
+Scenarios are put into the cluster's object store once. Missions are begun in their order, a few more than there are
+processors, so that none is idle, and what is lost with its worker or node is begun again from its seed, as in the
+local pool. Ray's own retries are off: it would not count them.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from typing import Any
+
+from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.pool import MOST_TRIES
+from marsupial.bench.compare.ray_cluster import Cluster, connected, refusal
+from marsupial.bench.compare.ray_task import Refused, Terms, attend, make
+from marsupial.bench.compare.rows import CRASHED, Result, Row
+from marsupial.model.planning import Budget
+
+Work = Callable[[Trial, Sequence[Any], Budget, Terms], Result]
+
+_LOOK_S = 5.0
+
+
+class RayPool:
+    """Runs missions on a Ray cluster that is usable; see `Runner`. `work` is what a worker does."""
+
+    def __init__(self, comparison: Comparison, cluster: Cluster, work: Work = attend) -> None:
+        self._comparison = comparison
+        self._cluster = cluster
+        self._work = work
+
+    def results(self, trials: Sequence[Trial]) -> Generator[Result]:
+        """Yield exactly one result for each of `trials`, as they are done; see `Runner`.
+
+        While there is no node left to work, it waits until one joins.
+
+        Raises
+        ------
+        UsageError
+            If the cluster is lost, or a worker is of another make (`ray_task.Terms`).
+        """
+        waiting = deque(trials)
+        tries = dict.fromkeys(trials, 0)
+        running: dict[Future[Result], tuple[Trial, Any]] = {}
+        with connected(self._cluster) as ray:
+            task = ray.remote(num_cpus=1, max_retries=0)(self._work)
+            store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
+            terms = Terms(make=make(), token=not self._cluster.here)
+            try:
+                while waiting or running:
+                    for _ in range(min(_room(ray) - len(running), len(waiting))):
+                        trial = waiting.popleft()
+                        tries[trial] += 1
+                        reference = task.remote(trial, store, self._comparison.budget, terms)
+                        running[reference.future()] = trial, reference
+                    # Ray's own waiting would swallow what a signal handler raises
+                    for done in wait(running, _LOOK_S, FIRST_COMPLETED).done:
+                        trial, _ = running.pop(done)
+                        result = self._outcome(ray, trial, done, tries[trial])
+                        if result is None:
+                            waiting.appendleft(trial)
+                        else:
+                            yield result
+            finally:
+                for _, reference in running.values():
+                    ray.cancel(reference, force=True)
+
+    def _outcome(self, ray: Any, trial: Trial, done: Future[Result], tries: int) -> Result | None:
+        """Return what a task has come to; None if it is to be begun again."""
+        lost = (
+            ray.exceptions.WorkerCrashedError,
+            ray.exceptions.NodeDiedError,
+            ray.exceptions.OutOfMemoryError,
+            ray.exceptions.ObjectLostError,
+        )
+        try:
+            return done.result()
+        except lost as error:
+            if tries < MOST_TRIES:
+                return None
+            how = f"the worker process died {MOST_TRIES} times: {type(error).__name__}"
+            return Result(row=Row(trial=trial, status=CRASHED, reason=how))
+        except Refused as error:
+            raise refusal(str(error.args[-1])) from error
+        except ray.exceptions.RayError as error:
+            text = " ".join(str(error).split())
+            raise refusal(f"{self._cluster.address}: {trial} could not be carried out: {text}") from error
+
+
+def _room(ray: Any) -> int:
+    """Return how many missions should be under way: new nodes get some, too."""
+    processors = int(ray.cluster_resources().get("CPU", 0))
+    return processors + max(2, processors // 4)
