@@ -102,11 +102,16 @@ class Launcher:
         return ours
 
     def close(self) -> None:
-        """End it and everything below it, and wait for that."""
-        self._line.close()
-        self._stderr.close()
+        """End it and everything below it, and wait for that; a thread in `wait_ready` gets its error."""
         if self.owner != os.getpid():
+            self._line.close()
+            self._stderr.close()
             return
+        if not self._ready:  # nothing runs below it yet, and it would notice only after its imports
+            self._process.kill()
+        with self._lock:
+            self._line.close()
+            self._stderr.close()
         try:
             self._process.wait(_SLACK_S)
         except subprocess.TimeoutExpired:
@@ -115,6 +120,7 @@ class Launcher:
 
 
 _launcher: Launcher | None = None
+_preload = PRELOAD
 _launcher_lock = threading.Lock()
 
 
@@ -124,18 +130,23 @@ def _current() -> Launcher:
         if _launcher is None or not _launcher.usable():
             if _launcher is not None:
                 _launcher.close()
-            _launcher = Launcher()
+            _launcher = Launcher(_preload)
         return _launcher
 
 
-def warm_up(*, wait: bool = True) -> None:
+def warm_up(*, wait: bool = True, preload: tuple[str, ...] = ()) -> None:
     """Start the launcher, if it isn't running, so that the first job doesn't wait for imports.
 
     Parameters
     ----------
     wait
         Whether to return only once the imports are done (a few seconds); else they go on by themselves.
+    preload
+        Modules that it is to import besides `PRELOAD`, as will every launcher that replaces it. One that is running
+        already, without them, goes on: then the first jobs wait for these imports.
     """
+    global _preload
+    _preload = tuple(dict.fromkeys((*_preload, *preload)))
     launcher = _current()
     if wait:
         launcher.wait_ready()

@@ -1,0 +1,76 @@
+"""Named points in the store at which a test can make things fail; there are none unless an environment variable is set.
+
+``MARSUPIAL_FAILPOINTS="after_commit=kill@3,before_commit=disk_full"``: at the third passing of the first point the
+process is killed as by ``kill -9``; at every passing of the second one writing fails as on a full disk.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+VARIABLE = "MARSUPIAL_FAILPOINTS"
+BEFORE_COMMIT, AFTER_COMMIT = "before_commit", "after_commit"
+
+
+def _kill() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _disk_full() -> None:
+    raise sqlite3.OperationalError("database or disk is full")
+
+
+POINTS: Mapping[str, Mapping[str, Callable[[], None]]] = {
+    BEFORE_COMMIT: {"kill": _kill, "disk_full": _disk_full},
+    AFTER_COMMIT: {"kill": _kill},
+}
+"""What can happen when a group of writes is done but not committed, and when it is committed but nobody was told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failpoint:
+    """What happens at a point; `at` is the number of the passing at which it does, 0 for every one."""
+
+    act: Callable[[], None]
+    at: int
+
+
+class Failpoints:
+    """The points that are armed; passing any other does nothing."""
+
+    def __init__(self, armed: Mapping[str, Failpoint]) -> None:
+        self._armed = armed
+        self._passed = dict.fromkeys(armed, 0)
+
+    def reach(self, point: str) -> None:
+        """Do what is to be done at `point`."""
+        armed = self._armed.get(point)
+        if armed is not None:
+            self._passed[point] += 1
+            if armed.at in (0, self._passed[point]):
+                armed.act()
+
+
+def failpoints(environment: Mapping[str, str]) -> Failpoints:
+    """Return the points armed by the environment.
+
+    Raises
+    ------
+    ValueError
+        If a point or an action is unknown.
+    """
+    return Failpoints(dict(_parse(part) for part in environment.get(VARIABLE, "").split(",") if part.strip()))
+
+
+def _parse(text: str) -> tuple[str, Failpoint]:
+    point, _, rest = text.strip().partition("=")
+    action, _, at = rest.partition("@")
+    actions = POINTS.get(point, {})
+    if action not in actions or not (at or "0").isdecimal():
+        known = ", ".join(f"{point}={action}" for point, actions in POINTS.items() for action in actions)
+        raise ValueError(f"{VARIABLE}: {text!r} is not one of {known}, with or without '@N'")
+    return point, Failpoint(act=actions[action], at=int(at or 0))
