@@ -1,0 +1,144 @@
+"""Every error as ``application/problem+json`` (RFC 9457), with pointers to what is wrong in the request.
+
+`KINDS` lists what can go wrong at the rim, `ERROR_KINDS` what each exception of the library becomes there.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from http import HTTPStatus
+
+from starlette.responses import Response
+
+from marsupial.errors import (
+    EngineUnavailable,
+    InputError,
+    InternalError,
+    InvalidPlanError,
+    LogError,
+    MapError,
+    MarsupialError,
+    PlanTextError,
+    ScenarioError,
+    SituationError,
+    UsageError,
+)
+
+MEDIA_TYPE = "application/problem+json"
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of error: HTTP status and title; clients know it by ``urn:marsupial:problem:<name>``."""
+
+    status: int
+    title: str
+
+
+KINDS: Mapping[str, Kind] = {
+    "bad-json": Kind(400, "The body is not JSON as it should be"),
+    "bad-request": Kind(400, "The request can't be understood"),
+    "no-key": Kind(401, "An API key is needed"),
+    "no-scope": Kind(403, "The API key does not allow this"),
+    "not-found": Kind(404, "There is nothing here"),
+    "no-method": Kind(405, "This can't be done here"),
+    "not-acceptable": Kind(406, "The answer can't be given in that form"),
+    "too-slow": Kind(408, "The body did not arrive in time"),
+    "too-large": Kind(413, "The request is too large"),
+    "media-type": Kind(415, "The body has to be JSON"),
+    "misdirected": Kind(421, "This service is not of that name"),
+    "invalid": Kind(422, "The request is well-formed but wrong"),
+    "key-reused": Kind(422, "The idempotency key was used for another request"),
+    "too-many": Kind(429, "Too much at a time"),
+    "internal": Kind(500, "Something went wrong in the service"),
+    "not-ready": Kind(503, "The service is not ready"),
+}
+
+ERROR_KINDS: Mapping[type[MarsupialError], str] = {
+    InputError: "invalid",
+    MapError: "invalid",
+    ScenarioError: "invalid",
+    SituationError: "invalid",
+    PlanTextError: "invalid",
+    LogError: "invalid",
+    UsageError: "invalid",
+    EngineUnavailable: "invalid",
+    InvalidPlanError: "invalid",
+    InternalError: "internal",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Detail:
+    """One thing wrong in a request.
+
+    Parameters
+    ----------
+    where
+        ``pointer`` (a JSON pointer into the body), or ``query``, ``header`` or ``path``.
+    name
+        The pointer, or the name of the parameter.
+    """
+
+    where: str
+    name: str
+    text: str
+
+    def document(self) -> dict[str, str]:
+        """Return it as JSON."""
+        return {self.where: self.name, "detail": self.text}
+
+
+class HttpProblem(Exception):
+    """An error to be answered.
+
+    Parameters
+    ----------
+    kind
+        One of `KINDS`.
+    """
+
+    def __init__(
+        self, kind: str, detail: str = "", *, errors: Iterable[Detail] = (), headers: Mapping[str, str] | None = None
+    ) -> None:
+        super().__init__(detail)
+        self.kind = kind
+        self.detail = detail
+        self.errors = tuple(errors)
+        self.headers = dict(headers or {})
+
+
+MOST_ERRORS = 100
+"""No answer lists more."""
+
+
+def answer(problem: HttpProblem, instance: str) -> Response:
+    """Return the response for a problem with the request for the path `instance`."""
+    kind = KINDS[problem.kind]
+    errors = [error.document() for error in problem.errors[:MOST_ERRORS]]
+    document = {
+        "type": f"urn:marsupial:problem:{problem.kind}",
+        "title": kind.title,
+        "status": kind.status,
+        "detail": problem.detail or summary(problem.errors) or HTTPStatus(kind.status).description or kind.title,
+        "instance": instance,
+        **({"errors": errors} if errors else {}),
+    }
+    return Response(
+        json.dumps(document).encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE
+    )
+
+
+def summary(errors: tuple[Detail, ...]) -> str:
+    """Return the first error in a line, and how many more there are."""
+    if not errors:
+        return ""
+    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    return f"{errors[0].name or 'the body'}: {errors[0].text}{more}"
+
+
+def kind_of(error: MarsupialError) -> str:
+    """Return the kind of an exception of the library."""
+    return next(ERROR_KINDS[cls] for cls in type(error).__mro__ if cls in ERROR_KINDS)
