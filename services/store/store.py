@@ -34,6 +34,7 @@ class Store:
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / FILE
+        points = failpoints(os.environ)
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
@@ -45,7 +46,7 @@ class Store:
         except BaseException:
             os.close(self._lock)
             raise
-        self._writer = Writer(connection, failpoints(os.environ), self._tell)
+        self._writer = Writer(connection, points, self._tell)
         self._readers = ThreadPoolExecutor(_READERS, "store-reader")
         self._own = threading.local()
         self._connections: list[sqlite3.Connection] = []

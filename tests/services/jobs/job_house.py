@@ -1,0 +1,97 @@
+"""Jobs in a folder, for tests: opened, asked, closed."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import psutil
+from launcher_tree import below_launcher
+from situations import one_room
+
+from marsupial.model.planning import Budget
+from marsupial.model.situation import Situation
+from services.jobs import EventRecord, JobRecord, JobRequest, Jobs, JobSettings, MapTask
+from services.store import Store
+
+
+@asynccontextmanager
+async def open_jobs(folder: Path, **settings: object) -> AsyncIterator[Jobs]:
+    """Give the jobs of a folder, started; stopped and closed afterwards."""
+    store = Store(folder)
+    try:
+        jobs = Jobs(store, JobSettings(**{"slots": 1, **settings}))
+        await jobs.start()
+        try:
+            yield jobs
+        finally:
+            await jobs.stop()
+    finally:
+        store.close()
+
+
+def request(
+    task: Situation | MapTask | None = None,
+    planner: str = "greedy",
+    *,
+    seconds: float | None = 20.0,
+    steps: int | None = None,
+    digest: bytes = b"same",
+) -> JobRequest:
+    budget = Budget(seconds=seconds) if steps is None else Budget(steps=steps)
+    return JobRequest(
+        planner=planner,
+        budget=budget,
+        task=one_room() if task is None else task,
+        digest=digest,
+        source={"planner": planner},
+    )
+
+
+async def submit(jobs: Jobs, wanted: JobRequest | None = None) -> str:
+    submitted = await jobs.submit(request() if wanted is None else wanted, owner="me")
+    return submitted.job.id
+
+
+async def ended(jobs: Jobs, job: str) -> JobRecord:
+    """Return a job once it is over; the test hangs no longer than a minute."""
+    record = await jobs.wait(job, 60)
+    assert record.outcome is not None, f"{job} is not over: {record}"
+    return record
+
+
+async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
+    async with asyncio.timeout(60):
+        return [event async for event in jobs.follow(job, after)]
+
+
+async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
+    """Wait until a job has that revision."""
+    async with asyncio.timeout(60):
+        while len(await jobs.plans(job)) < revision:
+            await asyncio.sleep(0.01)
+
+
+def nothing_runs(within_s: float = 5.0) -> bool:
+    """Say whether nothing but the launcher runs any more, or soon does."""
+    until = time.monotonic() + within_s
+    while (left := below_launcher()) and time.monotonic() < until:
+        time.sleep(0.01)
+    return not left
+
+
+def is_gone(pid: int, within_s: float = 5.0) -> bool:
+    until = time.monotonic() + within_s
+    while is_alive(pid) and time.monotonic() < until:
+        time.sleep(0.01)
+    return not is_alive(pid)
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False

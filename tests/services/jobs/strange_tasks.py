@@ -1,0 +1,110 @@
+"""Tasks that do in the worker what a test needs: wait, die, escape, allocate. Importable by workers, as a path is."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from situations import one_room
+
+from marsupial.errors import Problem, SituationError
+from marsupial.model.situation import Situation
+
+
+@dataclass(frozen=True)
+class Ordinary:
+    """Takes no time."""
+
+    def situation(self) -> Situation:
+        return one_room()
+
+    def places(self) -> dict[str, object]:
+        return {"t1": {"rover": [3, 4]}}
+
+
+@dataclass(frozen=True)
+class Waits(Ordinary):
+    """Writes its process id to `folder`/pid and waits until there is a file `folder`/go."""
+
+    folder: Path
+
+    def situation(self) -> Situation:
+        tell_pid(self.folder)
+        while not (self.folder / "go").exists():
+            time.sleep(0.01)
+        return one_room()
+
+
+@dataclass(frozen=True)
+class Escapes(Ordinary):
+    """Starts a grandchild in a session of its own that ignores TERM and writes its id, and sleeps."""
+
+    folder: Path
+
+    def situation(self) -> Situation:
+        code = (
+            "import os, signal, sys, time\n"
+            "if os.fork(): os._exit(0)\n"
+            "os.setsid(); signal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+            "open(sys.argv[1] + '/part', 'w').write(str(os.getpid()))\n"
+            "os.rename(sys.argv[1] + '/part', sys.argv[1] + '/pid'); time.sleep(600)\n"
+        )
+        subprocess.run([sys.executable, "-S", "-c", code, str(self.folder)], check=True)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        time.sleep(600)
+        return one_room()
+
+
+@dataclass(frozen=True)
+class Dies(Ordinary):
+    """Is killed the first `times` it is tried, which it counts in `folder`."""
+
+    folder: Path
+    times: int
+
+    def situation(self) -> Situation:
+        tried = len(list(self.folder.glob("try*")))
+        (self.folder / f"try{tried}").touch()
+        if tried < self.times:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return one_room()
+
+
+@dataclass(frozen=True)
+class Wrong(Ordinary):
+    def situation(self) -> Situation:
+        raise SituationError([Problem("robots[0].place", "is on an obstacle"), Problem("robots[1].type", "unknown")])
+
+
+@dataclass(frozen=True)
+class Crashes(Ordinary):
+    def situation(self) -> Situation:
+        raise ValueError("boiler pressure")
+
+
+@dataclass(frozen=True)
+class Hungry(Ordinary):
+    def situation(self) -> Situation:
+        blocks = []
+        while True:
+            blocks.append(b"x" * (4 << 20))
+            time.sleep(0.005)
+
+
+def tell_pid(folder: Path) -> None:
+    (folder / "part").write_text(str(os.getpid()))
+    (folder / "part").rename(folder / "pid")
+
+
+async def pid_in(folder: Path) -> int:
+    """Return the process id that a task wrote, once it has."""
+    import asyncio
+
+    while not (folder / "pid").exists():
+        await asyncio.sleep(0.01)
+    return int((folder / "pid").read_text())

@@ -1,0 +1,232 @@
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from services.store import Store, StoreError, StoreInUse, Transaction, database, failpoints
+
+NEW = (
+    "INSERT INTO jobs (id, owner, digest, planner, state, created_ms, queued_ms)"
+    " VALUES (?, 'me', x'', '', 'queued', 0, 0)"
+)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    opened = Store(tmp_path / "data")
+    yield opened
+    opened.close()
+
+
+def adding(*names: str) -> Callable[[Transaction], None]:
+    def write(tx: Transaction) -> None:
+        for name in names:
+            tx.execute(NEW, (name,))
+            tx.news.add(name)
+
+    return write
+
+
+def names(store: Store) -> list[str]:
+    return store.read(lambda c: [row[0] for row in c.execute("SELECT id FROM jobs ORDER BY id")]).result()
+
+
+class Held:
+    """Holds the thread that writes inside a write of its own, so that what comes meanwhile becomes one group."""
+
+    def __init__(self, store: Store) -> None:
+        self._entered, self._go_on = threading.Event(), threading.Event()
+        self.done = store.write(self._wait)
+        assert self._entered.wait(10)
+
+    def _wait(self, tx: Transaction) -> None:
+        self._entered.set()
+        assert self._go_on.wait(10)
+
+    def release(self) -> None:
+        self._go_on.set()
+        self.done.result(10)
+
+
+def test_what_was_written_is_there_when_the_folder_is_opened_again(tmp_path: Path) -> None:
+    first = Store(tmp_path)
+    first.write(adding("a")).result()
+    first.close()
+    again = Store(tmp_path)
+    assert names(again) == ["a"]
+    again.close()
+
+
+def test_writes_that_come_while_one_is_committed_share_one_commit(store: Store) -> None:
+    commits: list[frozenset[str]] = []
+    store.listen(commits.append)
+    held = Held(store)
+    writes = [store.write(adding(f"j{i:02}")) for i in range(50)]
+    held.release()
+    for write in writes:
+        write.result(10)
+    assert names(store) == [f"j{i:02}" for i in range(50)]
+    assert len(commits) == 1
+
+
+def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> None:
+    def refuse(tx: Transaction) -> None:
+        tx.execute(NEW, ("half",))
+        raise KeyError("no")
+
+    held = Held(store)
+    writes = [store.write(write) for write in (adding("a"), refuse, adding("b"), adding("a"), adding("c"))]
+    held.release()
+    errors = [type(write.exception(10)) for write in writes]
+    assert errors == [type(None), KeyError, type(None), sqlite3.IntegrityError, type(None)]
+    assert names(store) == ["a", "b", "c"]
+
+
+def test_on_a_full_disk_a_write_fails_clearly_and_leaves_nothing_of_itself(store: Store) -> None:
+    store.write(adding("before")).result()
+    pages = store.write(lambda tx: tx.execute("PRAGMA page_count").fetchone()[0]).result()
+    store.write(lambda tx: tx.execute(f"PRAGMA max_page_count = {pages + 2}").fetchall()).result()
+    with pytest.raises(StoreError, match="nothing was stored: database or disk is full"):
+        store.write(adding(*(f"{i:0500}" for i in range(200)))).result()
+    assert names(store) == ["before"]
+    store.write(lambda tx: tx.execute("PRAGMA max_page_count = 100000").fetchall()).result()
+    store.write(adding("after")).result()
+    assert names(store) == ["after", "before"]
+
+
+def test_when_the_disk_fails_everybody_in_the_group_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full@2")
+    store = Store(tmp_path)
+    held = Held(store)
+    writes = [store.write(adding(name)) for name in "abc"]
+    held.release()
+    assert all(isinstance(write.exception(10), StoreError) for write in writes)
+    assert names(store) == []
+    store.write(adding("d")).result()
+    assert names(store) == ["d"]
+    store.close()
+
+
+def test_a_read_sees_one_moment(store: Store) -> None:
+    def read(connection: sqlite3.Connection) -> list[int]:
+        first = connection.execute("SELECT count(*) FROM jobs").fetchone()[0]
+        store.write(adding("meanwhile")).result(10)
+        return [first, connection.execute("SELECT count(*) FROM jobs").fetchone()[0]]
+
+    assert store.read(read).result() == [0, 0]
+    assert names(store) == ["meanwhile"]
+
+
+def test_a_read_can_not_write(store: Store) -> None:
+    with pytest.raises(StoreError, match="readonly"):
+        store.read(lambda connection: connection.execute(NEW, ("a",))).result()
+
+
+def test_a_closed_store_says_so(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.close()
+    with pytest.raises(StoreError, match="closed"):
+        store.write(adding("a"))
+    with pytest.raises(StoreError, match="closed"):
+        store.read(lambda connection: None)
+
+
+def test_writes_that_wait_when_the_store_is_closed_are_done(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    held = Held(store)
+    write = store.write(adding("late"))
+    closing = threading.Thread(target=store.close)
+    closing.start()
+    held.release()
+    closing.join(10)
+    assert write.result(10) is None
+    again = Store(tmp_path)
+    assert names(again) == ["late"]
+    again.close()
+
+
+def test_a_second_server_is_refused_as_long_as_the_first_one_has_the_folder(tmp_path: Path) -> None:
+    first = Store(tmp_path)
+    with pytest.raises(StoreInUse, match=rf"in use by another server \(process {os.getpid()}\)"):
+        Store(tmp_path)
+    first.close()
+    Store(tmp_path).close()
+
+
+def test_a_folder_that_can_not_be_made_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(StoreError, match="file"):
+        Store(tmp_path / "file" / "data")
+
+
+def test_a_file_that_is_no_database_is_an_error_and_the_folder_is_let_go(tmp_path: Path) -> None:
+    (tmp_path / "marsupial.sqlite").write_bytes(b"something else entirely" * 100)
+    for _ in range(2):
+        with pytest.raises(StoreError, match="not a database"):
+            Store(tmp_path)
+
+
+def test_tables_of_another_version_are_refused(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.close()
+    connection = sqlite3.connect(store.path)
+    connection.execute(f"PRAGMA user_version = {database.VERSION + 1}")
+    connection.close()
+    with pytest.raises(StoreError, match="version"):
+        Store(tmp_path)
+
+
+def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
+    settings = store.write(
+        lambda tx: [tx.execute(f"PRAGMA {name}").fetchone()[0] for name in ("journal_mode", "synchronous")]
+    ).result()
+    assert settings == ["wal", 2]
+
+
+@pytest.mark.parametrize(
+    ("armed", "stored"),
+    [("before_commit=kill@2", ["a"]), ("after_commit=kill@2", ["a", "b"]), ("before_commit=kill", [])],
+)
+def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, armed: str, stored: list[str]) -> None:
+    code = (
+        "import sys; from pathlib import Path; sys.path[:] = eval(sys.argv[2])\n"
+        "from services.store import Store\n"
+        "from test_store import adding\n"
+        "store = Store(Path(sys.argv[1]))\n"
+        "for name in 'abc': store.write(adding(name)).result(); print(name, flush=True)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path), repr([str(Path(__file__).parent), *sys.path])],
+        env={**os.environ, failpoints.VARIABLE: armed},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    store = Store(tmp_path)
+    assert names(store) == stored
+    store.close()
+    acknowledged = done.stdout.split()
+    assert set(acknowledged) <= set(stored)
+
+
+@pytest.mark.parametrize("text", ["before_commit", "nowhere=kill", "after_commit=disk_full", "before_commit=kill@x"])
+def test_a_failpoint_that_is_none_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="is not one of before_commit=kill"):
+        failpoints.failpoints({failpoints.VARIABLE: text})
+
+
+def test_without_the_variable_no_point_does_anything() -> None:
+    armed = failpoints.failpoints({})
+    for point in failpoints.POINTS:
+        armed.reach(point)
+    assert failpoints.VARIABLE not in os.environ
