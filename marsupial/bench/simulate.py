@@ -11,6 +11,8 @@ from time import perf_counter
 
 import numpy as np
 
+from marsupial.bench.clairvoyant import CLAIRVOYANT
+from marsupial.bench.clairvoyant.mission import clairvoyant_mission
 from marsupial.maps.territory import Territory
 from marsupial.mission.loop import Assignment, Mission
 from marsupial.mission.observer import Observer, Observers
@@ -103,6 +105,8 @@ def simulate(
 ) -> MissionSummary:
     """Run one mission in the simulator and return its summary.
 
+    Besides the strategies there is the clairvoyant (`marsupial.bench.clairvoyant`), which is given the truth.
+
     Raises
     ------
     ScenarioError
@@ -113,7 +117,7 @@ def simulate(
     began = perf_counter()
     robots = place_team(scenario, seed)
     kinds = {kind.name: kind for kind in scenario.robot_types}
-    chosen = strategy(strategy_name, planner=planner, budget=budget)
+    chosen = None if strategy_name == CLAIRVOYANT else strategy(strategy_name, planner=planner, budget=budget)
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
     watcher.event(
@@ -139,8 +143,11 @@ def simulate(
         planning_time=scenario.planning_time,
         reachable=reachable_area(scenario, robots),
     )
-    world = SimulatedWorld(scenario.grid, kinds, robots)
-    ended = Mission(world, kinds, chosen, assignment, watcher).run(cancelled)
+    if chosen is None:
+        ended = clairvoyant_mission(scenario.grid, kinds, robots, assignment, budget, watcher, cancelled)
+    else:
+        world = SimulatedWorld(scenario.grid, kinds, robots)
+        ended = Mission(world, kinds, chosen, assignment, watcher).run(cancelled)
     roles = [kinds[robot.type].role for robot in robots]
     return MissionSummary(
         scenario=scenario.name,

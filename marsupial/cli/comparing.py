@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.compare.cells import Outcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.documents import documents
@@ -73,8 +74,9 @@ def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contende
 
 def _contender(text: str, planner: str, budget: Budget) -> Contender:
     strategy, colon, own = text.partition(":")
-    if strategy not in STRATEGIES:
-        raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {', '.join(sorted(STRATEGIES))}")
+    known = {*STRATEGIES, CLAIRVOYANT}
+    if strategy not in known:
+        raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {', '.join(sorted(known))}")
     if strategy not in PLANNING_STRATEGIES:
         if colon:
             raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")

@@ -14,7 +14,9 @@ def run(
     scenario: Annotated[
         str, typer.Argument(help="A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.")
     ],
-    strategy: Annotated[str, typer.Option("--strategy", "-s", help="Who decides: temporal, heuristic.")] = "temporal",
+    strategy: Annotated[
+        str, typer.Option("--strategy", "-s", help="Who decides: temporal, heuristic; or clairvoyant.")
+    ] = "temporal",
     planner: Annotated[
         str | None,
         typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto]."),

@@ -1,0 +1,66 @@
+"""Meeting points on the whole map: those of the project's own analysis, and more wherever rovers can be set down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from marsupial.bench.clairvoyant.ground import Ground
+from marsupial.bench.clairvoyant.outline import Stop
+from marsupial.maps.meetings import find_meetings
+from marsupial.maps.targets import Target
+from marsupial.model.mission import MapMeeting
+
+APART_M, MOST = 8.0, 40
+"""How far apart the further ones are at least, and how many there are at most of each pair of types."""
+
+
+def doors(ground: Ground, stops: Sequence[Stop]) -> tuple[MapMeeting, ...]:
+    """Return meeting points for robots that go to these stops; they are sites from now on."""
+    targets = [
+        Target(
+            name=stop.name,
+            cell=next(iter(stop.viewpoints.values())),
+            viewpoints=stop.viewpoints,
+            cells=np.empty(0, dtype=np.int64),
+            reveal_m2=0.0,
+        )
+        for stop in stops
+    ]
+    points = list(find_meetings(ground.territory, ground.reach, targets, ground.robots).points)
+    for number, (carrier, rover) in enumerate(sorted(ground.reach.docking)):
+        if carrier in ground.kinds and rover in ground.kinds:
+            points += _spread(ground, carrier, rover, points, number)
+    for kind in ground.kinds:
+        cells = [p.carrier_cell for p in points if p.carrier_type == kind]
+        cells += [p.rover_cell for p in points if p.rover_type == kind]
+        cells += [r.cell for r in ground.robots if r.type == kind and r.cell is not None]
+        ground.add_sites(kind, cells)
+    return tuple(points)
+
+
+def _spread(ground: Ground, carrier: str, rover: str, points: Sequence[MapMeeting], number: int) -> list[MapMeeting]:
+    docking = ground.reach.docking[carrier, rover]
+    cells = np.flatnonzero(docking.cells & ground.reach.by_type[rover])
+    x, y = cells % ground.width, cells // ground.width
+    apart = np.full(len(cells), np.inf)
+    for point in points:
+        apart = np.minimum(apart, np.hypot(x - point.rover_cell.x, y - point.rover_cell.y))
+    found: list[MapMeeting] = []
+    while len(found) < MOST and len(cells):
+        n = int(np.argmax(apart))
+        if apart[n] * ground.territory.grid.resolution_m < APART_M:
+            break
+        here, there = ground.cell(cells[n]), ground.cell(docking.carrier_at.ravel()[cells[n]])
+        apart = np.minimum(apart, np.hypot(x - here.x, y - here.y))
+        found.append(
+            MapMeeting(
+                name=f"w_{here.x}_{here.y}_{number + 1}",
+                carrier_cell=there,
+                rover_cell=here,
+                carrier_type=carrier,
+                rover_type=rover,
+            )
+        )
+    return found

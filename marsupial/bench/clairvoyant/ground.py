@@ -1,0 +1,227 @@
+"""What the clairvoyant knows: where robots can stand, what is seen from there, how far it is from one place to another.
+
+Robots stop at *sites*, a lattice of the cells that their type can reach. What is seen is held as the bits of a whole
+number, one for each cell that is to be seen: unions and differences of tens of thousands of cells then take less
+than a microsecond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.maps.footprint import disc
+from marsupial.maps.sight import Sight
+from marsupial.maps.territory import Reach, Territory
+from marsupial.model.grid import Cell, Grid, Mask
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType
+from marsupial.paths.fields import PathSearch
+from marsupial.paths.routes import Route
+
+Cells = int
+"""A set of cells to be seen, one bit for each."""
+
+MOST_SITES = 6000
+"""Of one robot type, but for those that must be; the lattice is chosen accordingly."""
+
+MEMORY = 200_000_000
+"""Bytes of remembered views; beyond that all are forgotten and found anew."""
+
+
+class Ground:
+    """The truth, as far as a plan needs it.
+
+    Parameters
+    ----------
+    grid
+        The whole map.
+    robots
+        The team at its start: what it sees from there need not be seen any more.
+
+    Attributes
+    ----------
+    kinds
+        The robot types there are robots of, by name.
+    wanted
+        The reachable cells that are not seen from the starts.
+    sites
+        Per type the row-major indices of its sites, ascending.
+    """
+
+    def __init__(self, grid: Grid, types: Sequence[RobotType], robots: Sequence[PlacedRobot]) -> None:
+        truth = grid.solid()
+        self.robots = tuple(robots)
+        self.territory = Territory(truth, types)
+        self.reach: Reach = self.territory.reach(robots)
+        there = {robot.type for robot in robots}
+        self.kinds = {kind.name: kind for kind in types if kind.name in there}
+        self.width = truth.width
+        self._sight = Sight(truth.cells, truth.opaque_codes())
+        self._contact = {k.name: disc(k.radius_m / truth.resolution_m + 1.0 + 1e-6) for k in types}
+        self._search = {name: PathSearch(self.territory.footprints[name].standable) for name in self.kinds}
+        self._views: dict[tuple[str, Cell], Cells] = {}
+        self._rows: dict[tuple[str, Cell], npt.NDArray[np.float64]] = {}
+        self._routes: dict[tuple[str, Cell, Cell], Route] = {}
+        self._legs: dict[tuple[str, Cell, Cell], Cells] = {}
+        self._site_views: dict[str, list[Cells]] = {}
+        self._remembered = 0
+        self._bit = np.flatnonzero(self._reachable())
+        self._place = np.full(truth.cells.size, -1, dtype=np.int64)
+        self._place[self._bit] = np.arange(len(self._bit))
+        self.wanted: Cells = (1 << len(self._bit)) - 1
+        for robot in robots:
+            if robot.cell is not None:
+                self.wanted &= ~self.view(robot.type, robot.cell)
+        self.sites = {name: self._lattice(name) for name in self.kinds}
+        self._numbers = {name: {int(i): n for n, i in enumerate(sites)} for name, sites in self.sites.items()}
+        self._add_lone_sites()
+
+    def cell(self, index: int) -> Cell:
+        """Return the cell with a row-major index."""
+        return Cell(int(index) % self.width, int(index) // self.width)
+
+    def view(self, kind: str, cell: Cell) -> Cells:
+        """Return what a robot of that type sees where it stands."""
+        key = (kind, cell)
+        if key not in self._views:
+            self._remember(len(self._bit) // 8)
+            self._views[key] = self._bits(self._seen(kind, cell))
+        return self._views[key]
+
+    def site_views(self, kind: str) -> list[Cells]:
+        """Return what of the wanted cells is seen from each site of a type."""
+        if kind not in self._site_views:
+            self._site_views[kind] = [self.view(kind, self.cell(i)) & self.wanted for i in self.sites[kind].tolist()]
+        return self._site_views[kind]
+
+    def ms_per_cell(self, kind: str) -> float:
+        """Return how long a type drives for the length of a cell."""
+        return 1000 * self.territory.grid.resolution_m / self.kinds[kind].speed_mps
+
+    def may_see(self, kind: str, cells: Cells) -> Mask:
+        """Say of each site of a type whether all these cells might be seen from it: two of them are near enough."""
+        near = np.ones(len(self.sites[kind]), dtype=np.bool_)
+        if cells:
+            for bit in ((cells & -cells).bit_length() - 1, cells.bit_length() - 1):
+                near &= self._near(kind, self.cell(self._bit[bit]))
+        return near
+
+    def sites_near(self, kind: str, cell: Cell) -> npt.NDArray[np.int64]:
+        """Return the numbers of the sites of a type from which it might see a cell."""
+        return np.flatnonzero(self._near(kind, cell))
+
+    def _near(self, kind: str, cell: Cell) -> Mask:
+        sites, robot = self.sites[kind], self.kinds[kind]
+        reach = max(robot.sensor_range_m, robot.radius_m) / self.territory.grid.resolution_m + 2.0
+        x, y = sites % self.width - cell.x, sites // self.width - cell.y
+        return np.asarray(x * x + y * y <= reach * reach)
+
+    def bit_of(self, cell: Cell) -> Cells:
+        """Return the set of one cell."""
+        return 1 << int(self._place[cell.y * self.width + cell.x])
+
+    def drawn(self, cells: Cells, rng: np.random.Generator) -> Cell:
+        """Return one of a set of cells, by lot."""
+        return self.cell(int(rng.choice(self._listed(cells))))
+
+    def distances(self, kind: str, cell: Cell) -> npt.NDArray[np.float64]:
+        """Return the length in cells of the way from a cell to each site of a type, inf where there is none."""
+        key = (kind, cell)
+        if key not in self._rows:
+            row = self._search[kind].field(cell).ravel()[self.sites[kind]]
+            self._remember(row.nbytes)
+            self._rows[key] = row
+        return self._rows[key]
+
+    def apart(self, kind: str, cell: Cell, others: Sequence[Cell]) -> npt.NDArray[np.float64]:
+        """Return the lengths in cells of the ways from a cell to some sites of a type."""
+        numbers = self._numbers[kind]
+        return self.distances(kind, cell)[[numbers[c.y * self.width + c.x] for c in others]]
+
+    def route(self, kind: str, start: Cell, goal: Cell) -> Route:
+        """Return the way that a robot of that type takes between two cells that are connected for it."""
+        key = (kind, start, goal)
+        if key not in self._routes:
+            found = self._search[kind].route(start, goal)
+            assert found is not None, "only connected places are put in a plan"
+            self._remember(100 * len(found))
+            self._routes[key] = found
+        return self._routes[key]
+
+    def leg(self, kind: str, start: Cell, goal: Cell) -> Cells:
+        """Return what a robot sees on its way, both ends included."""
+        key = (kind, start, goal)
+        if key not in self._legs:
+            seen = 0
+            for cell in self.route(kind, start, goal):
+                seen |= self.view(kind, cell)
+            self._remember(len(self._bit) // 8)
+            self._legs[key] = seen
+        return self._legs[key]
+
+    def add_sites(self, kind: str, cells: Iterable[Cell]) -> None:
+        """Let a type stop at these cells, too: where it starts, and where it docks."""
+        more = [i for c in cells if (i := c.y * self.width + c.x) not in self._numbers[kind]]
+        if not more:
+            return
+        self.sites[kind] = np.unique(np.concatenate((self.sites[kind], np.array(more, dtype=np.int64))))
+        self._numbers[kind] = {int(i): n for n, i in enumerate(self.sites[kind])}
+        self._rows.clear()
+        self._site_views.pop(kind, None)
+
+    def _reachable(self) -> Mask:
+        return np.logical_or.reduce([self.reach.by_type[name] for name in self.reach.by_type])
+
+    def _lattice(self, kind: str) -> npt.NDArray[np.int64]:
+        """Return the reachable cells with coordinates that are multiples of the least number that leaves few enough."""
+        reach = self.reach.by_type[kind]
+        spacing = 1
+        while np.count_nonzero(reach[::spacing, ::spacing]) > MOST_SITES:
+            spacing += 1
+        thinned = np.zeros_like(reach)
+        thinned[::spacing, ::spacing] = reach[::spacing, ::spacing]
+        return np.flatnonzero(thinned)
+
+    def _add_lone_sites(self) -> None:
+        """Make every cell a site that is seen from no other one."""
+        left = self.wanted
+        for kind in self.kinds:
+            for seen in self.site_views(kind):
+                left &= ~seen
+        for kind in self.kinds:
+            reach = self.reach.by_type[kind].ravel()
+            lone = [index for index in self._listed(left) if reach[index]]
+            more = []
+            for index in lone:
+                if left >> int(self._place[index]) & 1:
+                    more.append(self.cell(index))
+                    left &= ~self.view(kind, self.cell(index))
+            self.add_sites(kind, more)
+
+    def _listed(self, cells: Cells) -> npt.NDArray[np.int64]:
+        """Return the row-major indices of a set of cells."""
+        raw = np.frombuffer(cells.to_bytes((len(self._bit) + 7) // 8, "little"), dtype=np.uint8)
+        return self._bit[np.flatnonzero(np.unpackbits(raw, count=len(self._bit), bitorder="little"))]
+
+    def _bits(self, indices: npt.NDArray[np.int64]) -> Cells:
+        at = self._place[indices]
+        marks = np.zeros(len(self._bit), dtype=np.uint8)
+        marks[at[at >= 0]] = 1
+        return int.from_bytes(np.packbits(marks, bitorder="little").tobytes(), "little")
+
+    def _seen(self, kind: str, cell: Cell) -> npt.NDArray[np.int64]:
+        grid = self.territory.grid
+        seen = self._sight.visible(cell, self.territory.kinds[kind].sensor_range_m / grid.resolution_m)
+        around = self._contact[kind] + np.array(cell)
+        inside = ((around >= 0) & (around < (grid.width, grid.height))).all(axis=1)
+        return np.concatenate((seen, around[inside, 1] * grid.width + around[inside, 0]))
+
+    def _remember(self, size: int) -> None:
+        self._remembered += size
+        if self._remembered > MEMORY:
+            self._remembered = 0
+            for known in (self._views, self._rows, self._routes, self._legs):
+                known.clear()

@@ -1,0 +1,196 @@
+"""A plan as it is being improved: where to stop, and which robot does what in which order.
+
+A `Stop` is a target of the planning problem: some cells to see, and for each robot type that can see them all from one
+place the site it goes to. An `Outline` is the stops, the situation they make, and a plan for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from marsupial.bench.clairvoyant.ground import Cells, Ground
+from marsupial.model.grid import Cell
+from marsupial.model.mission import MapMeeting, PlacedRobot
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, TargetInfo, TravelTable
+from marsupial.paths.routes import passing_times_ms, travel_table_ms
+from marsupial.planning.timeline import replay
+
+Poses = Mapping[str, Mapping[str, Cell]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stop:
+    """A place to look from; `viewpoints` has the site of each robot type that may go there."""
+
+    name: str
+    viewpoints: Mapping[str, Cell]
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """What a robot drives by itself in one go, between being set down and picked up.
+
+    `names` are the places from the first to the last, `cells` where they are for the robot, and `errands` which of the
+    outline's errands is the last one there: -1 where it begins, None where it ends aboard.
+    """
+
+    robot: str
+    kind: str
+    names: tuple[str, ...]
+    cells: tuple[Cell, ...]
+    errands: tuple[int | None, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outline:
+    """Stops and meeting points, and what the robots do: the actions of a plan without the moves, in plan order."""
+
+    ground: Ground
+    stops: tuple[Stop, ...]
+    meetings: tuple[MapMeeting, ...]
+    errands: tuple[Action, ...] = ()
+
+    @cached_property
+    def poses(self) -> Poses:
+        """The cell of each place, by robot type."""
+        poses: dict[str, Mapping[str, Cell]] = {
+            f"s_{robot.name}": {robot.type: robot.cell} for robot in self.ground.robots if robot.cell is not None
+        }
+        poses |= {stop.name: stop.viewpoints for stop in self.stops}
+        poses |= {
+            point.name: {point.carrier_type: point.carrier_cell, point.rover_type: point.rover_cell}
+            for point in self.meetings
+        }
+        return poses
+
+    @cached_property
+    def situation(self) -> Situation:
+        """The planning problem: explore every stop."""
+        territory = self.ground.territory
+        robots = tuple(
+            RobotState(
+                name=robot.name,
+                type=robot.type,
+                place=None if robot.cell is None else f"s_{robot.name}",
+                carrier=robot.carrier,
+            )
+            for robot in self.ground.robots
+        )
+        kinds = tuple(
+            PlanningType(name=k.name, role=k.role, capacity=k.capacity, dock_ms=k.dock_ms, undock_ms=k.undock_ms)
+            for k in territory.kinds.values()
+        )
+        return Situation(
+            types=kinds,
+            robots=robots,
+            targets=tuple(TargetInfo(name=stop.name, explorers=frozenset(stop.viewpoints)) for stop in self.stops),
+            meetings=tuple(point.name for point in self.meetings),
+            travel_ms={kind.name: self._table(kind.name) for kind in kinds},
+        )
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The errands with the driving between them, each as early as possible."""
+        return replay(self.situation, Plan(actions=self.errands)).plan
+
+    @cached_property
+    def chains(self) -> tuple[Chain, ...]:
+        """What each robot drives in one go."""
+        return tuple(chain for robot in self.ground.robots for chain in self._chains_of(robot))
+
+    @cached_property
+    def missed(self) -> Cells:
+        """What nobody comes to see."""
+        missed = self.ground.wanted
+        for chain in self.chains:
+            missed &= ~seen_along(self.ground, chain.kind, chain.cells)
+        return missed
+
+    @cached_property
+    def complete_ms(self) -> int:
+        """When the last cell is seen that is; what is not seen at all does not count."""
+        ground, looks = self.ground, self._looks()
+        left = ground.wanted & ~self.missed
+        last_ms = 0
+        for t_ms, kind, cell in sorted(looks):
+            if not left:
+                break
+            before = left
+            left &= ~ground.view(kind, cell)
+            if left != before:
+                last_ms = t_ms
+        return last_ms
+
+    def with_plan(self, plan: Plan) -> Outline:
+        """Return the outline that does what `plan` does."""
+        return replace(self, errands=tuple(a for a in plan.actions if a.name is not ActionName.MOVE))
+
+    def without(self, names: Iterable[str]) -> Outline:
+        """Return the outline without some stops."""
+        gone = frozenset(names)
+        return replace(
+            self,
+            stops=tuple(stop for stop in self.stops if stop.name not in gone),
+            errands=tuple(a for a in self.errands if a.place not in gone),
+        )
+
+    def _chains_of(self, robot: PlacedRobot) -> Iterator[Chain]:
+        visits: list[tuple[str, int | None]] = [] if robot.cell is None else [(f"s_{robot.name}", -1)]
+        for i, errand in enumerate(self.errands):
+            if robot.name not in errand.robots:
+                continue
+            if robot.name == errand.carrier and visits[-1][0] == errand.place:
+                visits[-1] = (errand.place, i)
+            elif errand.name is ActionName.UNDOCK and robot.name == errand.robot:
+                visits = [(errand.place, i)]
+            elif errand.name is ActionName.DOCK and robot.name == errand.robot:
+                yield self._chain(robot, [*visits, (errand.place, None)])
+                visits = []
+            else:
+                visits.append((errand.place, i))
+        if visits:
+            yield self._chain(robot, visits)
+
+    def _chain(self, robot: PlacedRobot, visits: Sequence[tuple[str, int | None]]) -> Chain:
+        names, errands = zip(*visits, strict=True)
+        return Chain(robot.name, robot.type, names, tuple(self.poses[name][robot.type] for name in names), errands)
+
+    def _looks(self) -> list[tuple[int, str, Cell]]:
+        """Return when somebody passes a cell, and a robot of which type."""
+        ground, poses = self.ground, self.poses
+        types = {robot.name: robot.type for robot in ground.robots}
+        looks: list[tuple[int, str, Cell]] = []
+        for action in self.plan.actions:
+            kind = types[action.robot]
+            if action.origin is not None:
+                route = ground.route(kind, poses[action.origin][kind], poses[action.place][kind])
+                times = passing_times_ms(route, ground.territory.grid.resolution_m, ground.kinds[kind].speed_mps)
+                looks += [(action.start_ms + t, kind, c) for t, c in zip(times.tolist(), route, strict=True)]
+            elif action.name is ActionName.UNDOCK:
+                looks.append((action.end_ms, kind, poses[action.place][kind]))
+        return looks
+
+    def _table(self, kind: str) -> TravelTable:
+        names = list(self.poses)
+        rows = [i for i, name in enumerate(names) if kind in self.poses[name]]
+        table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
+        if rows and kind in self.ground.kinds:
+            cells = [self.poses[names[i]][kind] for i in rows]
+            lengths = np.array([self.ground.apart(kind, cell, cells) for cell in cells])
+            resolution_m, speed_mps = self.ground.territory.grid.resolution_m, self.ground.kinds[kind].speed_mps
+            table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, speed_mps)
+        return table
+
+
+def seen_along(ground: Ground, kind: str, cells: Sequence[Cell]) -> Cells:
+    """Return what a robot sees that drives from cell to cell."""
+    seen = ground.view(kind, cells[0])
+    for start, goal in pairwise(cells):
+        seen |= ground.leg(kind, start, goal)
+    return seen

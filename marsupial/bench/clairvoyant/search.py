@@ -1,0 +1,119 @@
+"""The search for a fast plan: planned anew again and again, with a part of the stops taken out and put back elsewhere.
+
+A round takes some stops out (those seen last above all, and their neighbours), puts others where they cost least until
+all is seen again, lets the anytime engine's annealing find a better order, and shortens the ways. What is better, or
+hardly worse, is what the next round begins with.
+
+References
+----------
+P. Shaw, Using constraint programming and local search methods to solve vehicle routing problems, CP 1998.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from marsupial.bench.clairvoyant.cover import cover
+from marsupial.bench.clairvoyant.doors import doors
+from marsupial.bench.clairvoyant.ground import Ground
+from marsupial.bench.clairvoyant.outline import Outline
+from marsupial.bench.clairvoyant.repair import repaired
+from marsupial.bench.clairvoyant.shorten import shortened
+from marsupial.model.plan import EPSILON_MS, ActionName
+from marsupial.model.robots import Role
+from marsupial.planning.anytime.bounds import makespan_bound_ms
+from marsupial.planning.anytime.encoding import encode, events_of, plan_of
+from marsupial.planning.anytime.search import Annealing
+from marsupial.planning.greedy import serve
+
+CARRIER_WORTH = (1.0, 3.0, 1.0, 0.5)
+"""What a cell seen from a carrier counts in the covers to begin with; from a rover 1."""
+
+COVER_NOISE = 0.3
+
+BEGIN_STEPS, ROUND_STEPS, TURN = 200, 30, 10
+"""Steps of annealing for each cover, for each round, and at a time."""
+
+MOST_TAKEN = 8
+TOLERANCE = 0.02
+DRIVING_SHARE = 0.002
+
+
+Rate = tuple[int, float]
+
+
+def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Outline:
+    """Return the best outline found.
+
+    Parameters
+    ----------
+    used
+        Says, after so many rounds, which share of the effort is used: the search ends at 1.
+    seed
+        Of the search.
+    """
+    rng = np.random.default_rng(seed)
+    current = best = min((_begun(ground, worth, rng) for worth in CARRIER_WORTH), key=rate)
+    done = 0
+    while (share := used(done)) < 1:
+        found = _round(current, best.complete_ms, rng, number=done)
+        missed, worth = rate(found)
+        if (missed, worth) < rate(best):
+            best = found
+        if missed <= rate(current)[0] and worth <= rate(best)[1] * (1 + TOLERANCE * (1 - share)):
+            current = found
+        done += 1
+    return best
+
+
+def rate(outline: Outline) -> Rate:
+    """Return how good an outline is, less is better: what is not seen, then when all is, and a little of the driving."""
+    driving = sum(action.duration_ms for action in outline.plan.actions if action.origin is not None)
+    return outline.missed.bit_count(), outline.complete_ms + DRIVING_SHARE * driving
+
+
+def _begun(ground: Ground, carrier_worth: float, rng: np.random.Generator) -> Outline:
+    worth = {name: carrier_worth if kind.role is Role.CARRIER else 1.0 for name, kind in ground.kinds.items()}
+    stops = tuple(cover(ground, worth, COVER_NOISE, rng))
+    outline = Outline(ground=ground, stops=stops, meetings=doors(ground, stops))
+    plan, unserved = serve(outline.situation)
+    outline = outline.with_plan(plan).without(unserved)
+    outline = shortened(annealed(outline, BEGIN_STEPS, 0))
+    return repaired(outline, rng, outline.complete_ms)
+
+
+def _round(outline: Outline, limit_ms: int, rng: np.random.Generator, number: int) -> Outline:
+    outline = repaired(_ruined(outline, rng), rng, limit_ms)
+    outline = annealed(outline, ROUND_STEPS, number)
+    if outline.missed:
+        outline = repaired(outline, rng, limit_ms)
+    return shortened(outline)
+
+
+def _ruined(outline: Outline, rng: np.random.Generator) -> Outline:
+    """Return the outline without a stop, one of the last with preference, and some of its neighbours."""
+    ends = sorted((a.end_ms, a.place, a.robot) for a in outline.plan.actions if a.name is ActionName.EXPLORE)
+    if not ends:
+        return outline
+    names = [name for _, name, _ in ends]
+    chosen = len(names) - 1 - int(len(names) * rng.random() ** 3)
+    where = np.array([next(iter(outline.poses[name].values())) for name in names], dtype=np.float64)
+    apart = np.hypot(*(where - where[chosen]).T)
+    count = int(rng.integers(1, 1 + min(MOST_TAKEN, len(names))))
+    near = np.argsort(apart, kind="stable")[:count]
+    return outline.without(names[n] for n in near.tolist())
+
+
+def annealed(outline: Outline, steps: int, number: int) -> Outline:
+    """Return the outline with its errands in a better order, as far as that many steps find one."""
+    if not outline.stops or not outline.errands:
+        return outline
+    task = encode(outline.situation)
+    bound_ms = makespan_bound_ms(task) + EPSILON_MS
+    search = Annealing(task, [events_of(outline.situation, outline.plan)], bound_ms, number)
+    search.expect(steps)
+    for done in range(0, steps, TURN):
+        search.step(done / steps, TURN)
+    return outline.with_plan(plan_of(outline.situation, search.events))
