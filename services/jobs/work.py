@@ -62,17 +62,17 @@ def _search(work: Work, situation: Situation, begun: float) -> Iterator[Found | 
     budget = work.budget
     if budget.seconds is not None:
         budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))
-    yield from _told(events_of(work, situation, budget), _Judge(situation, work.score))
+    yield from told(_steps(work, situation, budget), Judge(situation, work.score))
 
 
-def events_of(work: Work, situation: Situation, budget: Budget) -> Iterator[Plan | Finished]:
+def _steps(work: Work, situation: Situation, budget: Budget) -> Iterator[Plan | Finished]:
     """Yield the plans of the search and its end."""
     for event in events(engine(work.engine), situation, budget, work.start):
         yield event if isinstance(event, Finished) else event.plan
 
 
 @dataclass(slots=True)
-class _Judge:
+class Judge:
     """Lets pass what is valid and better than all before."""
 
     situation: Situation
@@ -97,7 +97,8 @@ class _Judge:
         )
 
 
-def _told(steps: Iterator[Plan | Finished], judge: _Judge) -> Iterator[Found | Closed]:
+def told(steps: Iterator[Plan | Finished], judge: Judge) -> Iterator[Found | Closed]:
+    """Yield what to tell of the plans and the end of a search."""
     for step in steps:
         if isinstance(step, Finished):
             yield _closed(step, judge)
@@ -107,7 +108,7 @@ def _told(steps: Iterator[Plan | Finished], judge: _Judge) -> Iterator[Found | C
             yield found
 
 
-def _closed(end: Finished, judge: _Judge) -> Closed:
+def _closed(end: Finished, judge: Judge) -> Closed:
     """Put the end into the words of jobs; a planner whose plan was refused has proven nothing."""
     outcome, detail, bound_ms = _OUTCOMES[end.outcome], end.detail, end.lower_bound_ms
     if judge.refused is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -16,6 +17,9 @@ from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from services.jobs import EventRecord, JobRecord, JobRequest, Jobs, JobSettings, MapTask
 from services.store import Store
+
+SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
+"""The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
 
 
 @asynccontextmanager
@@ -70,7 +74,7 @@ async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
 
 async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
     """Wait until a job has that revision."""
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(20):
         while len(await jobs.plans(job)) < revision:
             await asyncio.sleep(0.01)
 

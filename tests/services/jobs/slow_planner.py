@@ -9,19 +9,25 @@ import sys
 import time
 from pathlib import Path
 
-PLAN = (
-    "{0}: (move c1 carrier c1_start m1) [10.000]\n"
-    "{1}: (undock r1 c1 m1) [5.000]\n"
-    "{2}: (explore r1 rover m1 t1) [4.000]\n"
+DETOUR = (
+    "0.000: (move c1 carrier c1_start m1) [10.000]\n"
+    "10.001: (move c1 carrier m1 home) [10.000]\n"
+    "20.002: (move c1 carrier home m1) [10.000]\n"
+    "30.003: (undock r1 c1 m1) [5.000]\n"
+    "35.004: (explore r1 rover m1 t1) [4.000]\n"
+)
+STRAIGHT = (
+    "0.000: (move c1 carrier c1_start m1) [10.000]\n"
+    "10.001: (undock r1 c1 m1) [5.000]\n"
+    "15.002: (explore r1 rover m1 t1) [4.000]\n"
 )
 
 
 def main() -> None:
-    print(PLAN.format("5.000", "20.000", "30.000"), flush=True)
-    print("Plan found\n", flush=True)
+    print(DETOUR, flush=True)
     while not Path(sys.argv[-1]).exists():
         time.sleep(0.01)
-    print(PLAN.format("0.000", "10.001", "15.002"), flush=True)
+    print(STRAIGHT, flush=True)
     time.sleep(600)
 
 

@@ -2,14 +2,13 @@ from __future__ import annotations
 
 import asyncio
 import json
-import sys
 import tracemalloc
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_house import ended, is_gone, nothing_runs, open_jobs, planned, request, submit, told
+from job_house import SLOW, ended, is_gone, nothing_runs, open_jobs, planned, request, submit, told
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Waits, Wrong, pid_in
 
@@ -21,7 +20,6 @@ from services.jobs import FINAL, STATE_OF, EventType, JobOutcome, JobState, KeyR
 from services.store import StoreError, failpoints
 
 MIB = 1 << 20
-SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
 
 
 @pytest.fixture(autouse=True)

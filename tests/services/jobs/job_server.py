@@ -1,0 +1,36 @@
+"""A process that holds jobs, to be killed: takes jobs one after the other and prints the id of each once acknowledged.
+
+Arguments: the folder, what to submit (`many`: small ones as fast as they are taken; `slow`: one of `slow_planner.py`,
+which waits for a file `go` in the folder), and the folders to import from.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from pathlib import Path
+
+
+async def serve(folder: Path, what: str) -> None:
+    from job_house import SLOW, open_jobs, planned, request, submit
+    from situations import many_rooms, one_hall
+
+    from services.jobs import QueueFull
+
+    async with open_jobs(folder, slots=2, queue=8, commands={"slow": f"{SLOW} {folder / 'go'}"}) as jobs:
+        if what == "slow":
+            job = await submit(jobs, request(planner="slow"))
+            await planned(jobs, job)
+            print(job, flush=True)
+            await asyncio.sleep(600)
+        for number in range(10**6):
+            wanted = request(one_hall()) if number % 2 else request(many_rooms(2, 1, 6, 3), "anytime", seconds=0.2)
+            try:
+                print(await submit(jobs, wanted), flush=True)
+            except QueueFull:
+                await asyncio.sleep(0.05)
+
+
+if __name__ == "__main__":
+    sys.path[:] = sys.argv[3:]
+    asyncio.run(serve(Path(sys.argv[1]), sys.argv[2]))

@@ -1,0 +1,238 @@
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from job_house import SLOW, ended, is_alive, nothing_runs, open_jobs, planned, request, submit, told
+from launcher_tree import below_launcher
+from situations import one_room
+from strange_tasks import Dies, Escapes, Waits, pid_in
+
+from marsupial.planning import processes
+from marsupial.planning.checker import check
+from services.jobs import EventType, JobOutcome, JobState
+from services.store import failpoints
+
+MARK = "MARSUPIAL_TEST_MARK"
+
+
+@pytest.fixture(autouse=True)
+def nothing_left() -> Iterator[None]:
+    yield
+    assert nothing_runs()
+
+
+class Server:
+    """The process of `job_server.py`, and everything it starts."""
+
+    def __init__(self, folder: Path, what: str, armed: str = "") -> None:
+        self._mark = uuid.uuid4().hex
+        here = Path(__file__).parent
+        self._process = subprocess.Popen(
+            [sys.executable, str(here / "job_server.py"), str(folder), what, str(here), *sys.path],
+            env={**os.environ, MARK: self._mark, failpoints.VARIABLE: armed},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def acknowledged(self, count: int) -> list[str]:
+        """Wait for that many ids, or the end."""
+        assert self._process.stdout is not None
+        return [line.strip() for _, line in zip(range(count), self._process.stdout, strict=False)]
+
+    def kill(self) -> list[str]:
+        """Kill it and return the ids it has told meanwhile."""
+        self._process.kill()
+        return self.rest()
+
+    def rest(self) -> list[str]:
+        """Wait till it was killed and return the ids it has told meanwhile."""
+        with self._process:
+            assert self._process.stdout is not None
+            rest = self._process.stdout.read().split()
+        assert self._process.returncode == -signal.SIGKILL
+        return rest
+
+    def left(self, within_s: float = 5.0) -> list[int]:
+        """Return what of it still runs, once it had a moment to end."""
+        until = time.monotonic() + within_s
+        while (left := list(self._running())) and time.monotonic() < until:
+            time.sleep(0.02)
+        return left
+
+    def _running(self) -> Iterator[int]:
+        for process in psutil.process_iter():
+            try:
+                if process.environ().get(MARK) == self._mark and is_alive(process.pid):
+                    yield process.pid
+            except psutil.Error:
+                continue
+
+
+def all_end_well(folder: Path, acknowledged: list[str]) -> None:
+    """Open the folder again: every acknowledged job is there, ends once, and its plans are in order."""
+
+    async def run() -> None:
+        async with open_jobs(folder, slots=2) as jobs:
+            for job in acknowledged:
+                done = await ended(jobs, job)
+                assert done.outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING), done
+                events = await told(jobs, job)
+                assert [event.seq for event in events] == list(range(1, len(events) + 1))
+                assert [event.type for event in events].count(EventType.END) == 1
+                assert events[-1].type is EventType.END
+                plans = [json.loads(event.data) for event in events if event.type is EventType.PLAN]
+                assert [plan["revision"] for plan in plans] == list(range(1, done.plans + 1))
+                assert [plan["makespan_ms"] for plan in plans] == sorted(
+                    (plan["makespan_ms"] for plan in plans), reverse=True
+                )
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize(
+    "armed", ["", "after_commit=kill@12", pytest.param("before_commit=kill@12", marks=pytest.mark.slow)]
+)
+def test_an_acknowledged_job_survives_the_kill_of_the_server(tmp_path: Path, armed: str) -> None:
+    server = Server(tmp_path, "many", armed)
+    acknowledged = server.acknowledged(5)
+    acknowledged += server.rest() if armed else server.kill()
+    assert len(acknowledged) >= 3
+    assert server.left() == []
+    all_end_well(tmp_path, acknowledged)
+
+
+@pytest.mark.slow
+def test_acknowledged_jobs_survive_many_kills_at_any_moment(tmp_path: Path) -> None:
+    draw = random.Random(1)
+    acknowledged: list[str] = []
+    for _ in range(25):
+        server = Server(tmp_path, "many")
+        acknowledged += server.acknowledged(1)
+        time.sleep(draw.uniform(0, 6))
+        acknowledged += server.kill()
+        assert server.left() == []
+    all_end_well(tmp_path, acknowledged)
+
+
+@pytest.mark.slow
+def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
+    server = Server(tmp_path, "slow")
+    (job,) = server.acknowledged(1)
+    server.kill()
+    assert server.left() == []
+
+    async def run() -> None:
+        async with open_jobs(tmp_path, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
+            (tmp_path / "go").touch()
+            await planned(jobs, job, 2)
+            done = await jobs.cancel(job)
+            assert (done.attempts, done.plans) == (2, 2)
+            first, second = await jobs.plans(job)
+            assert first.makespan_ms > second.makespan_ms
+            assert all(check(one_room(), record.plan).valid for record in (first, second))
+            types = [event.type for event in await told(jobs, job)]
+            assert types == ["state", "state", "plan", "state", "state", "plan", "end"]
+
+    asyncio.run(run())
+
+
+def worker() -> psutil.Process:
+    return psutil.Process(next(p.pid for p in below_launcher() if not p.children()))
+
+
+def supervisor() -> psutil.Process:
+    parent = worker().parent()
+    assert parent is not None
+    return parent
+
+
+def launcher() -> psutil.Process:
+    parent = supervisor().parent()
+    assert parent is not None
+    return parent
+
+
+@pytest.mark.parametrize("find", [worker, supervisor, launcher])
+def test_a_job_survives_the_kill_of_what_runs_it(tmp_path: Path, find: Callable[[], psutil.Process]) -> None:
+    async def run() -> None:
+        async with open_jobs(tmp_path) as jobs:
+            job = await submit(jobs, request(Waits(tmp_path)))
+            first = await pid_in(tmp_path)
+            (tmp_path / "pid").unlink()
+            find().kill()
+            second = await pid_in(tmp_path)
+            assert not is_alive(first)
+            assert second != first
+            (tmp_path / "go").touch()
+            done = await ended(jobs, job)
+            assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize(("times", "outcome"), [(2, JobOutcome.SATISFICING), (3, JobOutcome.ENGINE_FAILED)])
+def test_a_job_whose_processes_are_always_killed_is_given_up(tmp_path: Path, times: int, outcome: JobOutcome) -> None:
+    async def run() -> None:
+        async with open_jobs(tmp_path) as jobs:
+            done = await ended(jobs, await submit(jobs, request(Dies(tmp_path, times))))
+            assert (done.outcome, done.attempts) == (outcome, 3)
+
+    asyncio.run(run())
+
+
+def test_stopping_ends_streams_and_processes_soon_and_the_jobs_go_on_at_the_next_start(tmp_path: Path) -> None:
+    async def first() -> tuple[str, str, list[str]]:
+        async with open_jobs(tmp_path, slots=2, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
+            slow = await submit(jobs, request(planner="slow"))
+            hostile = await submit(jobs, request(Escapes(tmp_path)))
+            waiting = await submit(jobs)
+            await planned(jobs, slow)
+            await pid_in(tmp_path)
+            streams = [asyncio.create_task(told(jobs, job)) for job in (slow, hostile, waiting) for _ in range(20)]
+            await asyncio.sleep(0.05)
+            async with asyncio.timeout(3):
+                await jobs.stop()
+                await asyncio.gather(*streams)
+            assert nothing_runs(within_s=0.5)
+            counts = (await jobs.metrics()).states
+            assert counts[JobState.QUEUED] == 3
+            assert all(job.attempts == 0 for job in await jobs.list("me"))
+            return slow, hostile, [str(event.type) for event in streams[0].result()]
+
+    async def second(slow: str, hostile: str) -> None:
+        async with open_jobs(tmp_path, slots=2, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
+            (tmp_path / "go").touch()
+            await jobs.cancel(hostile)
+            await planned(jobs, slow, 2)
+            assert (await jobs.cancel(slow)).attempts == 1
+
+    slow, hostile, types = asyncio.run(first())
+    assert types[:3] == ["state", "state", "plan"]
+    assert "end" not in types
+    asyncio.run(second(slow, hostile))
+
+
+def test_stopping_does_not_wait_for_a_launcher_that_is_not_ready(tmp_path: Path) -> None:
+    processes.shutdown()
+
+    async def run() -> None:
+        async with open_jobs(tmp_path) as jobs:
+            await submit(jobs)
+            await asyncio.sleep(0.1)
+            async with asyncio.timeout(3):
+                await jobs.stop()
+            assert (await jobs.list("me"))[0].state is JobState.QUEUED
+
+    asyncio.run(run())

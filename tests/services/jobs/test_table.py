@@ -1,0 +1,158 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+from situations import one_hall
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget
+from services.jobs import JobOutcome, JobRecord, JobSettings, JobState, lookup, table
+from services.jobs.documents import actions_text, plan_of
+from services.jobs.messages import Analysed, Closed, Found
+from services.store import Store, Transaction
+
+SETTINGS = JobSettings(slots=1, queue=2, max_attempts=2)
+DONE = Closed(outcome=JobOutcome.SATISFICING)
+
+T = TypeVar("T")
+
+
+class Table:
+    """The table of a store, each change in a transaction of its own."""
+
+    def __init__(self, store: Store) -> None:
+        self.store = store
+
+    def do(self, write: Callable[[Transaction], T]) -> T:
+        return self.store.write(write).result(10)
+
+    def add(self, job: str = "j") -> JobRecord:
+        new = table.NewJob(
+            id=job,
+            owner="me",
+            key=None,
+            digest=b"",
+            planner="greedy",
+            budget=Budget(seconds=1.0),
+            task=b"task",
+            source=b"",
+        )
+        return self.do(lambda tx: table.insert(tx, new, SETTINGS, 1)).job
+
+    def claim(self) -> table.Claim:
+        claim = self.do(lambda tx: table.claim(tx, 2))
+        assert claim is not None
+        return claim
+
+    def job(self, job: str = "j") -> JobRecord:
+        return lookup.existing(self.store.read(lambda c: lookup.job(c, job)).result(10), job)
+
+
+@pytest.fixture
+def jobs(tmp_path: Path) -> Iterator[Table]:
+    store = Store(tmp_path)
+    yield Table(store)
+    store.close()
+
+
+def found(makespan_ms: int) -> Found:
+    return Found(score=(makespan_ms, 0, 0), makespan_ms=makespan_ms, actions="[]", ipc="")
+
+
+def test_a_job_is_finished_once_by_its_own_attempt_only(jobs: Table) -> None:
+    jobs.add()
+    first = jobs.claim()
+    assert jobs.do(lambda tx: table.give_back(tx, first, "killed", SETTINGS, 3))
+    second = jobs.claim()
+    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
+    assert jobs.do(lambda tx: table.finish(tx, second, DONE, 5))
+    assert not jobs.do(lambda tx: table.finish(tx, second, DONE, 6))
+    jobs.do(lambda tx: table.cancel(tx, "j", 7))
+    assert (jobs.job().state, jobs.job().finished_at_ms) == (JobState.SUCCEEDED, 5)
+
+
+def test_what_an_attempt_sends_too_late_is_not_kept(jobs: Table) -> None:
+    jobs.add()
+    first = jobs.claim()
+    jobs.do(lambda tx: table.cancel(tx, "j", 3))
+    assert not jobs.do(lambda tx: table.add_plan(tx, first, found(10), 4))
+    assert not jobs.do(lambda tx: table.add_analysis(tx, first, Analysed(situation="{}", places="{}")))
+    assert not jobs.do(lambda tx: table.give_back(tx, first, "killed", SETTINGS, 5))
+    assert (jobs.job().state, jobs.job().plans) == (JobState.CANCELLED, 0)
+
+
+def test_a_plan_that_is_not_better_is_not_kept(jobs: Table) -> None:
+    jobs.add()
+    claim = jobs.claim()
+    kept = [jobs.do(lambda tx, ms=ms: table.add_plan(tx, claim, found(ms), 3)) for ms in (10, 10, 12, 9, 9)]
+    assert kept == [True, False, False, True, False]
+    assert (jobs.job().plans, jobs.job().first_plan_at_ms) == (2, 3)
+
+
+def test_the_next_attempt_begins_with_the_best_plan(jobs: Table) -> None:
+    jobs.add()
+    claim = jobs.claim()
+    assert (claim.start, claim.score) == (None, None)
+    jobs.do(lambda tx: table.add_plan(tx, claim, found(9), 3))
+    jobs.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4))
+    again = jobs.claim()
+    assert (again.start, again.score, again.task) == (Plan(actions=()), (9, 0, 0), b"task")
+
+
+def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) -> None:
+    jobs.add()
+    for _ in range(5):
+        claim = jobs.claim()
+        assert jobs.do(lambda tx, claim=claim: table.give_back(tx, claim, "", SETTINGS, 3))
+    assert jobs.job().attempts == 0
+    jobs.claim()
+    jobs.do(lambda tx: table.recover(tx, SETTINGS, 4))
+    assert (jobs.job().state, jobs.job().attempts) == (JobState.QUEUED, 1)
+    jobs.claim()
+    jobs.do(lambda tx: table.recover(tx, SETTINGS, 5))
+    assert (jobs.job().outcome, jobs.job().attempts) == (JobOutcome.ENGINE_FAILED, 2)
+
+
+def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
+    jobs.add("a")
+    jobs.add("b")
+    claim = jobs.claim()
+    jobs.do(lambda tx: table.give_back(tx, claim, "killed", SETTINGS, 3))
+    assert jobs.claim().id == "a"
+
+
+def test_the_task_is_dropped_at_the_end(jobs: Table) -> None:
+    jobs.add()
+    claim = jobs.claim()
+    jobs.do(lambda tx: table.finish(tx, claim, DONE, 3))
+    assert jobs.do(lambda tx: tx.execute("SELECT task FROM payloads").fetchone()[0]) is None
+
+
+def test_nothing_of_a_removed_job_is_left(jobs: Table) -> None:
+    jobs.add()
+    claim = jobs.claim()
+    jobs.do(lambda tx: table.add_plan(tx, claim, found(9), 3))
+    jobs.do(lambda tx: table.finish(tx, claim, DONE, 3))
+    assert jobs.do(lambda tx: table.remove_old(tx, JobSettings(retention_s=10), 10_004)) == 1
+    tables = ("jobs", "payloads", "plans", "events")
+    counts = jobs.do(lambda tx: [tx.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in tables])
+    assert counts == [0, 0, 0, 0]
+
+
+def test_a_gap_needs_a_plan_and_a_bound(jobs: Table) -> None:
+    jobs.add()
+    claim = jobs.claim()
+    assert jobs.job().gap is None
+    jobs.do(lambda tx: table.add_plan(tx, claim, found(10), 3))
+    jobs.do(lambda tx: table.finish(tx, claim, Closed(outcome=JobOutcome.SATISFICING, lower_bound_ms=8), 4))
+    assert jobs.job().gap == pytest.approx(0.2)
+
+
+def test_a_plan_reads_back_from_its_text() -> None:
+    from marsupial.planning.greedy import serve
+
+    plan, _ = serve(one_hall())
+    assert plan_of(actions_text(plan)) == plan

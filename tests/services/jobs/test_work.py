@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from situations import one_room
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Finished, Outcome
+from marsupial.planning.checker import check
+from marsupial.planning.engines import ENGINES
+from marsupial.planning.greedy import serve
+from services.jobs import JobOutcome
+from services.jobs.messages import Closed, Found
+from services.jobs.warm import PLANNERS, tiny
+from services.jobs.work import Judge, told
+
+GOOD, _ = serve(one_room())
+SHIFTED = Plan(actions=tuple(replace(action, start_ms=action.start_ms + 500) for action in GOOD.actions))
+WRONG = Plan(actions=GOOD.actions[1:])
+
+
+def outcome(*plans: Plan, end: Outcome) -> tuple[list[int], JobOutcome]:
+    """Return the makespans that are told, and the outcome."""
+    steps = [*plans, Finished(outcome=end, detail="so it says")]
+    *found, closed = told(iter(steps), Judge(one_room(), None))
+    assert isinstance(closed, Closed)
+    return [one.makespan_ms for one in found if isinstance(one, Found)], closed.outcome
+
+
+def test_only_valid_plans_that_are_better_are_told() -> None:
+    best = GOOD.makespan_ms
+    assert outcome(SHIFTED, SHIFTED, WRONG, GOOD, SHIFTED, end=Outcome.SATISFICING)[0] == [best + 500, best]
+
+
+@pytest.mark.parametrize(
+    ("plans", "end", "expected"),
+    [
+        ([GOOD], Outcome.OPTIMAL, JobOutcome.OPTIMAL),
+        ([GOOD], Outcome.TIMEOUT, JobOutcome.SATISFICING),
+        ([GOOD], Outcome.UNSOLVABLE, JobOutcome.SATISFICING),
+        ([GOOD], Outcome.CRASHED, JobOutcome.ENGINE_FAILED),
+        ([GOOD, WRONG], Outcome.OPTIMAL, JobOutcome.SATISFICING),
+        ([WRONG], Outcome.OPTIMAL, JobOutcome.ENGINE_FAILED),
+        ([], Outcome.OPTIMAL, JobOutcome.ENGINE_FAILED),
+        ([], Outcome.SATISFICING, JobOutcome.ENGINE_FAILED),
+        ([], Outcome.UNSOLVABLE, JobOutcome.UNSOLVABLE),
+        ([], Outcome.MEMORY, JobOutcome.OUT_OF_MEMORY),
+        ([], Outcome.NO_PLAN, JobOutcome.NO_PLAN),
+    ],
+)
+def test_a_planner_is_believed_only_as_far_as_its_plans_go(
+    plans: list[Plan], end: Outcome, expected: JobOutcome
+) -> None:
+    assert outcome(*plans, end=end)[1] is expected
+
+
+def test_the_planners_that_are_warmed_up_are_known_and_have_something_to_do() -> None:
+    assert set(PLANNERS) <= set(ENGINES)
+    plan, left = serve(tiny())
+    assert not left
+    assert check(tiny(), plan).valid
