@@ -69,7 +69,7 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
 
 
 def rate(outline: Outline) -> Rate:
-    """Return how good an outline is, less is better: what is not seen, then when all is, and a little of the driving."""
+    """Return how good an outline is: what is not seen, then when the rest is, and a little of the driving."""
     driving = sum(action.duration_ms for action in outline.plan.actions if action.origin is not None)
     return outline.missed.bit_count(), outline.complete_ms + DRIVING_SHARE * driving
 
