@@ -1,0 +1,104 @@
+"""Ray nodes on this machine alone, each with its own processes, which a test may kill."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+
+import psutil
+import pytest
+
+needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: pip install 'marsupial[ray]'")
+
+PATIENCE_S = 120
+
+PROGRAM = str(Path(__file__).with_name("ray_cluster_program.py"))
+
+
+class Nodes:
+    """A head without processors and `workers` nodes with one each, all on 127.0.0.1 and with a token."""
+
+    def __init__(self, workers: int) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="ray-", dir="/tmp"))  # paths of sockets must be short
+        self.env = {
+            "RAY_AUTH_MODE": "token",
+            "RAY_AUTH_TOKEN": "0123456789abcdef" * 4,
+            "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",
+            "RAY_TMPDIR": str(self.folder),
+            "RAY_USAGE_STATS_ENABLED": "0",
+            "RAY_health_check_period_ms": "1000",
+            "RAY_health_check_failure_threshold": "3",
+        }
+        client_port = free_port()
+        self._program = subprocess.Popen([sys.executable, PROGRAM, str(workers), str(client_port)],
+                                         env=with_settings(self.env), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         stderr=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
+        assert self._program.stdout is not None
+        self.address = self._program.stdout.readline().decode().strip()
+        self.client = f"ray://127.0.0.1:{client_port}"
+        if not self.address:
+            self.stop()
+            pytest.fail("the cluster did not start")
+
+    def stop(self) -> None:
+        """End all processes of all nodes."""
+        running = self._family()
+        self._program.communicate(timeout=60)
+        for process in psutil.wait_procs(running, timeout=20)[1]:
+            process.kill()
+        assert psutil.wait_procs(running, timeout=10)[1] == []
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def run(self, *command: str, **env: str) -> subprocess.CompletedProcess[str]:
+        """Run a Python program with the settings of these nodes; an empty text removes one."""
+        return subprocess.run([sys.executable, *command], env=with_settings(self.env | env), capture_output=True,
+                              text=True, check=False, timeout=PATIENCE_S)  # fmt: skip
+
+    def begin(self, *command: str) -> subprocess.Popen[bytes]:
+        """Start a Python program with the settings of these nodes, in a session of its own."""
+        return subprocess.Popen([sys.executable, *command], env=with_settings(self.env), stderr=subprocess.PIPE,
+                                stdout=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
+
+    def missions(self) -> list[psutil.Process]:
+        """Return the workers that are at work."""
+        return [process for process in self._family() if _title(process).startswith("ray::attend")]
+
+    def _family(self) -> list[psutil.Process]:
+        try:
+            return psutil.Process(self._program.pid).children(recursive=True)
+        except psutil.NoSuchProcess:
+            return []
+
+
+def with_settings(settings: Mapping[str, str]) -> dict[str, str]:
+    """Return the environment with `settings`; an empty text removes one."""
+    env = os.environ | settings
+    return {name: value for name, value in env.items() if value or name not in settings}
+
+
+def free_port() -> int:
+    """Return a port of 127.0.0.1 that nobody listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def interrupt(program: subprocess.Popen[bytes]) -> str:
+    """Send Ctrl-C as a terminal does and return what the program has said on stderr."""
+    os.killpg(program.pid, signal.SIGINT)
+    return program.communicate(timeout=60)[1].decode()
+
+
+def _title(process: psutil.Process) -> str:
+    try:
+        return " ".join(process.cmdline())
+    except psutil.Error:
+        return ""

@@ -1,0 +1,182 @@
+"""A comparison on a real cluster of several nodes, all of them on this machine."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Generator, Iterator, Sequence
+from pathlib import Path
+
+import psutil
+import pytest
+from ray_driver import comparison_in, is_hopeless
+from ray_nodes import PATIENCE_S, Nodes, interrupt, needs_ray
+
+from marsupial.bench.compare.conduct import conduct
+from marsupial.bench.compare.folder import read_rows
+from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.rows import CRASHED, Result, Row
+from marsupial.bench.compare.trial import carry_out
+from marsupial.cli.main import main
+
+pytestmark = needs_ray
+
+DRIVER = str(Path(__file__).with_name("ray_driver.py"))
+PROGRAM = ("-m", "marsupial.cli.main", "compare", "lobby", "--carriers", "1-2", "--rovers", "1")
+QUICK = ("--steps", "1", "--planner", "greedy", "--runs", "2")
+LONG = ("--steps", "30", "--planner", "anytime", "--runs", "6", "--strategies", "temporal")
+FILES = ("rows.csv", "coverage.csv", "comparison.json")
+
+
+@pytest.fixture(scope="module")
+def nodes() -> Iterator[Nodes]:
+    started = Nodes(workers=2)
+    yield started
+    started.stop()
+
+
+@pytest.fixture(scope="module")
+def mortal() -> Iterator[Nodes]:
+    """Nodes of which one is going to be lost."""
+    started = Nodes(workers=2)
+    yield started
+    started.stop()
+
+
+def bytes_of(out: Path) -> dict[str, bytes]:
+    return {name: (out / name).read_bytes() for name in FILES}
+
+
+def carried_out_here(out: Path, *arguments: str) -> dict[str, bytes]:
+    assert main([*PROGRAM[2:], *arguments, "--workers", "2", "--out", str(out)]) == 0
+    return bytes_of(out)
+
+
+class Here:
+    """A runner without workers."""
+
+    def __init__(self, comparison: Comparison) -> None:
+        self._comparison = comparison
+
+    def results(self, trials: Sequence[Trial]) -> Generator[Result]:
+        for trial in trials:
+            if is_hopeless(trial):
+                reason = "the worker process died 2 times: WorkerCrashedError"
+                yield Result(row=Row(trial=trial, status=CRASHED, reason=reason))
+            else:
+                yield carry_out(trial, self._comparison.scenarios[trial.case], self._comparison.budget)
+
+
+def test_rows_are_the_same_bytes_as_those_of_a_local_run_though_workers_and_a_node_die(
+    mortal: Nodes, tmp_path: Path
+) -> None:
+    marks = tmp_path / "marks"
+    marks.mkdir()
+    done = mortal.run(DRIVER, mortal.address, "dies", str(marks), str(tmp_path / "ray"))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    assert {entry.name for entry in marks.iterdir()} == {"worker", "node"}
+    comparison = comparison_in(marks)
+    conduct(comparison, Here(comparison), tmp_path / "here", lambda row, done, total: None)
+    assert bytes_of(tmp_path / "ray") == bytes_of(tmp_path / "here")
+    assert len(read_rows(tmp_path / "ray")) == 8
+
+
+@pytest.mark.slow
+def test_the_command_does_the_same_on_a_node_through_ray_client_and_on_a_cluster_of_its_own(
+    nodes: Nodes, tmp_path: Path
+) -> None:
+    here = carried_out_here(tmp_path / "here", *QUICK)
+    for number, address in enumerate((nodes.address, nodes.client, "local")):
+        done = nodes.run(*PROGRAM, *QUICK, "--ray", address, "--out", str(tmp_path / str(number)))
+        assert done.returncode == 0, done.stderr
+        assert bytes_of(tmp_path / str(number)) == here
+
+
+def begun(nodes: Nodes, out: Path, address: str) -> subprocess.Popen[bytes]:
+    """Return a program that has carried out one of its missions."""
+    program = nodes.begin(*PROGRAM, *LONG, "--ray", address, "--out", str(out))
+    deadline = time.monotonic() + PATIENCE_S
+    while not ((out / "rows.csv").exists() and (out / "rows.csv").read_bytes().count(b"\n") > 1):
+        assert program.poll() is None, program.communicate()[1].decode()
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    return program
+
+
+@pytest.mark.slow
+def test_what_is_killed_in_the_middle_goes_on_and_nothing_is_lost_or_done_twice(nodes: Nodes, tmp_path: Path) -> None:
+    out = tmp_path / "ray"
+    program = begun(nodes, out, nodes.address)
+    at_work = nodes.missions()
+    program.kill()
+    program.communicate()
+    assert psutil.wait_procs(at_work, timeout=60)[1] == []
+    before = read_rows(out)
+    assert 1 <= len(before) < 12
+    done = nodes.run(*PROGRAM, *LONG, "--ray", nodes.address, "--out", str(out))
+    assert done.returncode == 0, done.stderr
+    assert f"12 missions, {len(before)} of them done before" in done.stderr
+    assert bytes_of(out) == carried_out_here(tmp_path / "local", *LONG)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("where", ["address", "client", "local"])
+def test_ctrl_c_leaves_what_is_done_and_no_mission_on_the_cluster(nodes: Nodes, tmp_path: Path, where: str) -> None:
+    program = begun(nodes, tmp_path, where if where == "local" else getattr(nodes, where))
+    below = psutil.Process(program.pid).children(recursive=True)
+    error = interrupt(program)
+    assert program.returncode == 130
+    assert f"what is done is kept in {tmp_path}" in error
+    assert "Traceback" not in error
+    assert psutil.wait_procs(below, timeout=20)[1] == []
+    assert psutil.wait_procs(nodes.missions(), timeout=20)[1] == []
+    assert len(read_rows(tmp_path)) >= 1
+
+
+@pytest.mark.slow
+def test_a_node_that_is_killed_in_the_middle_leaves_no_trace_in_the_rows(tmp_path: Path) -> None:
+    nodes = Nodes(workers=2)
+    try:
+        program = begun(nodes, tmp_path / "ray", nodes.address)
+        os.kill(nodes.missions()[0].ppid(), signal.SIGKILL)
+        error = program.communicate(timeout=PATIENCE_S)[1].decode()
+        assert program.returncode == 0, error
+        assert bytes_of(tmp_path / "ray") == carried_out_here(tmp_path / "local", *LONG)
+    finally:
+        nodes.stop()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["address", "client"])
+@pytest.mark.parametrize("env", [{"RAY_AUTH_TOKEN": "f" * 64}, {"RAY_AUTH_TOKEN": "", "RAY_AUTH_MODE": ""}])
+def test_a_cluster_lets_nobody_in_without_its_token(
+    nodes: Nodes, tmp_path: Path, how: str, env: dict[str, str]
+) -> None:
+    done = nodes.run(
+        *PROGRAM, *QUICK, "--ray", getattr(nodes, how), "--out", str(tmp_path / "x"), HOME=str(tmp_path), **env
+    )
+    assert done.returncode == 2
+    assert "the cluster demands its token" in done.stderr
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["address", "client"])
+def test_workers_of_another_version_are_refused(nodes: Nodes, tmp_path: Path, how: str) -> None:
+    done = nodes.run(DRIVER, getattr(nodes, how), "differs", str(tmp_path), str(tmp_path / "ray"))
+    assert done.returncode == 1
+    assert read_rows(tmp_path / "ray") == ()
+    assert "instead of 9.9: install the same everywhere" in done.stderr
+
+
+@pytest.mark.slow
+def test_a_cluster_listens_on_this_machine_alone(nodes: Nodes, tmp_path: Path) -> None:
+    program = begun(nodes, tmp_path, "local")
+    family = [program.pid, *(child.pid for child in psutil.Process(program.pid).children(recursive=True))]
+    ears = [ear.laddr.ip for ear in psutil.net_connections("tcp") if ear.pid in family and ear.status == "LISTEN"]
+    interrupt(program)
+    assert ears
+    assert {ip.removeprefix("::ffff:") for ip in ears} <= {"127.0.0.1", "::1"}

@@ -1,0 +1,132 @@
+"""Which Ray clusters are used at all; nothing here needs one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError
+from pathlib import Path
+
+import pytest
+from ray_nodes import free_port, needs_ray
+
+from marsupial.bench.compare import ray_cluster
+from marsupial.bench.compare.ray_cluster import Cluster, cluster_at, usable
+from marsupial.bench.compare.ray_task import Refused, Terms, demand, make
+from marsupial.cli.main import main
+from marsupial.errors import UsageError
+
+SETTINGS = ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH", "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER",
+            "RAY_USAGE_STATS_ENABLED")  # fmt: skip
+
+
+@pytest.fixture
+def plain(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch:
+    """Take away all settings of Ray and any token."""
+    monkeypatch.setattr(os, "environ", os.environ.copy())
+    for name in SETTINGS:
+        os.environ.pop(name, None)
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    monkeypatch.setattr(ray_cluster, "version", lambda name: "2.60.0")
+    monkeypatch.setattr(ray_cluster, "_reach", lambda host, port: None)
+    monkeypatch.setattr(ray_cluster, "_try_out", lambda cluster: None)
+    return monkeypatch
+
+
+@pytest.mark.parametrize(
+    ("address", "cluster", "here"),
+    [
+        ("127.0.0.1:6379", Cluster("127.0.0.1:6379", "127.0.0.1", 6379), True),
+        ("localhost:6379", Cluster("localhost:6379", "localhost", 6379), True),
+        ("[::1]:6379", Cluster("[::1]:6379", "::1", 6379), True),
+        ("192.0.2.7:6379", Cluster("192.0.2.7:6379", "192.0.2.7", 6379), False),
+        ("ray://192.0.2.7", Cluster("ray://192.0.2.7:10001", "192.0.2.7", 10001), False),
+        ("ray://127.0.0.1:7", Cluster("ray://127.0.0.1:7", "127.0.0.1", 7), True),
+        ("auto", Cluster("auto"), False),
+        ("local", Cluster("local"), True),
+    ],
+)
+def test_an_address_says_whether_others_can_reach_it(address: str, cluster: Cluster, here: bool) -> None:
+    assert cluster_at(address) == cluster
+    assert cluster.here == here
+
+
+@pytest.mark.parametrize("address", ["", "host", "host:", "host:port", "host:99999", "http://host:1", "a@b:1", "h:1/x"])
+def test_what_is_no_address_is_refused(address: str) -> None:
+    with pytest.raises(UsageError, match="--ray: must be HOST:PORT, ray://HOST:PORT, auto or local"):
+        cluster_at(address)
+
+
+@pytest.mark.parametrize("address", ["192.0.2.7:6379", "ray://192.0.2.7:10001", "auto"])
+def test_other_machines_are_only_talked_to_with_a_token(plain: pytest.MonkeyPatch, address: str) -> None:
+    with pytest.raises(UsageError, match=r"--ray: .* needs token authentication, RAY_AUTH_MODE=token"):
+        usable(cluster_at(address))
+    plain.setitem(os.environ, "RAY_AUTH_TOKEN", "0" * 32)
+    usable(cluster_at(address))
+    assert os.environ["RAY_AUTH_MODE"] == "token"
+    plain.setitem(os.environ, "RAY_AUTH_MODE", "disabled")
+    with pytest.raises(UsageError, match="needs token authentication"):
+        usable(cluster_at(address))
+
+
+def test_a_token_in_the_home_directory_is_used(plain: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / ".ray").mkdir()
+    (tmp_path / ".ray" / "auth_token").write_text("0" * 32)
+    usable(cluster_at("192.0.2.7:6379"))
+    assert os.environ["RAY_AUTH_MODE"] == "token"
+
+
+def test_a_cluster_of_our_own_has_a_token_of_its_own_and_stays_on_this_machine(plain: pytest.MonkeyPatch) -> None:
+    usable(cluster_at("local"))
+    assert os.environ["RAY_AUTH_MODE"] == "token"
+    assert len(os.environ["RAY_AUTH_TOKEN"]) == 64
+    assert os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] == "0"
+    assert os.environ["RAY_USAGE_STATS_ENABLED"] == "0"
+
+
+def test_without_ray_the_message_says_what_to_install(plain: pytest.MonkeyPatch) -> None:
+    def absent(name: str) -> str:
+        raise PackageNotFoundError(name)
+
+    plain.setattr(ray_cluster, "version", absent)
+    with pytest.raises(UsageError, match=r"--ray: Ray is not installed: pip install 'marsupial\[ray\]'"):
+        usable(cluster_at("local"))
+    plain.setattr(ray_cluster, "version", lambda name: "2.51.2")
+    with pytest.raises(UsageError, match=r"--ray: Ray 2.51.2 is too old, it must be 2.52 or newer"):
+        usable(cluster_at("local"))
+
+
+@needs_ray
+@pytest.mark.parametrize("command", [["compare", "lobby"], ["reproduce", "wurm2010"]])
+def test_an_address_where_nobody_answers_is_refused_before_anything_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], command: list[str]
+) -> None:
+    port = free_port()
+    assert main([*command, "--ray", f"127.0.0.1:{port}", "--out", str(tmp_path / "x")]) == 2
+    assert f"error: --ray: can't reach 127.0.0.1:{port}: Connection refused" in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()
+
+
+def test_a_cluster_has_its_own_number_of_workers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["--ray", "local", "--workers", "2", "--out", str(tmp_path / "x")]
+    assert main(["compare", "lobby", "--steps", "1", *arguments]) == 2
+    assert "--workers: a Ray cluster has as many as it has processors" in capsys.readouterr().err
+
+
+def test_ray_is_not_imported_without_need() -> None:
+    code = "import sys, marsupial.cli.main, marsupial.cli.comparing; sys.exit('ray' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_worker_of_another_make_or_one_that_serves_anybody_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    terms = Terms(make=make(), token=False)
+    demand(terms)
+    with pytest.raises(Refused, match=r"has numpy .* instead of 0\.1: install the same everywhere"):
+        demand(replace(terms, make=dict(make()) | {"numpy": "0.1"}))
+    monkeypatch.delenv("RAY_AUTH_MODE", raising=False)
+    with pytest.raises(Refused, match="serves anybody without a token"):
+        demand(replace(terms, token=True))
+    monkeypatch.setenv("RAY_AUTH_MODE", "token")
+    demand(replace(terms, token=True))
