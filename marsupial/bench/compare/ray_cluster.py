@@ -17,7 +17,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -41,7 +41,9 @@ OLDEST = (2, 52)
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
 _TOKENS = ("RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
-_TRY = "import sys, ray; ray.init(address=sys.argv[1], logging_level='ERROR', log_to_driver=False); ray.shutdown()"
+_TRY = "import sys, ray; ray.init(address=sys.argv[1], logging_level='DEBUG', log_to_driver=False); ray.shutdown()"
+_UNAUTHENTICATED = ("InvalidAuthToken", "AuthenticationError", "missing authentication token")
+_IMPATIENT = {"RAY_NUM_REDIS_GET_RETRIES": "5", "RAY_CLIENT_INITIAL_CONNECTION_TIMEOUT_S": "2"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,8 @@ def cluster_at(address: str) -> Cluster:
         host = port = None
     if host is None or port is None or parts.path or parts.query or parts.username is not None:
         raise refusal(f"must be HOST:PORT, ray://HOST:PORT, auto or local, got {address!r}")
-    return Cluster(address, host, port)
+    written = f"[{host}]" if ":" in host else host
+    return Cluster(f"{CLIENT if is_client else ''}{written}:{port}", host, port)
 
 
 def usable(cluster: Cluster) -> Cluster:
@@ -111,7 +114,10 @@ def usable(cluster: Cluster) -> Cluster:
 
 @contextmanager
 def connected(cluster: Cluster) -> Iterator[Any]:
-    """Connect to a usable cluster and yield the module `ray`; numerical libraries get one thread in its workers."""
+    """Connect to a usable cluster and yield the module `ray`; numerical libraries get one thread in its workers.
+
+    What Ray has to say goes to stderr.
+    """
     import ray
 
     threads = {name: os.environ.get(name, "1") for name in ONE_THREAD}
@@ -127,10 +133,11 @@ def connected(cluster: Cluster) -> Iterator[Any]:
             )
         except (ConnectionError, RuntimeError, ValueError) as error:
             raise refusal(f"{cluster.address}: {_line(str(error))}") from error
-    try:
-        yield ray
-    finally:
-        ray.shutdown()
+    with redirect_stdout(sys.stderr):
+        try:
+            yield ray
+        finally:
+            ray.shutdown()
 
 
 def _demand_ray() -> None:
@@ -171,20 +178,21 @@ def _try_out(cluster: Cluster) -> None:
     """Connect once in a process of its own: Ray tries for minutes where it is not let in, and says why on stderr."""
     command = [sys.executable, "-c", _TRY, cluster.address]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=JOIN_S, check=False)
+        done = subprocess.run(command, capture_output=True, env=os.environ | _IMPATIENT, timeout=JOIN_S, check=False)
     except subprocess.TimeoutExpired as error:
-        said = (error.stderr or b"").decode(errors="replace")
-        raise refusal(f"{cluster.address}: {_meaning(said) or f'no Ray cluster answers in {JOIN_S:g} s'}") from error
+        why = _meaning(error.stderr or b"") or f"no Ray cluster answers in {JOIN_S:g} s"
+        raise refusal(f"{cluster.address}: {why}") from error
     if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
-        raise refusal(f"{cluster.address}: {_meaning(done.stderr) or _line(last)}")
+        last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+        raise refusal(f"{cluster.address}: {_meaning(done.stderr) or last or f'exit code {done.returncode}'}")
 
 
-def _meaning(said: str) -> str | None:
+def _meaning(stderr: bytes) -> str | None:
     """Return what is wrong, in words, if what Ray has said tells."""
+    said = stderr.decode(errors="replace")
     if "Version mismatch" in said:
         return _line(said[said.index("Version mismatch") :])
-    if "nauthenticated" in said or "UNAUTHENTICATED" in said or "AuthenticationError" in said:
+    if any(word in said for word in _UNAUTHENTICATED):
         return (
             "the cluster demands its token, which this is not, or none was given: it belongs into RAY_AUTH_TOKEN or "
             "~/.ray/auth_token, with RAY_AUTH_MODE=token"

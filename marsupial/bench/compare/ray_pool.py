@@ -11,6 +11,7 @@ import pickle
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import suppress
 from typing import Any
 
 from marsupial.bench.compare.plan import Comparison, Trial
@@ -18,6 +19,7 @@ from marsupial.bench.compare.pool import MOST_TRIES
 from marsupial.bench.compare.ray_cluster import Cluster, connected, refusal
 from marsupial.bench.compare.ray_task import Refused, Terms, attend, make
 from marsupial.bench.compare.rows import CRASHED, Result, Row
+from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 
 Work = Callable[[Trial, Sequence[Any], Budget, Terms], Result]
@@ -47,17 +49,15 @@ class RayPool:
         tries = dict.fromkeys(trials, 0)
         running: dict[Future[Result], tuple[Trial, Any]] = {}
         with connected(self._cluster) as ray:
-            task = ray.remote(num_cpus=1, max_retries=0)(self._work)
-            store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
-            terms = Terms(make=make(), token=not self._cluster.here)
+            begin = self._beginner(ray)
             try:
                 while waiting or running:
                     for _ in range(min(_room(ray) - len(running), len(waiting))):
                         trial = waiting.popleft()
                         tries[trial] += 1
-                        reference = task.remote(trial, store, self._comparison.budget, terms)
+                        reference = begin(trial)
                         running[reference.future()] = trial, reference
-                    # Ray's own waiting would swallow what a signal handler raises
+                    # ray.wait would swallow what a signal handler raises
                     for done in wait(running, _LOOK_S, FIRST_COMPLETED).done:
                         trial, _ = running.pop(done)
                         result = self._outcome(ray, trial, done, tries[trial])
@@ -65,9 +65,19 @@ class RayPool:
                             waiting.appendleft(trial)
                         else:
                             yield result
+            except ConnectionError as error:
+                raise self._refusal("the cluster was lost", error) from error
             finally:
-                for _, reference in running.values():
-                    ray.cancel(reference, force=True)
+                with suppress(ConnectionError):
+                    for _, reference in running.values():
+                        ray.cancel(reference, force=True)
+
+    def _beginner(self, ray: Any) -> Callable[[Trial], Any]:
+        """Return what begins a mission and returns the reference to its result."""
+        task = ray.remote(num_cpus=1, max_retries=0)(self._work)
+        store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
+        terms = Terms(make=make(), token=not self._cluster.here)
+        return lambda trial: task.remote(trial, store, self._comparison.budget, terms)
 
     def _outcome(self, ray: Any, trial: Trial, done: Future[Result], tries: int) -> Result | None:
         """Return what a task has come to; None if it is to be begun again."""
@@ -84,11 +94,14 @@ class RayPool:
                 return None
             how = f"the worker process died {MOST_TRIES} times: {type(error).__name__}"
             return Result(row=Row(trial=trial, status=CRASHED, reason=how))
-        except Refused as error:
-            raise refusal(str(error.args[-1])) from error
         except ray.exceptions.RayError as error:
-            text = " ".join(str(error).split())
-            raise refusal(f"{self._cluster.address}: {trial} could not be carried out: {text}") from error
+            cause = getattr(error, "cause", None)
+            if isinstance(cause, Refused):
+                raise refusal(str(cause)) from error
+            raise self._refusal(f"{trial} could not be carried out", error) from error
+
+    def _refusal(self, what: str, error: Exception) -> UsageError:
+        return refusal(f"{self._cluster.address}: {what}: {' '.join(str(error).split())}")
 
 
 def _room(ray: Any) -> int:
