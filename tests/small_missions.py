@@ -131,6 +131,7 @@ class Watcher(Observer):
         self._drives: dict[str, DriveStarted] = {}
         self._running: dict[str, ActionStarted] = {}
         self._lost: set[str] = set()
+        self._before: dict[str, tuple[Cell | None, str | None]] = {}
 
     def of(self, kind: type) -> list[MissionEvent]:
         """Return the events of a kind."""
@@ -209,6 +210,7 @@ class Watcher(Observer):
             self._running[name] = event
         if action.carrier is None:
             return
+        self._before[action.robot] = self.cell[action.robot], self.carrier[action.robot]
         host = self.cell[action.carrier]
         if action.name is ActionName.DOCK:
             load = sum(self.carrier[name] == action.carrier and name not in self._lost for name in self.carrier)
@@ -233,6 +235,8 @@ class Watcher(Observer):
         for name in action.robots:
             started = self._running.pop(name, None)
             self._check(event, started is not None, f"{name} ends what it has not started")
+        if event.end is ActionEnd.FAILED and action.carrier is not None:
+            self.cell[action.robot], self.carrier[action.robot] = self._before[action.robot]
         if event.end is ActionEnd.DONE and action.carrier is not None and started is not None:
             kind = self._kinds[action.robot]
             took = kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms

@@ -139,7 +139,8 @@ class Watch(Observer):
     def _end(self, event: ActionEnded) -> None:
         for name in event.action.robots:
             self._robots[name].action = None
-        if event.action.name is ActionName.DOCK and event.end is ActionEnd.DONE:
+        docked = event.action.name is ActionName.DOCK and event.end is ActionEnd.DONE
+        if docked or (event.action.name is ActionName.UNDOCK and event.end is ActionEnd.FAILED):
             self._robots[event.action.robot].carrier = event.action.carrier
 
 

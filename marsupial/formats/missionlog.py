@@ -93,6 +93,21 @@ def encode_event(event: MissionEvent) -> str:
     return json.dumps(head | _object(event), default=_plain, separators=(",", ":"), allow_nan=False)
 
 
+def decode_event(line: str) -> MissionEvent:
+    """Return the event of one line; what has to hold between lines is not looked at.
+
+    Raises
+    ------
+    LogError
+        If it is none.
+    """
+    problems: list[Problem] = []
+    event = _read_line(line.encode(), problems)
+    if event is None:
+        raise LogError(problems)
+    return event
+
+
 def _object(value: Any) -> dict[str, Any]:
     return {field.name: getattr(value, field.name) for field in fields(value)}
 

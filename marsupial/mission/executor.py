@@ -116,6 +116,21 @@ class Executor:
                 self._count(action)
         return tuple(done)
 
+    def failed(self, robots: Iterable[str]) -> None:
+        """Take in that what `robots` were doing could not be done: it is over, and what was to follow is dropped."""
+        for name in robots:
+            running = self._running.pop(name, None)
+            if running is None:
+                continue
+            revision, action = running
+            for partner in action.robots:
+                self._running.pop(partner, None)
+                self._queues[partner].clear()
+            if action.carrier is None:
+                self._stand(name)
+            self._superseded.discard(name)
+            self._end(action, revision, ActionEnd.FAILED)
+
     def lost(self, robots: Iterable[str]) -> None:
         """Take in that `robots` failed: what they were doing or were needed for is over."""
         for name in robots:

@@ -1,8 +1,8 @@
 """The closed loop: sense, analyse, decide, act, until the mission ends.
 
 It knows a world and a strategy by their protocols only. It replans when news could change the plan: a target of the
-plan is gone or a new one has shown up, a robot has run out of work while there is some, a way is blocked, a robot is
-lost; never because time passes. Every plan is checked before it is followed.
+plan is gone or a new one has shown up, a robot has run out of work while there is some, a way is blocked, a robot
+could not do what it was told or is lost; never because time passes. Every plan is checked before it is followed.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from marsupial.mission.carryover import carried_over, same_target, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
 from marsupial.mission.survey import Survey, Surveyor
-from marsupial.model.grid import UNKNOWN, Mask
+from marsupial.model.grid import UNKNOWN, Cell, Mask
 from marsupial.model.mission import MapMeeting, MissionEnded, Planned, Revealed, RobotLost, Status
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal, Limits, PlanningTime
 from marsupial.model.situation import SituationGoal
 from marsupial.model.strategy import Briefing, Decision, Strategy
-from marsupial.model.world import News, World
+from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.checker import check
 
 LOOK_MS = 1000
@@ -46,12 +46,15 @@ class Assignment:
     ----------
     reachable
         Cells (height, width) that count as the area to explore; None if the world's truth is not known.
+    homes
+        The cell each carrier has to come home to, by carrier; None for where they are at the start.
     """
 
     goal: Goal
     limits: Limits
     planning_time: PlanningTime = PlanningTime.INSTANT
     reachable: Mask | None = None
+    homes: Mapping[str, Cell] | None = None
 
 
 class Mission:
@@ -77,9 +80,7 @@ class Mission:
         self._assignment = assignment
         self._observer = observer
         self._territory = Territory(world.grid, tuple(kinds.values()))
-        self._homes = {
-            r.name: r.cell for r in world.robots() if r.cell is not None and kinds[r.type].role is Role.CARRIER
-        }
+        self._homes = homes_of(world.robots(), kinds) if assignment.homes is None else assignment.homes
         self._surveyor = Surveyor(self._territory, self._homes, assignment.goal)
         self._executor = Executor(world, self._surveyor.route, observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
@@ -92,13 +93,15 @@ class Mission:
         self._fruitless = 0
         self._refused = 0
         self._exploration_ms: int | None = None
-        self._lost_meanwhile: list[str] = []
+        self._meanwhile: list[str] = []
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> MissionEnded:
         """Run until the mission ends; `cancelled` is asked between events."""
         trigger = "start"
         self._take_in(self._world.advance(0))
         while True:
+            if cancelled is not None and cancelled():
+                return self._end(Status.CANCELLED, "cancelled")
             if trigger:
                 ended = self._replan(trigger)
                 if ended is not None:
@@ -109,8 +112,6 @@ class Mission:
                 continue
             if self._world.now_ms >= self._assignment.limits.time_ms:
                 return self._end(Status.TIME_LIMIT, f"time limit of {self._world.now_ms / 1000:g} s reached")
-            if cancelled is not None and cancelled():
-                return self._end(Status.CANCELLED, "cancelled")
             trigger = self._overtaken() or self._look(*self._wait())
 
     def _wait(self) -> tuple[News, tuple[Action, ...]]:
@@ -127,6 +128,7 @@ class Mission:
             self._fresh = True
             runs = runs_of(indices, self._world.grid.cells.ravel())
             self._observer.event(Revealed(t_ms=news.t_ms, robot=name, runs=runs))
+        self._executor.failed(name for name, _ in news.failed)
         for name, reason in news.lost:
             self._observer.event(RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in news.lost)
@@ -134,8 +136,9 @@ class Mission:
 
     def _look(self, news: News, done: tuple[Action, ...]) -> str:
         """Return what asks for a new plan, or nothing."""
-        if news.lost:
-            return f"lost: {', '.join(name for name, _ in news.lost)}"
+        setbacks = _setbacks(news)
+        if setbacks:
+            return setbacks
         explored = {action.place for action in done if action.name is ActionName.EXPLORE}
         self._known = tuple(target for target in self._known if target.name not in explored)
         if self._executor.idle:
@@ -232,9 +235,9 @@ class Mission:
 
     def _overtaken(self) -> str:
         """Return what has happened while a plan was being made that asks for another one."""
-        lost, self._lost_meanwhile = self._lost_meanwhile, []
-        if lost:
-            return f"lost: {', '.join(lost)}"
+        setbacks, self._meanwhile = self._meanwhile, []
+        if setbacks:
+            return "; ".join(setbacks)
         return "plan overtaken" if self._executor.idle else ""
 
     def _adopt(self, trigger: str, survey: Survey, plan: Plan) -> None:
@@ -263,7 +266,7 @@ class Mission:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
             self._take_in(news)
-            self._lost_meanwhile += [name for name, _ in news.lost]
+            self._meanwhile += filter(None, [_setbacks(news)])
 
     def _survey(self, planned: Iterable[Action] = ()) -> Survey:
         """Return the moment's survey; meeting points in use, or to be used by `planned`, are kept."""
@@ -330,6 +333,17 @@ class Mission:
     def _energy_j(self, name: str, kind: RobotType, seconds: float) -> float:
         driving = self._world.driving_ms(name) / 1000
         return round(kind.energy.idle_w * seconds + kind.energy.drive_w * driving, 3)
+
+
+def _setbacks(news: News) -> str:
+    """Say who failed and who was lost, if anybody."""
+    told = {"failed": news.failed, "lost": news.lost}
+    return "; ".join(f"{word}: {', '.join(name for name, _ in who)}" for word, who in told.items() if who)
+
+
+def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:
+    """Return the cell of each carrier."""
+    return {r.name: r.cell for r in robots if r.cell is not None and kinds[r.type].role is Role.CARRIER}
 
 
 def runs_of(indices: npt.NDArray[np.int64], cells: npt.NDArray[np.uint8]) -> tuple[int, ...]:

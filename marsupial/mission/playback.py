@@ -2,7 +2,7 @@
 
 Positions are in cells, the centre of cell (x, y) being exactly (x, y); a robot on a drive is between the cells it
 passes, at the times `DriveStarted` gives for them. A rover is aboard from the end of a dock that was done to the
-start of its next undock, and is then wherever its carrier is. What happens at a moment counts at that moment.
+start of its next undock (one that fails puts it back aboard), and is then wherever its carrier is. What happens at a moment counts at that moment.
 """
 
 from __future__ import annotations
@@ -273,13 +273,16 @@ class _Recorder:
             if robot in self._running:
                 self._finish(robot, event.t_ms, event.end)
                 self.actions[robot].add(event.t_ms, None)
-        if event.action.name is ActionName.DOCK and event.end is ActionEnd.DONE:
+        if (event.action.name, event.end) in _LEAVES_ABOARD:
             self.legs[event.action.robot].add(event.t_ms, _aboard(event.action.carrier))
 
     def _finish(self, robot: str, t_ms: int, end: ActionEnd | None) -> None:
         started = self._running.pop(robot)
         segment = Segment(start_ms=started.t_ms, end_ms=t_ms, revision=started.revision, action=started.action, end=end)
         self.segments[robot].append(segment)
+
+
+_LEAVES_ABOARD = {(ActionName.DOCK, ActionEnd.DONE), (ActionName.UNDOCK, ActionEnd.FAILED)}
 
 
 def _standing(cell: Cell) -> _Leg:

@@ -101,6 +101,7 @@ class _Robot:
     times_ms: Sequence[int] = ()
     free_at_ms: int = 0
     lost: bool = False
+    docked_from: Cell | None = None
 
     def stand(self, cell: Cell | None) -> None:
         self.cell, self.route, self.times_ms = cell, (), ()
@@ -141,14 +142,16 @@ class _Work:
         self.docking = [other for other in self.docking if other != action]
         if end is ActionEnd.BLOCKED:
             self.dropped(action.robot)
+        elif end is ActionEnd.FAILED:
+            self.dropped(*action.robots)
         elif end is ActionEnd.DONE and action.name is ActionName.UNDOCK:
             self.deployed_at[action.robot] = action.place
         elif end is ActionEnd.DONE and action.name is ActionName.DOCK:
             self.deployed_at.pop(action.robot, None)
 
-    def dropped(self, robot: str) -> None:
-        """Forget what only `robot` was to do."""
-        self.left = [action for action in self.left if action.robots != (robot,)]
+    def dropped(self, *robots: str) -> None:
+        """Forget what only `robots` were to do."""
+        self.left = [action for action in self.left if not set(action.robots) <= set(robots)]
 
     def in_use(self) -> tuple[MapMeeting, ...]:
         used = {action.place for action in (*self.left, *self.docking)} | set(self.deployed_at.values())
@@ -198,6 +201,8 @@ class _Rebuilt:
                 self._dock(event)
             case ActionEnded():
                 self._work.ended(event.action, event.end)
+                if event.end is ActionEnd.FAILED:
+                    self._undo(event.action)
                 for name in event.action.robots:
                     self._robots[name].free_at_ms = event.t_ms
             case RobotLost():
@@ -216,10 +221,18 @@ class _Rebuilt:
             return
         rover = self._robots[action.robot]
         docks = action.name is ActionName.DOCK
+        rover.docked_from = event.cell
         rover.stand(None if docks else event.cell)
         rover.carrier = action.carrier if docks else None
         for name in action.robots:
             self._robots[name].free_at_ms = event.t_ms + (rover.kind.dock_ms if docks else rover.kind.undock_ms)
+
+    def _undo(self, action: Action) -> None:
+        """Put a rover back to where it was before a docking or undocking that failed."""
+        if action.carrier is not None:
+            rover, docks = self._robots[action.robot], action.name is ActionName.DOCK
+            rover.stand(rover.docked_from if docks else None)
+            rover.carrier = None if docks else action.carrier
 
 
 def _start(robot: PlacedRobot, kinds: Mapping[str, RobotType]) -> _Robot:

@@ -143,6 +143,7 @@ class ActionEnd(StrEnum):
     DONE = "done"
     SUPERSEDED = "superseded"  # the next plan wants something else
     BLOCKED = "blocked"  # its route is no longer passable
+    FAILED = "failed"  # its robots could not do it
     LOST = "lost"  # a robot in it was lost
 
 

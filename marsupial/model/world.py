@@ -48,6 +48,9 @@ class News:
         (robot, row-major indices of the cells it saw first), in order.
     finished
         Robots whose command ended at that moment (both of a docking).
+    failed
+        (robot, reason) of the robots whose command ended without being carried out (both of a docking). After a
+        docking that failed the rover stands where it was, after an undocking that failed it is still aboard.
     lost
         (robot, reason) of the robots that failed for good.
     """
@@ -55,6 +58,7 @@ class News:
     t_ms: int
     revealed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
     finished: tuple[str, ...] = ()
+    failed: tuple[tuple[str, str], ...] = ()
     lost: tuple[tuple[str, str], ...] = ()
 
 

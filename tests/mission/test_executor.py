@@ -214,6 +214,36 @@ def test_a_robot_lost_on_its_way_stands_where_it_failed() -> None:
     assert stage.executor.idle
 
 
+def test_an_undock_that_failed_is_over_and_what_both_were_to_do_next_is_dropped() -> None:
+    stage = Stage(robot("c1", DOOR), robot("r1", carrier="c1"), robot("c2", Cell(0, 1)))
+    stage.follow(
+        meet(UNDOCK, "r1", "c1", "m1"),
+        drive(EXPLORE, "r1", "t2", "m1"),
+        drive(EXPLORE, "c1", "t1", "m1"),
+        drive(EXPLORE, "c2", "t1", "s_c2"),
+    )
+    stage.commands()
+    stage.executor.failed(["c1", "r1"])
+    assert stage.ends() == [("(undock r1 c1 m1)", ActionEnd.FAILED)]
+    assert (stage.executor.deployments, stage.executor.deployed_at) == (0, {})
+    assert stage.executor.unemployed(["c1"])
+    assert stage.executor.unemployed(["r1"])
+    assert not stage.executor.unemployed(["c2"])
+    stage.executor.start_due()
+    assert stage.commands() == []
+
+
+def test_a_drive_that_failed_ends_where_its_robot_is() -> None:
+    stage = in_the_hall()
+    stage.follow(drive(EXPLORE, "c1", "t1", "s_c1"), drive(EXPLORE, "c1", "t2", "t1"))
+    stage.world.put("c1", Cell(3, 1))
+    stage.executor.failed(["c1"])
+    assert [event.cell for event in stage.seen.of(DriveEnded)] == [Cell(3, 1)]  # type: ignore[attr-defined]
+    assert stage.ends() == [("(explore c1 s_c1 t1)", ActionEnd.FAILED)]
+    assert stage.executor.finished(["c1"]) == ()
+    assert stage.executor.idle
+
+
 def test_a_robot_without_anything_to_do_is_unemployed() -> None:
     stage = Stage(robot("c1", Cell(0, 1)), robot("c2", Cell(1, 1)))
     stage.follow(drive(EXPLORE, "c1", "t1", "s_c1"))

@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from clumsy_world import ClumsyWorld
 
 from marsupial.errors import UsageError
 from marsupial.maps.builtin import builtin_scenario
@@ -56,12 +58,18 @@ class Listening:
         return self._strategy.decide(briefing)
 
 
-def fly(scenario: Scenario, failures: dict[str, int] | None = None) -> tuple[list[MissionEvent], list[Situation]]:
+def fly(
+    scenario: Scenario,
+    failures: dict[str, int] | None = None,
+    fails: Callable[[int, str], bool] | None = None,
+) -> tuple[list[MissionEvent], list[Situation]]:
     robots = place_team(scenario, 1)
     kinds = {kind.name: kind for kind in scenario.robot_types}
     recorder, strategy = Recorder(), Listening()
     recorder.event(started(scenario, robots))
     world = SimulatedWorld(scenario.grid, kinds, robots, failures)
+    if fails is not None:
+        world = ClumsyWorld(scenario.grid, kinds, robots, fails)
     assignment = Assignment(goal=scenario.goal, limits=scenario.limits)
     Mission(world, kinds, strategy, assignment, recorder).run()
     return recorder.events, strategy.asked
@@ -107,6 +115,10 @@ def test_a_mission_that_comes_home_is_rebuilt() -> None:
 def test_a_mission_with_lost_robots_is_rebuilt() -> None:
     scenario = replace(builtin_scenario("lobby", 2, 2), limits=Limits(time_ms=400_000))
     assert_rebuilt(*fly(scenario, {"rover1_1": 30_000, "carrier2": 60_000}))
+
+
+def test_a_mission_in_which_commands_fail_is_rebuilt() -> None:
+    assert_rebuilt(*fly(builtin_scenario("lobby", 2, 2), fails=lambda number, name: number % 5 in (1, 3)))
 
 
 CARRIER, ROVER = default_types(2)

@@ -135,7 +135,7 @@ class App {
     ]);
     legendList("legend-lanes", [
       ...["move", "explore", "dock", "undock"].map((name) => [lane(name, "done"), name]),
-      [lane("explore", "superseded"), "superseded"], [lane("explore", "blocked"), "blocked or lost"],
+      [lane("explore", "superseded"), "superseded"], [lane("explore", "blocked"), "blocked, failed or lost"],
       [(g) => { g.fillStyle = this.colours.values().next().value; g.globalAlpha = 0.55; g.fillRect(0, 7, 22, 2); }, "aboard"],
       [(g) => { g.fillStyle = lanes.explore; g.fillRect(0, 11, 22, 2.5); }, "as planned"],
     ]);

@@ -236,7 +236,7 @@ class Lanes {
   }
 }
 
-const ENDS = { done: "done", superseded: "superseded: the next plan wants something else", blocked: "blocked: the route is no longer passable", lost: "a robot was lost" };
+const ENDS = { done: "done", superseded: "superseded: the next plan wants something else", blocked: "blocked: the route is no longer passable", failed: "its robots could not do it", lost: "a robot was lost" };
 
 function describeSegment(segment, robot) {
   const { action } = segment, seconds = ((segment.to - segment.start) / 1000).toFixed(1);

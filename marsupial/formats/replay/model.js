@@ -97,7 +97,7 @@ class Mission {
       this.finish(robot, event.t_ms, event.end);
       robot.actions.add(event.t_ms, null);
     }
-    if (action.name === "dock" && event.end === "done") {
+    if ((action.name === "dock" && event.end === "done") || (action.name === "undock" && event.end === "failed")) {
       this.byName.get(action.robot).legs.add(event.t_ms, { aboard: action.carrier });
     }
   }

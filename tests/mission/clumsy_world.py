@@ -1,0 +1,65 @@
+"""A simulated world in which commands fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from marsupial.model.grid import Cell, Grid
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType
+from marsupial.model.world import News
+from marsupial.sim.world import SimulatedWorld
+
+
+class ClumsyWorld(SimulatedWorld):
+    """Every command for which `fails` (given its number from 1, and its name) says so ends without being done.
+
+    Of a drive only the first step is done.
+    """
+
+    def __init__(
+        self,
+        truth: Grid,
+        kinds: Mapping[str, RobotType],
+        robots: Sequence[PlacedRobot],
+        fails: Callable[[int, str], bool],
+    ) -> None:
+        super().__init__(truth, kinds, robots)
+        self._fails = fails
+        self._commands = 0
+        self._doomed: dict[str, Callable[[], None]] = {}
+
+    def drive(self, robot: str, route: Sequence[Cell]) -> None:
+        doomed = self._is_doomed("drive", (robot,), lambda: None)
+        super().drive(robot, route[:2] if doomed else route)
+
+    def dock(self, rover: str, carrier: str) -> None:
+        cell = self._robots[rover].cell
+        self._is_doomed("dock", (rover, carrier), lambda: self._put(rover, cell, None))
+        super().dock(rover, carrier)
+
+    def undock(self, rover: str, carrier: str, cell: Cell) -> None:
+        self._is_doomed("undock", (rover, carrier), lambda: self._put(rover, None, carrier))
+        super().undock(rover, carrier, cell)
+
+    def advance(self, until_ms: int) -> News:
+        news = super().advance(until_ms)
+        failed = tuple(name for name in news.finished if name in self._doomed)
+        for name in failed:
+            self._doomed.pop(name)()
+        return replace(
+            news,
+            finished=tuple(name for name in news.finished if name not in failed),
+            failed=tuple((name, "clumsy") for name in failed),
+        )
+
+    def _is_doomed(self, name: str, robots: tuple[str, ...], undo: Callable[[], None]) -> bool:
+        self._commands += 1
+        if self._fails(self._commands, name):
+            self._doomed |= dict.fromkeys(robots, undo)
+            return True
+        return False
+
+    def _put(self, robot: str, cell: Cell | None, carrier: str | None) -> None:
+        self._robots[robot].cell, self._robots[robot].carrier = cell, carrier

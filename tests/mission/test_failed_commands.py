@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from clumsy_world import ClumsyWorld
+from mission_fakes import Timed
+from small_missions import (
+    ANNEX,
+    TWO_ANNEXES,
+    Watcher,
+    carrier_at,
+    drawn_grid,
+    greedy_strategy,
+    kinds_of,
+    rover_on,
+)
+
+from marsupial.cli.watch import Watch
+from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.observer import Observers
+from marsupial.mission.playback import Playback
+from marsupial.model.mission import ActionEnd, ActionEnded, MissionEnded, MissionStarted, PlacedRobot, Planned, Status
+from marsupial.model.plan import ActionName
+from marsupial.model.scenario import Goal, Limits, PlanningTime
+from marsupial.model.strategy import Strategy
+
+TEAM = (carrier_at(1, 3), rover_on("c1"))
+
+
+def fly(
+    fails: Callable[[int, str], bool],
+    lines: tuple[str, ...] = ANNEX,
+    team: tuple[PlacedRobot, ...] = TEAM,
+    strategy: Strategy | None = None,
+    planning_time: PlanningTime = PlanningTime.INSTANT,
+) -> tuple[MissionEnded, Watcher, Watch]:
+    grid, kinds = drawn_grid(*lines), kinds_of()
+    watcher, watch = Watcher(grid, kinds, team), Watch(np.ones(grid.cells.shape, dtype=np.bool_))
+    started = MissionStarted(
+        t_ms=0,
+        scenario="drawn",
+        strategy="temporal",
+        planner="greedy",
+        seed=1,
+        width=grid.width,
+        height=grid.height,
+        resolution_m=1.0,
+        origin_m=(0.0, 0.0, 0.0),
+        terrains=grid.terrains,
+        types=tuple(kinds.values()),
+        robots=team,
+        goal=Goal(),
+    )
+    both = Observers([watcher, watch])
+    both.event(started)
+    assignment = Assignment(goal=Goal(), limits=Limits(time_ms=600_000), planning_time=planning_time)
+    world = ClumsyWorld(grid, kinds, team, fails)
+    ended = Mission(world, kinds, strategy or greedy_strategy(), assignment, both).run()
+    return ended, watcher, watch
+
+
+def failures_of(watcher: Watcher) -> list[ActionName]:
+    ends = (event for event in watcher.events if isinstance(event, ActionEnded))
+    return [event.action.name for event in ends if event.end is ActionEnd.FAILED]
+
+
+@pytest.mark.parametrize("name", ["drive", "undock", "dock"])
+def test_what_failed_once_is_planned_anew_and_done(name: str) -> None:
+    failed: list[str] = []
+
+    def once(_number: int, command: str) -> bool:
+        if command != name or failed:
+            return False
+        failed.append(command)
+        return True
+
+    ended, watcher, _ = fly(once)
+    assert (ended.status, ended.deployments, ended.retrievals, ended.aboard) == (Status.COMPLETE, 1, 1, ("r1",))
+    assert watcher.faults == []
+    assert len(failures_of(watcher)) == 1
+    triggers = [event.trigger for event in watcher.events if isinstance(event, Planned)]
+    assert sum(trigger.startswith("failed: ") and "c1" in trigger for trigger in triggers) == 1
+
+
+@pytest.mark.parametrize("period", [4, 5])
+@pytest.mark.parametrize("planning_time", PlanningTime)
+def test_a_mission_gets_there_though_many_commands_fail(period: int, planning_time: PlanningTime) -> None:
+    team = (carrier_at(5, 1), rover_on("c1"))
+    slow = Timed(greedy_strategy(), wall_s=0.7)
+    ended, watcher, watch = fly(lambda n, _: n % period == 0, TWO_ANNEXES, team, slow, planning_time)
+    assert (ended.status, ended.aboard) == (Status.COMPLETE, ("r1",))
+    assert watcher.faults == []
+    assert len(set(failures_of(watcher))) > 1
+    assert_seen_alike(watcher, watch)
+
+
+def test_a_rover_that_was_not_set_down_is_aboard_for_all_who_watch() -> None:
+    _, watcher, _ = fly(lambda _, name: name == "undock")
+    ends = (i for i, event in enumerate(watcher.events) if isinstance(event, ActionEnded))
+    first = next(i for i in ends if watcher.events[i].end is ActionEnd.FAILED)  # type: ignore[union-attr]
+    events = watcher.events[: first + 1]
+    watch = Watch(np.ones((5, 11), dtype=np.bool_))
+    for event in events:
+        watch.event(event)
+    last = Playback(events).state_at(events[-1].t_ms)
+    assert last.robot("r1").carrier == "c1"
+    assert {view.name: view.carrier for view in watch.views()} == {"c1": None, "r1": "c1"}
+
+
+def assert_seen_alike(watcher: Watcher, watch: Watch) -> None:
+    last = Playback(watcher.events).state_at(watcher.events[-1].t_ms)
+    assert {robot.name: robot.carrier for robot in last.robots} == watcher.carrier
+    assert {view.name: view.carrier for view in watch.views()} == watcher.carrier
