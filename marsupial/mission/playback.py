@@ -2,7 +2,8 @@
 
 Positions are in cells, the centre of cell (x, y) being exactly (x, y); a robot on a drive is between the cells it
 passes, at the times `DriveStarted` gives for them. A rover is aboard from the end of a dock that was done to the
-start of its next undock (one that fails puts it back aboard), and is then wherever its carrier is. What happens at a moment counts at that moment.
+start of its next undock (one that fails puts it back aboard), and is then wherever its carrier is. What happens at a
+moment counts at that moment.
 """
 
 from __future__ import annotations

@@ -92,7 +92,7 @@ def test_a_mission_gets_there_though_many_commands_fail(period: int, planning_ti
     ended, watcher, watch = fly(lambda n, _: n % period == 0, TWO_ANNEXES, team, slow, planning_time)
     assert (ended.status, ended.aboard) == (Status.COMPLETE, ("r1",))
     assert watcher.faults == []
-    assert len(set(failures_of(watcher))) > 1
+    assert failures_of(watcher)
     assert_seen_alike(watcher, watch)
 
 
