@@ -1,6 +1,7 @@
 """A program that carries out a comparison on Ray with workers that misbehave.
 
-``python ray_driver.py ADDRESS WORK FOLDER OUT``: WORK is a function of this module, FOLDER holds what happens only once.
+``python ray_driver.py ADDRESS WORK FOLDER OUT``: WORK is a function of this module;
+FOLDER keeps what is done only once.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def test_without_ray_the_message_says_what_to_install(plain: pytest.MonkeyPatch)
         raise PackageNotFoundError(name)
 
     plain.setattr(ray_cluster, "version", absent)
-    with pytest.raises(UsageError, match=r"--ray: Ray is not installed: pip install 'marsupial\[ray\]'"):
+    with pytest.raises(UsageError, match=r"--ray: Ray is not installed; to get it: pip install 'marsupial\[ray\]'"):
         usable(cluster_at("local"))
     plain.setattr(ray_cluster, "version", lambda name: "2.51.2")
     with pytest.raises(UsageError, match=r"--ray: Ray 2.51.2 is too old, it must be 2.52 or newer"):

@@ -38,6 +38,7 @@ JOIN_S = 30.0
 OLDEST = (2, 52)
 """The first version of Ray with tokens."""
 
+_TO_GET_IT = "to get it: pip install 'marsupial[ray]', in a checkout pip install '.[ray]'"
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
 _TOKENS = ("RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
@@ -144,10 +145,10 @@ def _demand_ray() -> None:
     try:
         found = version("ray")
     except PackageNotFoundError:
-        raise refusal("Ray is not installed: pip install 'marsupial[ray]'") from None
+        raise refusal(f"Ray is not installed; {_TO_GET_IT}") from None
     if tuple(int(part) for part in found.split(".")[:2]) < OLDEST:
         oldest = ".".join(map(str, OLDEST))
-        raise refusal(f"Ray {found} is too old, it must be {oldest} or newer: pip install --upgrade 'marsupial[ray]'")
+        raise refusal(f"Ray {found} is too old, it must be {oldest} or newer; {_TO_GET_IT}")
 
 
 def _reach(host: str, port: int) -> None:
