@@ -39,6 +39,8 @@ PRELOAD = (
 )
 _START_S = 120.0
 _SLACK_S = 5.0
+_CANCEL_S = 1.0
+_POLL_S = 0.2
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _CODE = "import sys; sys.path[:] = {path!r}; from marsupial.planning.zygote import main; main({fd}, {preload!r})"
 
@@ -120,7 +122,7 @@ class Launcher:
 
 
 _launcher: Launcher | None = None
-_preload = PRELOAD
+_preload: tuple[str, ...] = PRELOAD
 _launcher_lock = threading.Lock()
 
 
@@ -174,7 +176,8 @@ class Run:
     def __init__(self, job: Job) -> None:
         self._control = _start(job)
         self._asked = time.monotonic()
-        self._deadline = self._asked + job.limits.wall_s + job.limits.grace_s + _SLACK_S
+        self._grace_s = job.limits.grace_s
+        self._deadline = self._asked + job.limits.wall_s + self._grace_s + _SLACK_S
         self._supervisor = 0
         self._over = False
         self._frames = self._read_frames()
@@ -199,7 +202,8 @@ class Run:
         return self._end(Ended(ending=Ending.KILLED, detail=detail, wall_s=elapsed_s))
 
     def cancel(self) -> None:
-        """Ask for the job to be ended; returns at once."""
+        """Ask for the job to be ended; returns at once. A supervisor that doesn't do so soon is killed."""
+        self._deadline = min(self._deadline, time.monotonic() + self._grace_s + _CANCEL_S)
         with contextlib.suppress(OSError):
             self._control.shutdown(socket.SHUT_WR)
 
@@ -227,16 +231,18 @@ class Run:
                     yield tag, payload
 
     def _read(self) -> bytes:
-        try:
-            # Only a supervisor that is stopped or starved is this late: it keeps the limit by itself.
-            self._control.settimeout(max(0.1, self._deadline - time.monotonic()))
-            return self._control.recv(1 << 16)
-        except TimeoutError:
-            if self._supervisor:
-                reaper.kill(self._supervisor)
-            return b""
-        except OSError:
-            return b""
+        while True:
+            try:
+                self._control.settimeout(_POLL_S)
+                return self._control.recv(1 << 16)
+            except TimeoutError:
+                # Only a supervisor that is stopped or starved is this late: it keeps the limit by itself.
+                if time.monotonic() > self._deadline:
+                    if self._supervisor:
+                        reaper.kill(self._supervisor)
+                    return b""
+            except OSError:
+                return b""
 
 
 def run(job: Job) -> Run:

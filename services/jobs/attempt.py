@@ -28,7 +28,6 @@ _OUTCOMES: Mapping[Ending, JobOutcome] = {
     Ending.CRASHED: JobOutcome.ENGINE_FAILED,
     Ending.MEMORY: JobOutcome.OUT_OF_MEMORY,
     Ending.TIMEOUT: JobOutcome.TIMEOUT,
-    Ending.CANCELLED: JobOutcome.CANCELLED,
 }
 
 
@@ -66,13 +65,13 @@ class Attempt:
         try:
             run = processes.run(self._job())
         except InternalError as error:
-            return Lost(reason=str(error))
+            return self._lost(str(error))
         try:
             self._announce(run)
             ended = self._read(run)
             self._wait_stored(0)
         except StoreError as error:
-            return Lost(reason=str(error))
+            return self._lost(str(error))
         finally:
             run.close()
         return self._closed or self._judge(ended)
@@ -123,11 +122,12 @@ class Attempt:
 
     def _judge(self, ended: Ended) -> Closed | Lost:
         """Put the end of the processes into the words of jobs."""
-        if ended.ending is Ending.KILLED:
-            return Lost(reason=ended.detail)
-        if ended.ending is Ending.CANCELLED:
-            return Lost(reason="")
+        if self._cancelled or ended.ending in (Ending.KILLED, Ending.CANCELLED):
+            return self._lost(ended.detail)
         closed = Closed(outcome=_OUTCOMES[ended.ending], detail=ended.detail)
         if self._has_plan and closed.outcome in GAVE_UP:
             return replace(closed, outcome=JobOutcome.SATISFICING)
         return closed
+
+    def _lost(self, reason: str) -> Lost:
+        return Lost(reason="" if self._cancelled else reason)

@@ -17,8 +17,8 @@ def timestamp(ms: int) -> str:
 
 
 def line(document: object) -> str:
-    """Return JSON in one line."""
-    return json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    """Return JSON in one line, whatever a reader takes for the end of a line."""
+    return json.dumps(document, separators=(",", ":"), allow_nan=False)
 
 
 def action_document(action: Action) -> dict[str, object]:

@@ -188,7 +188,7 @@ class Submitted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Counts for operators: jobs in the store by state and by outcome, slots in use, open streams."""
+    """Counts for operators: jobs in the store by state and by outcome, slots in use, those who follow or wait."""
 
     states: Mapping[JobState, int]
     outcomes: Mapping[JobOutcome, int]

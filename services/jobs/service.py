@@ -233,23 +233,31 @@ class Jobs:
             self._work.clear()
             claim = await self._surely(lambda tx: table.claim(tx, self._now_ms()))
             if claim is not None:
-                await self._attempt(claim)
+                await self._attend(claim)
             elif not self._stopping:
                 await self._work.wait()
 
-    async def _attempt(self, claim: table.Claim) -> None:
+    async def _attend(self, claim: table.Claim) -> None:
+        """Do an attempt at a job and store how it ended."""
+        end = await self._attempt(claim)
+        try:
+            await self._settle(claim, end)
+        except Exception as error:
+            log.exception("the end of a job can't be stored", extra={"job": claim.id})
+            await self._settle(claim, _failed(error))
+
+    async def _attempt(self, claim: table.Claim) -> Closed | Lost:
         attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self._now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         try:
             if self._stopping:
                 attempt.cancel()
-            end = await asyncio.get_running_loop().run_in_executor(self._threads, attempt.run)
+            return await asyncio.get_running_loop().run_in_executor(self._threads, attempt.run)
         except Exception as error:
             log.exception("job failed", extra={"job": claim.id})
-            end = Closed(outcome=JobOutcome.ENGINE_FAILED, detail=f"{type(error).__name__}: {error}")
+            return _failed(error)
         finally:
             del self._attempts[claim.id]
-        await self._settle(claim, end)
 
     async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
         """Store how an attempt ended."""
@@ -293,6 +301,10 @@ class Jobs:
         return asyncio.wrap_future(self._store.read(read))
 
 
+def _failed(error: Exception) -> Closed:
+    return Closed(outcome=JobOutcome.ENGINE_FAILED, detail=f"internal error ({type(error).__name__})")
+
+
 def _packed(request: JobRequest, owner: str, key: str | None) -> table.NewJob:
     return table.NewJob(
         id=uuid.uuid4().hex,
@@ -302,5 +314,5 @@ def _packed(request: JobRequest, owner: str, key: str | None) -> table.NewJob:
         planner=request.planner,
         budget=request.budget,
         task=pickle.dumps(request.task, protocol=pickle.HIGHEST_PROTOCOL),
-        source=zlib.compress(json.dumps(request.source, ensure_ascii=False).encode(), 1),
+        source=zlib.compress(json.dumps(request.source).encode(), 1),
     )

@@ -6,6 +6,7 @@ attempt at it is under way) changes nothing and says so: that is how a final sta
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 
@@ -32,6 +33,7 @@ from services.store import Transaction
 _LONGEST_RETRY_S = 60
 _REMOVED_AT_ONCE = 100
 _FREED_PAGES = 2000
+_LONGEST_DETAIL = 4000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,9 +148,9 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
     ).fetchone()
     after_ms = max(0, now_ms - started_ms)
     tx.execute(
-        "INSERT INTO plans (job, revision, ends_ms, reaching_ms, driving_ms, makespan_ms, found_after_ms, at_ms,"
-        " actions, ipc) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        (claim.number, revision, *found.score, found.makespan_ms, after_ms, now_ms, found.actions, found.ipc),
+        "INSERT INTO plans (job, revision, score, makespan_ms, found_after_ms, at_ms, actions, ipc)"
+        " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+        (claim.number, revision, line(found.score), found.makespan_ms, after_ms, now_ms, found.actions, found.ipc),
     )
     data = plan_event(revision, found.makespan_ms, after_ms, now_ms, found.actions)
     _tell(tx, claim.number, EventType.PLAN, data, now_ms)
@@ -219,10 +221,12 @@ def _record(tx: Transaction, job: str) -> JobRecord:
 
 def _best(tx: Transaction, number: int) -> tuple[Score, str] | None:
     row = tx.execute(
-        "SELECT ends_ms, reaching_ms, driving_ms, actions FROM plans WHERE job = ? ORDER BY revision DESC LIMIT 1",
-        (number,),
+        "SELECT score, actions FROM plans WHERE job = ? ORDER BY revision DESC LIMIT 1", (number,)
     ).fetchone()
-    return None if row is None else ((row[0], row[1], row[2]), row[3])
+    if row is None:
+        return None
+    makespan, reaching, driving = json.loads(row["score"])
+    return (makespan, reaching, driving), row["actions"]
 
 
 def _is_running(tx: Transaction, claim: Claim) -> bool:
@@ -248,10 +252,11 @@ def _give_up(tx: Transaction, number: int, attempts: int, reason: str, now_ms: i
 
 def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:
     state = STATE_OF[closed.outcome]
+    detail = closed.detail.encode(errors="replace").decode()[:_LONGEST_DETAIL]
     row = tx.execute(
         "UPDATE jobs SET state = ?, outcome = ?, detail = ?, lower_bound_ms = ?, finished_ms = ?"
         " WHERE number = ? AND finished_ms IS NULL RETURNING plans",
-        (state, closed.outcome, closed.detail, closed.lower_bound_ms, now_ms, number),
+        (state, closed.outcome, detail, closed.lower_bound_ms, now_ms, number),
     ).fetchone()
     if row is None:
         return False
@@ -259,7 +264,7 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:
     end = {
         "state": state,
         "outcome": closed.outcome,
-        "detail": closed.detail,
+        "detail": detail,
         "plans": row["plans"],
         "lower_bound_ms": closed.lower_bound_ms,
         "at": timestamp(now_ms),

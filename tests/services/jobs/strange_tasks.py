@@ -61,6 +61,19 @@ class Escapes(Ordinary):
 
 
 @dataclass(frozen=True)
+class Paralyses(Ordinary):
+    """Stops the process that watches it, writes its own process id, and sleeps."""
+
+    folder: Path
+
+    def situation(self) -> Situation:
+        os.kill(os.getppid(), signal.SIGSTOP)
+        tell_pid(self.folder)
+        time.sleep(600)
+        return one_room()
+
+
+@dataclass(frozen=True)
 class Dies(Ordinary):
     """Is killed the first `times` it is tried, which it counts in `folder`."""
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from job_house import SLOW, ended, is_gone, nothing_runs, open_jobs, planned, request, submit, told
 from situations import many_rooms, one_hall, one_room, out_of_reach
-from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Waits, Wrong, pid_in
+from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
 
 from marsupial.formats.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
@@ -150,8 +150,9 @@ def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(tmp_pa
         async with open_jobs(tmp_path, slots=2) as jobs:
             ids = [await submit(jobs, request(one_hall() if i % 2 else one_room())) for i in range(12)]
             most = 0
-            while (metrics := await jobs.metrics()).states[JobState.SUCCEEDED] < 12:
-                most = max(most, metrics.states[JobState.RUNNING])
+            async with asyncio.timeout(60):
+                while (metrics := await jobs.metrics()).states[JobState.SUCCEEDED] < 12:
+                    most = max(most, metrics.states[JobState.RUNNING])
             assert most <= 2
             done = [await ended(jobs, job) for job in ids]
             assert sorted(done, key=lambda job: (job.started_at_ms, job.created_at_ms)) == done
@@ -171,10 +172,13 @@ def test_a_queued_job_is_cancelled_without_ever_running(tmp_path: Path) -> None:
     asyncio.run(run())
 
 
-def test_a_running_job_is_cancelled_with_all_it_started_and_the_next_one_runs(tmp_path: Path) -> None:
+@pytest.mark.parametrize("task", [Escapes, Paralyses])
+def test_a_running_job_is_cancelled_with_all_it_started_and_the_next_one_runs(
+    tmp_path: Path, task: type[Escapes] | type[Paralyses]
+) -> None:
     async def run() -> int:
         async with open_jobs(tmp_path) as jobs:
-            first, second = await submit(jobs, request(Escapes(tmp_path))), await submit(jobs)
+            first, second = await submit(jobs, request(task(tmp_path))), await submit(jobs)
             grandchild = await pid_in(tmp_path)
             job = await jobs.cancel(first)
             assert (job.state, job.outcome) == (JobState.CANCELLED, JobOutcome.CANCELLED)
@@ -349,14 +353,15 @@ def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(
     asyncio.run(run())
 
 
-@pytest.mark.parametrize("write", range(2, 7))
+@pytest.mark.parametrize("write", range(1, 5))
 def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(tmp_path: Path, write: int) -> None:
     async def run() -> None:
         async with open_jobs(tmp_path) as jobs:
-            jobs._store._writer._points = failpoints.failpoints(
-                {failpoints.VARIABLE: f"before_commit=disk_full@{write}"}
-            )
-            job = await submit(jobs)
+            job = await submit(jobs, request(Waits(tmp_path)))
+            await pid_in(tmp_path)
+            armed = {failpoints.VARIABLE: f"before_commit=disk_full@{write}"}
+            jobs._store._writer._points = failpoints.failpoints(armed)
+            (tmp_path / "go").touch()
             done = await ended(jobs, job)
             assert done.outcome is JobOutcome.SATISFICING
             assert done.attempts <= 2
