@@ -10,6 +10,7 @@ import pytest
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from scipy import stats
 
+from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.compare import wurm2010
 from marsupial.bench.compare.cells import QUALITY, TIME, Outcome, tally
 from marsupial.bench.compare.documents import documents
@@ -19,7 +20,15 @@ from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row
 from marsupial.bench.compare.statements import Verdict, share_verdict
 from marsupial.bench.compare.statistics import estimate
-from marsupial.bench.compare.tables import failure_table, headline_table, markdown, measure_table, status_table
+from marsupial.bench.compare.tables import (
+    failure_table,
+    headline_table,
+    markdown,
+    measure_table,
+    ratio_table,
+    status_table,
+    tables,
+)
 from marsupial.model.planning import Budget
 
 CASE = Case("lobby", 1, 1)
@@ -74,6 +83,33 @@ def test_pairs_are_compared_seed_by_seed() -> None:
     assert pairing.ahead.half == pytest.approx(stats.sem([10, 4, -2, 0]) * stats.t.ppf(0.975, 3))
     assert pairing.gain == pytest.approx(1 - 400 / 412)
     assert pairing.ahead.sign == 0
+
+
+KNOWING = Contender(CLAIRVOYANT)
+
+
+def test_competitive_ratios_are_means_over_the_seeds_both_have_completed() -> None:
+    outcome = with_times({GREEDY: [90, 120, -1], HEURISTIC: [100, 150, 80], KNOWING: [50, 100, 80]})
+    ratio = outcome.ratio(CASE, GREEDY)
+    assert ratio is not None
+    assert (ratio.count, ratio.mean) == (2, pytest.approx((1.8 + 1.2) / 2))
+    assert ratio.half == pytest.approx(stats.sem([1.8, 1.2]) * stats.t.ppf(0.975, 1))
+    row = ratio_table(outcome, "lobby").rows[0]
+    assert [cell.text for cell in row] == ["1x1", "1.50 ± 3.81 (2 of 3)", "1.50 ± 1.24"]
+
+
+def test_strategies_are_not_compared_pair_by_pair_with_one_that_knows_the_map() -> None:
+    outcome = with_times({GREEDY: [90, 120], HEURISTIC: [100, 150], KNOWING: [50, 100]})
+    assert (outcome.base, outcome.rivals) == (HEURISTIC, (GREEDY,))
+    page = dict(documents(outcome))["report.html"].decode()
+    assert "Competitive ratio: lobby" in page
+    assert "not a proven optimum" in page
+
+
+def test_without_a_clairvoyant_there_are_no_competitive_ratios() -> None:
+    outcome = with_times({GREEDY: [90, 120], HEURISTIC: [100, 150]})
+    assert outcome.ratio(CASE, GREEDY) is None
+    assert not any("Competitive" in table.title for table in tables(outcome))
 
 
 def test_more_quality_counts_as_better_as_less_time_does() -> None:

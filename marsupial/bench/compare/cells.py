@@ -13,6 +13,7 @@ from functools import cached_property
 from statistics import fmean
 from typing import Any
 
+from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.compare.header import cases_of, contenders_of
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row, Timing
@@ -79,14 +80,24 @@ class Outcome:
         return contenders_of(self.header)
 
     @property
+    def clairvoyant(self) -> Contender | None:
+        """The contender that knows the map, if there is one."""
+        return next((contender for contender in self.contenders if contender.strategy == CLAIRVOYANT), None)
+
+    @property
+    def strategies(self) -> tuple[Contender, ...]:
+        """The contenders that do not know the map."""
+        return tuple(contender for contender in self.contenders if contender.strategy != CLAIRVOYANT)
+
+    @property
     def base(self) -> Contender:
-        """The contender that the others are compared with: the last one."""
-        return self.contenders[-1]
+        """The contender that the others are compared with: the last one that does not know the map."""
+        return (self.strategies or self.contenders)[-1]
 
     @property
     def rivals(self) -> tuple[Contender, ...]:
         """The contenders that are compared with the base."""
-        return self.contenders[:-1]
+        return self.strategies[:-1]
 
     @cached_property
     def scenarios(self) -> tuple[str, ...]:
@@ -138,6 +149,16 @@ class Outcome:
             ties=sum(difference == 0 for difference in differences),
             missing=self.runs - len(seeds),
         )
+
+    def ratio(self, case: Case, contender: Contender) -> Estimate | None:
+        """Return the mean, over the seeds both have completed, of exploration times as multiples of the clairvoyant's.
+
+        None without a clairvoyant. Missions in which it has nothing to explore count for nothing.
+        """
+        if self.clairvoyant is None:
+            return None
+        ours, best = (self._values(case, one, TIME) for one in (contender, self.clairvoyant))
+        return estimate([ours[seed] / best[seed] for seed in ours if best.get(seed)])
 
     def timings_of(self, case: Case, contender: Contender) -> list[Timing]:
         """Return the wall-clock times of a cell's missions."""

@@ -15,6 +15,12 @@ from marsupial.bench.compare.tables import Table, TableCell
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 
+_CLAIRVOYANT = (
+    "The clairvoyant plans once, with the whole map known, and its plan is carried out in the same simulated world. "
+    "Its exploration time is the moment at which all of the reachable area has been seen: the best plan found, not a "
+    "proven optimum. A competitive ratio is an exploration time divided by the clairvoyant's of the same seed."
+)
+
 _VERDICT_CLASSES = {
     Verdict.HOLDS: "holds",
     Verdict.PARTLY: "partly",
@@ -168,6 +174,8 @@ def _method(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
         f"Made with marsupial {header['marsupial']}; begun with {versions}. Rows are in rows.csv, wall-clock times in "
         "timings.csv, coverage over time in coverage.csv.",
     ]
+    if outcome.clairvoyant:
+        paragraphs.insert(-1, _CLAIRVOYANT)
     if paper is not None:
         paragraphs.insert(0, paper[1])
     return "\n".join(f"<p>{escape(paragraph)}</p>" for paragraph in paragraphs)

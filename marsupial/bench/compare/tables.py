@@ -22,6 +22,8 @@ GOOD, BAD = "good", "bad"
 
 NOTHING = "–"
 
+RATIO_DIGITS = 2
+
 
 @dataclass(frozen=True, slots=True)
 class TableCell:
@@ -50,6 +52,8 @@ def tables(outcome: Outcome) -> list[Table]:
         made.append(headline_table(outcome))
     for measure in (TIME, QUALITY, MISSION_TIME, DISTANCE):
         made += [measure_table(outcome, measure, scenario) for scenario in outcome.scenarios]
+        if measure is TIME and outcome.clairvoyant and outcome.strategies:
+            made += [ratio_table(outcome, scenario) for scenario in outcome.scenarios]
     made.append(planning_table(outcome))
     if outcome.incomplete():
         made.append(failure_table(outcome))
@@ -118,10 +122,26 @@ def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
     for case in outcome.cases_of(scenario):
         cells = [TableCell(case.team)]
         for contender in outcome.contenders:
-            cells.append(TableCell(mean_text(outcome.estimate(case, contender, measure), measure, outcome.runs)))
+            cells.append(TableCell(mean_text(outcome.estimate(case, contender, measure), measure.digits, outcome.runs)))
         for rival in outcome.rivals:
             cells += _pair_cells(outcome.pairing(case, rival, measure), measure)
         table.rows.append(tuple(cells))
+    return table
+
+
+def ratio_table(outcome: Outcome, scenario: str) -> Table:
+    """Return the competitive ratio of each contender by team."""
+    table = Table(
+        title=f"Competitive ratio: {scenario}",
+        caption="Exploration time as a multiple of that of the clairvoyant, who plans with the whole map known: mean "
+        "over the missions that both completed ± half of the 95 % confidence interval. The clairvoyant's plan is the "
+        "best found, not proven best, so the true ratio may be a little greater.",
+        heads=("team", *map(str, outcome.strategies)),
+        scenario=scenario,
+    )
+    for case in outcome.cases_of(scenario):
+        ratios = [mean_text(outcome.ratio(case, one), RATIO_DIGITS, outcome.runs) for one in outcome.strategies]
+        table.rows.append((TableCell(case.team), *map(TableCell, ratios)))
     return table
 
 
@@ -172,13 +192,13 @@ def markdown(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def mean_text(found: Estimate | None, measure: Measure, runs: int) -> str:
+def mean_text(found: Estimate | None, digits: int, runs: int) -> str:
     """Return a mean with its interval; the number of missions behind it where it is not `runs`."""
     if found is None:
         return NOTHING
-    half = "" if found.half is None else f" ± {found.half:.{measure.digits}f}"
+    half = "" if found.half is None else f" ± {found.half:.{digits}f}"
     count = "" if found.count == runs else f" ({found.count} of {runs})"
-    return f"{found.mean:.{measure.digits}f}{half}{count}"
+    return f"{found.mean:.{digits}f}{half}{count}"
 
 
 def percent(share: float | None) -> str:
