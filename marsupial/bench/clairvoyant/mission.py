@@ -21,7 +21,7 @@ from marsupial.model.strategy import PlanningReport
 from marsupial.planning.checker import check
 from marsupial.sim.world import SimulatedWorld
 
-ROUNDS_PER_STEP, SECONDS = 2, 5.0
+ROUNDS_PER_STEP, SECONDS = 1.5, 5.0
 """How many rounds of the search there are for each step of the budget of a planning, or how many times its seconds:
 the clairvoyant plans once where a strategy plans a hundred times."""
 

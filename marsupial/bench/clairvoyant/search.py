@@ -12,6 +12,7 @@ P. Shaw, Using constraint programming and local search methods to solve vehicle 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import cycle, islice
 
 import numpy as np
 
@@ -28,8 +29,14 @@ from marsupial.planning.anytime.encoding import encode, events_of, plan_of
 from marsupial.planning.anytime.search import Annealing
 from marsupial.planning.greedy import serve
 
-CARRIER_WORTH = (1.0, 3.0, 1.0, 0.5)
-"""What a cell seen from a carrier counts in the covers to begin with; from a rover 1."""
+CARRIER_WORTH = (1.0, 3.0, 0.5)
+"""What a cell seen from a carrier counts in the covers to begin with, in turn; from a rover 1."""
+
+PATIENCE = 12
+"""How many rounds that find nothing better than since the last beginning are enough to begin again."""
+
+COVERS = 2
+"""Of how many covers the best is begun with."""
 
 COVER_NOISE = 0.3
 
@@ -37,8 +44,16 @@ BEGIN_STEPS, ROUND_STEPS, TURN = 200, 30, 10
 """Steps of annealing for each cover, for each round, and at a time."""
 
 MOST_TAKEN = 8
+"""How many stops a round takes out, at most."""
+
+AMBITION = 0.05
+"""By what share robots should be done sooner than all is seen in the best outline so far."""
+
 TOLERANCE = 0.02
+"""By what share the next round may begin with something worse than the best, at the beginning; none at the end."""
+
 DRIVING_SHARE = 0.002
+"""What a ms of driving costs beside one until all is seen."""
 
 
 Rate = tuple[int, float]
@@ -55,17 +70,26 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
         Of the search.
     """
     rng = np.random.default_rng(seed)
-    current = best = min((_begun(ground, worth, rng) for worth in CARRIER_WORTH), key=rate)
-    done = 0
+    begun = (_begun(ground, worth, rng) for worth in cycle(CARRIER_WORTH))
+    best = top = current = min(islice(begun, COVERS + 1), key=rate)
+    done = futile = 0
     while (share := used(done)) < 1:
-        found = _round(current, best.complete_ms, rng, number=done)
-        missed, worth = rate(found)
-        if (missed, worth) < rate(best):
-            best = found
-        if missed <= rate(current)[0] and worth <= rate(best)[1] * (1 + TOLERANCE * (1 - share)):
+        if futile == PATIENCE:
+            top = current = min(islice(begun, COVERS), key=rate)
+            futile = 0
+        found = _round(current, round((1 - AMBITION) * top.complete_ms), rng, number=done)
+        futile += 1
+        if rate(found) < rate(top):
+            top, futile = found, 0
+        if rate(found) <= _tolerated(rate(top), share):
             current = found
+        best = min(best, top, key=rate)
         done += 1
     return best
+
+
+def _tolerated(top: Rate, share: float) -> Rate:
+    return top[0], top[1] * (1 + TOLERANCE * (1 - share))
 
 
 def rate(outline: Outline) -> Rate:
