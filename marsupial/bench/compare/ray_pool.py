@@ -67,6 +67,8 @@ class RayPool:
                             yield result
             except ConnectionError as error:
                 raise self._refusal("the cluster was lost", error) from error
+            except ModuleNotFoundError as error:  # Ray Client hands on what the head lacks
+                raise self._refusal("not the same is installed there", error) from error
             finally:
                 with suppress(ConnectionError):
                     for _, reference in running.values():
