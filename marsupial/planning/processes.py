@@ -42,7 +42,9 @@ _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _POLL_S = 0.2
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
-_CODE = "import sys; sys.path[:] = {path!r}; from marsupial.planning.zygote import main; main({fd}, {preload!r})"
+_CODE = (
+    "import sys; sys.path[:] = {path!r}; from marsupial.planning.zygote import main; main({fd}, {asker}, {preload!r})"
+)
 
 
 class Launcher:
@@ -54,7 +56,7 @@ class Launcher:
         self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
         self._line, theirs = socket.socketpair()
         with theirs:
-            code = _CODE.format(path=sys.path, fd=theirs.fileno(), preload=preload)
+            code = _CODE.format(path=sys.path, fd=theirs.fileno(), asker=self.owner, preload=preload)
             self._process = subprocess.Popen(
                 [sys.executable, "-c", code],
                 stdin=subprocess.DEVNULL,

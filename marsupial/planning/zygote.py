@@ -25,14 +25,18 @@ NEW_JOB = b"J"
 _POLL_S = 0.2
 
 
-def main(fd: int, preload: Sequence[str]) -> None:
-    """Serve jobs asked for over the socket `fd` until it is closed; import `preload` first, as far as installed."""
+def main(fd: int, asker: int, preload: Sequence[str]) -> None:
+    """Serve jobs that process `asker` wants over the socket `fd`, until it is closed or its owner has died.
+
+    First `preload` is imported, as far as installed.
+    """
     reaper.adopt_orphans()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    asker = os.getppid()
+    _watch(asker)
     for name in preload:
         _import_if_there(name)
+    signal.setitimer(signal.ITIMER_REAL, 0)
     gc.collect()
     gc.freeze()
     scratch = tempfile.mkdtemp(prefix="marsupial-")
@@ -49,6 +53,17 @@ def main(fd: int, preload: Sequence[str]) -> None:
 
 def _leave(*_: object) -> None:
     raise SystemExit
+
+
+def _watch(asker: int) -> None:
+    """Leave when `asker` dies, also in the middle of an import; until the timer is set to 0."""
+
+    def look(*_: object) -> None:
+        if os.getppid() != asker:
+            raise SystemExit
+
+    signal.signal(signal.SIGALRM, look)
+    signal.setitimer(signal.ITIMER_REAL, _POLL_S, _POLL_S)
 
 
 def _import_if_there(name: str) -> None:

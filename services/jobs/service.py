@@ -20,6 +20,7 @@ from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
+from marsupial.errors import InternalError
 from marsupial.planning import processes
 from services.jobs import lookup, table
 from services.jobs.attempt import Attempt, Lost
@@ -91,7 +92,6 @@ class Jobs:
         """
         self._store.listen(partial(self._pass_on, asyncio.get_running_loop()))
         await self._write(lambda tx: table.recover(tx, self._settings, self._now_ms()))
-        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
         self._tasks = [asyncio.create_task(self._slot()) for _ in range(self._settings.slots)]
         self._tasks.append(asyncio.create_task(self._sweep()))
 
@@ -228,7 +228,9 @@ class Jobs:
         return lookup.existing(await self._read(lambda source: lookup.job(source, job)), job)
 
     async def _slot(self) -> None:
-        """Run one job after the other."""
+        """Run one job after the other, once the launcher is ready: an attempt is not to be lost by waiting for it."""
+        with suppress(InternalError):
+            await asyncio.to_thread(partial(processes.warm_up, preload=PRELOAD))
         while not self._stopping:
             self._work.clear()
             claim = await self._surely(lambda tx: table.claim(tx, self._now_ms()))

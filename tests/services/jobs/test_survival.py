@@ -233,6 +233,8 @@ def test_stopping_does_not_wait_for_a_launcher_that_is_not_ready(tmp_path: Path)
             await asyncio.sleep(0.1)
             async with asyncio.timeout(3):
                 await jobs.stop()
-            assert (await jobs.list("me"))[0].state is JobState.QUEUED
+            (job,) = await jobs.list("me")
+            assert (job.state, job.attempts) == (JobState.QUEUED, 0)
+            assert job.started_at_ms is None
 
     asyncio.run(run())
