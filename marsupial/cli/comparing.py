@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
+from marsupial.bench.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.bench.compare.cells import Outcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.documents import documents
@@ -158,7 +158,8 @@ def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed
         If the folder can't be used.
     """
     make_folder(out)
-    for planner in {contender.planner for contender in comparison.contenders} - {NO_PLANNER}:
+    needed = {SEARCH if c.strategy == CLAIRVOYANT else c.planner for c in comparison.contenders}
+    for planner in sorted(needed - {NO_PLANNER}):
         prepare(planner)()  # compiled once here, loaded by the workers
     drop = (ERROR, CRASHED) if retry_failed else ()
     try:

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from marsupial.bench.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.bench.simulate import MissionSummary, simulate
 from marsupial.cli.first_use import prepare
 from marsupial.cli.interrupt import asked_to_stop
@@ -59,7 +60,8 @@ def carry_out(request: Request) -> MissionSummary:
     """
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
-    ready = None if planner == NO_PLANNER else prepare(planner)  # which may take seconds: meanwhile the map is read
+    needed = SEARCH if request.strategy == CLAIRVOYANT else planner
+    ready = None if needed == NO_PLANNER else prepare(needed)  # which may take seconds: meanwhile the map is read
     scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
     scenario = _changed(scenario, request)
     for text in warnings:

@@ -8,3 +8,6 @@ divided by it is the competitive ratio or a little less.
 
 CLAIRVOYANT = "clairvoyant"
 """Its name among strategies; it is none, since it needs the truth."""
+
+SEARCH = "anytime"
+"""The planner whose search it uses."""

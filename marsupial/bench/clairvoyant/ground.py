@@ -25,10 +25,10 @@ Cells = int
 """A set of cells to be seen, one bit for each."""
 
 MOST_SITES = 6000
-"""Of one robot type, but for those that must be; the lattice is chosen accordingly."""
+"""Of one robot type, but for those that must be, and fewer on large maps; the lattice is chosen accordingly."""
 
 MEMORY = 200_000_000
-"""Bytes of remembered views; beyond that all are forgotten and found anew."""
+"""Bytes for what is seen from sites, and as many for what else is remembered: beyond that it is found anew."""
 
 
 class Ground:
@@ -178,8 +178,9 @@ class Ground:
     def _lattice(self, kind: str) -> npt.NDArray[np.int64]:
         """Return the reachable cells with coordinates that are multiples of the least number that leaves few enough."""
         reach = self.reach.by_type[kind]
+        most = min(MOST_SITES, MEMORY // (1 + len(self._bit) // 8) // len(self.kinds))
         spacing = 1
-        while np.count_nonzero(reach[::spacing, ::spacing]) > MOST_SITES:
+        while np.count_nonzero(reach[::spacing, ::spacing]) > most:
             spacing += 1
         thinned = np.zeros_like(reach)
         thinned[::spacing, ::spacing] = reach[::spacing, ::spacing]

@@ -13,6 +13,8 @@ from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.trial import carry_out
 from marsupial.bench.simulate import MissionSummary, simulate
+from marsupial.cli.comparing import contenders
+from marsupial.errors import UsageError
 from marsupial.formats.missionlog import encode_event
 from marsupial.maps.builtin import builtin_scenario
 from marsupial.mission.placement import place_team
@@ -178,6 +180,12 @@ def test_a_comparison_has_a_row_of_it_as_of_any_contender() -> None:
     assert 0 < row.exploration_time_s < row.mission_time_s
     assert result.curve is not None
     assert result.curve.known[-1] == 10_000
+
+
+def test_it_is_named_among_strategies_and_asks_no_planner() -> None:
+    assert contenders("temporal:greedy,clairvoyant", None, STEP)[1] == Contender(CLAIRVOYANT)
+    with pytest.raises(UsageError, match="asks no planner"):
+        contenders("clairvoyant:greedy", None, STEP)
 
 
 @st.composite

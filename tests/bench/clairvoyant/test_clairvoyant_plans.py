@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from marsupial.bench.clairvoyant.cover import cover
+from marsupial.bench.clairvoyant.doors import doors
+from marsupial.bench.clairvoyant.ground import Ground
+from marsupial.bench.clairvoyant.outline import Outline
+from marsupial.bench.clairvoyant.repair import repaired
+from marsupial.bench.clairvoyant.search import annealed, best_outline, rate
+from marsupial.bench.clairvoyant.shorten import shortened
+from marsupial.bench.simulate import simulate
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.mission.placement import place_team
+from marsupial.model.planning import Budget
+from marsupial.planning.checker import check
+from marsupial.planning.greedy import serve
+from marsupial.sim.world import SimulatedWorld
+
+
+@pytest.fixture(scope="module")
+def ground() -> Ground:
+    scenario = builtin_scenario("lobby")
+    return Ground(scenario.grid, scenario.robot_types, place_team(scenario, 1))
+
+
+@pytest.fixture(scope="module")
+def begun(ground: Ground) -> Outline:
+    """Return an outline with many more stops than it needs."""
+    stops = tuple(cover(ground, {"carrier": 1.0, "rover": 1.0}, 0.3, np.random.default_rng(1)))
+    outline = Outline(ground=ground, stops=stops, meetings=doors(ground, stops))
+    return outline.with_plan(serve(outline.situation)[0])
+
+
+def driving_ms(outline: Outline) -> int:
+    return sum(action.duration_ms for action in outline.plan.actions if action.origin is not None)
+
+
+def test_what_is_seen_from_a_cell_is_what_the_world_reveals_there(ground: Ground) -> None:
+    scenario = builtin_scenario("lobby")
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    for n in range(0, len(ground.sites["carrier"]), 97):
+        cell = ground.cell(ground.sites["carrier"][n])
+        robots = tuple(replace(robot, cell=cell) for robot in place_team(scenario, 1) if robot.type == "carrier")[:1]
+        ((_, revealed),) = SimulatedWorld(scenario.grid, kinds, robots).advance(0).revealed
+        known = np.zeros(scenario.grid.cells.size, dtype=np.bool_)
+        known[revealed] = True
+        reachable = np.logical_or.reduce(list(ground.reach.by_type.values())).ravel()
+        assert ground.view("carrier", cell).bit_count() == np.count_nonzero(known & reachable)
+
+
+def test_a_cover_sees_all_that_is_wanted_from_its_stops(ground: Ground, begun: Outline) -> None:
+    seen = 0
+    for stop in begun.stops:
+        kind, cell = next(iter(stop.viewpoints.items()))
+        seen |= ground.view(kind, cell)
+    assert not ground.wanted & ~seen
+    assert begun.missed == 0
+
+
+def test_shortening_sees_as_much_with_less_driving(begun: Outline) -> None:
+    short = shortened(begun)
+    assert short.missed == 0
+    assert len(short.stops) < len(begun.stops)
+    assert driving_ms(short) < driving_ms(begun)
+    assert check(short.situation, short.plan).valid
+
+
+def test_repairing_sees_all_again(begun: Outline) -> None:
+    broken = begun.without(stop.name for stop in begun.stops[::2])
+    mended = repaired(broken, np.random.default_rng(1), begun.complete_ms)
+    assert broken.missed
+    assert mended.missed == 0
+    assert check(mended.situation, mended.plan).valid
+
+
+def test_annealing_keeps_the_stops_and_gets_no_later(begun: Outline) -> None:
+    better = annealed(begun, 20, 0)
+    assert better.plan.explored == begun.plan.explored
+    assert better.plan.makespan_ms <= begun.plan.makespan_ms
+
+
+def test_more_rounds_are_never_worse(ground: Ground) -> None:
+    few, more = (best_outline(ground, lambda done, n=rounds: done / n, 1) for rounds in (1, 4))
+    assert rate(more) <= rate(few)
+
+
+def test_the_time_a_plan_is_rated_by_is_that_of_the_simulated_mission(ground: Ground) -> None:
+    scenario = builtin_scenario("lobby")
+    ended = simulate(scenario, strategy_name="clairvoyant", planner="none", budget=Budget(steps=2), seed=1).ended
+    outline = best_outline(Ground(scenario.grid, scenario.robot_types, place_team(scenario, 1)), lambda n: n / 3, 1)
+    assert outline.missed == 0
+    assert ended.exploration_ms is not None
+    # a plan has a millisecond between a robot's actions, a mission has none
+    assert outline.complete_ms - len(outline.plan.actions) <= ended.exploration_ms <= outline.complete_ms
