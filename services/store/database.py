@@ -9,6 +9,7 @@ from __future__ import annotations
 import sqlite3
 from pathlib import Path
 
+from services.store import mission_tables
 from services.store.errors import StoreError
 
 VERSION = 1
@@ -119,4 +120,6 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
         raise StoreError(f"{path}: this file system can't hold a write-ahead log")
     connection.execute(f"PRAGMA journal_size_limit = {_LONGEST_LOG}")
     if version == 0:
-        connection.executescript(f"BEGIN IMMEDIATE;{_TABLES}PRAGMA user_version = {VERSION};COMMIT;")
+        connection.executescript(
+            f"BEGIN IMMEDIATE;{_TABLES}{mission_tables.TABLES}PRAGMA user_version = {VERSION};COMMIT;"
+        )

@@ -1,0 +1,190 @@
+"""What a mission of the service is made of: its brief, and all that is ever put into it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.planning import Budget
+from marsupial.model.robots import RobotType
+from marsupial.model.scenario import Goal, Limits, PlanningTime
+
+Runs = tuple[int, ...]
+"""Cells of the map: (start, length, code) three by three as in mission logs, in ascending order."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Brief:
+    """All that is fixed when a mission is created.
+
+    Parameters
+    ----------
+    planner, engine
+        What the client calls it, and the library.
+    grid
+        What is known of the map at first.
+    reachable
+        The cells that count as the area to explore, if the client knows.
+    """
+
+    name: str
+    strategy: str
+    planner: str
+    engine: str
+    budget: Budget
+    seed: int
+    grid: Grid
+    kinds: tuple[RobotType, ...]
+    robots: tuple[PlacedRobot, ...]
+    goal: Goal
+    limits: Limits
+    planning_time: PlanningTime
+    reachable: Mask | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotNote:
+    """What a report says of a robot; None where it says nothing.
+
+    Parameters
+    ----------
+    cell
+        Where it is; of one that drives, where it would be if it were told to stop.
+    free_at_ms
+        When it would be there.
+    distance_m, driving_ms
+        How far and how long it has driven in all.
+    """
+
+    name: str
+    cell: Cell | None = None
+    free_at_ms: int | None = None
+    distance_m: float | None = None
+    driving_ms: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Report:
+    """What a client reports of one moment.
+
+    Parameters
+    ----------
+    n
+        Counts the reports of a mission, from 1.
+    revealed
+        (robot, cells it has seen).
+    map
+        A whole new map, shape (height, width), instead.
+    finished, failed
+        Commands by their ids; with the reason.
+    """
+
+    n: int
+    t_ms: int
+    revealed: tuple[tuple[str, Runs], ...] = ()
+    map: CellArray | None = None
+    robots: tuple[RobotNote, ...] = ()
+    finished: tuple[int, ...] = ()
+    failed: tuple[tuple[int, str], ...] = ()
+    lost: tuple[tuple[str, str], ...] = ()
+
+
+class Wish(StrEnum):
+    """What a client wants of the mission as a whole."""
+
+    PAUSE = "pause"
+    RESUME = "resume"
+    CANCEL = "cancel"
+
+
+Input = Report | Wish
+
+
+class EventType(StrEnum):
+    """What an event tells: a line of the mission log, a decision, commands, the state, or the end."""
+
+    LOG = "log"
+    DECISION = "decision"
+    COMMANDS = "commands"
+    STATE = "state"
+    END = "end"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One event; `data` is JSON in one line."""
+
+    type: EventType
+    data: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turn:
+    """What a mission makes of one input (the first one: of its brief); `over` if that was its end."""
+
+    events: tuple[Event, ...]
+    over: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Next:
+    """What the process of a mission gets: the next input (None at first), and the decisions made when it had come.
+
+    There are such decisions only if the input was answered before, by a process that is no more.
+    """
+
+    input: Input | None
+    decisions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Call:
+    """What the process of a mission is started with: the socket to call back, and what to say there first."""
+
+    address: str
+    token: bytes
+    brief: Brief = field(repr=False)
+
+
+def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
+    """Return the row-major indices of the cells in `runs`, and their codes."""
+    table = np.array(runs, dtype=np.int64).reshape(-1, 3)
+    lengths = table[:, 1]
+    offsets = np.arange(int(lengths.sum())) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    return np.repeat(table[:, 0], lengths) + offsets, np.repeat(table[:, 2], lengths).astype(np.uint8)
+
+
+def runs_in(cells: CellArray) -> Runs:
+    """Return the known cells of a map as runs."""
+    flat = cells.ravel()
+    edges = np.flatnonzero(np.diff(flat)) + 1
+    starts, ends = np.concatenate(([0], edges)), np.concatenate((edges, [len(flat)]))
+    known = flat[starts] != UNKNOWN
+    table = np.stack((starts, ends - starts, flat[starts]), axis=1)[known]
+    return tuple(table.ravel().tolist())
+
+
+def fault_of(runs: Sequence[int], size: int, codes: frozenset[int]) -> str | None:
+    """Return what is wrong with runs of a map of `size` cells, or None."""
+    if len(runs) % 3:
+        return "must be (start, length, code) three by three"
+    end = 0
+    for start, length, code in _triples(runs):
+        if start < end:
+            return f"must be in ascending order without overlap, got a run from cell {start} after cell {end}"
+        if length < 1 or start + length > size:
+            return f"must stay inside the map of {size} cells, got a run of {length} from cell {start}"
+        if code not in codes:
+            return f"has no terrain of code {code}; there are {', '.join(map(str, sorted(codes)))}"
+        end = start + length
+    return None
+
+
+def _triples(runs: Sequence[int]) -> Iterator[tuple[int, int, int]]:
+    return zip(runs[0::3], runs[1::3], runs[2::3], strict=True)

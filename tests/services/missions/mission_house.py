@@ -1,0 +1,143 @@
+"""Missions in a folder, for tests, and clients that drive our simulator through them."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import json
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from marsupial.bench.simulate import simulate
+from marsupial.formats.missionlog import encode_event
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.mission.observer import Observer
+from marsupial.mission.placement import place_team
+from marsupial.model.mission import MissionEvent
+from marsupial.model.planning import Budget
+from services.missions.reading import read_brief, read_report
+from services.missions.records import MissionRecord, MissionSettings
+from services.missions.scenarios import mission_document
+from services.missions.service import Missions
+from services.missions.simulated import SimulatedTeam
+from services.missions.values import Brief
+from services.settings import Limits
+from services.store import Store
+
+STEPS = Budget(steps=1)
+
+
+class Lines(Observer):
+    """Keeps the lines of a mission log."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def event(self, event: MissionEvent) -> None:
+        self.lines.append(encode_event(event))
+
+
+@cache
+def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
+    """Return the log of a mission in this process, one step a plan."""
+    seen = Lines()
+    simulate(
+        builtin_scenario(scenario), strategy_name=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen
+    )
+    return "".join(f"{line}\n" for line in seen.lines)
+
+
+def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
+    """Return what asks for a mission like that."""
+    return mission_document(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed)
+
+
+def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal") -> Brief:
+    return read_brief(body(scenario, planner, strategy), Limits(), {})
+
+
+def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
+    world = builtin_scenario(scenario)
+    return SimulatedTeam(world.grid, {kind.name: kind for kind in world.robot_types}, place_team(world, seed))
+
+
+@asynccontextmanager
+async def open_missions(folder: Path, **settings: object) -> AsyncIterator[Missions]:
+    """Give the missions of a folder, started; stopped and closed afterwards."""
+    store = Store(folder)
+    try:
+        missions = Missions(store, MissionSettings(**settings))  # type: ignore[arg-type]
+        await missions.start()
+        try:
+            yield missions
+        finally:
+            await missions.stop()
+    finally:
+        store.close()
+
+
+async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:
+    """Report, as the route does."""
+    text = json.dumps(report, sort_keys=True).encode()
+    return await missions.report(
+        record, read_report(report, await missions.brief(record)), hashlib.sha256(text).digest()
+    )
+
+
+@dataclass(slots=True)
+class Driver:
+    """Drives a simulated team by the commands of a mission; it can be left and taken up again."""
+
+    team: SimulatedTeam
+    after: int = 0
+    batch: int = 0
+    unsent: dict[str, Any] | None = None
+    reports: list[dict[str, Any]] = field(default_factory=list)
+    events: list[tuple[int, str, str]] = field(default_factory=list)
+
+    async def drive(self, missions: Missions, record: MissionRecord, most: int | None = None) -> bool:
+        """Go on until the mission ends (True), or `most` reports are acknowledged."""
+        if self.unsent is not None:
+            await self._send(missions, record)
+        async for event in missions.follow(record.id, self.after):
+            self.after = event.seq
+            self.events.append((event.seq, event.type, event.data))
+            if event.type == "end":
+                return True
+            if event.type != "commands":
+                continue
+            batch = json.loads(event.data)
+            assert batch["batch"] == self.batch + 1
+            self.batch += 1
+            if batch["until_ms"] is None:
+                continue
+            self.unsent = self.team.answer(batch)
+            await self._send(missions, record)
+            if most is not None and len(self.reports) >= most:
+                return False
+        raise AssertionError("the stream ended before the mission did")
+
+    async def _send(self, missions: Missions, record: MissionRecord) -> None:
+        assert self.unsent is not None
+        await send(missions, record, self.unsent)
+        self.reports.append(self.unsent)
+        self.unsent = None
+
+
+async def started(missions: Missions, scenario: str = "lobby", **how: str) -> MissionRecord:
+    record, _ = await missions.create(brief(scenario, **how), b"same", owner="me")
+    return record
+
+
+def run(work: Any) -> Any:
+    """Run a test's coroutine, for two minutes at most."""
+
+    async def limited() -> Any:
+        async with asyncio.timeout(120):
+            return await work
+
+    return asyncio.run(limited())
