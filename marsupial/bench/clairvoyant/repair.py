@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,7 +12,11 @@ import numpy.typing as npt
 from marsupial.bench.clairvoyant.ground import Cells
 from marsupial.bench.clairvoyant.outline import Outline
 from marsupial.bench.clairvoyant.ways import Way, Ways
+from marsupial.model.grid import Cell
+from marsupial.model.plan import Plan
 from marsupial.planning.greedy import serve
+
+Indices = npt.NDArray[np.int64]
 
 LATE = 4.0
 """What a ms beyond the time limit costs beside one of driving."""
@@ -22,17 +27,24 @@ FIXED_MS = 500.0
 NOISE = 0.3
 """How much costs are taken to vary: the standard deviation of their logarithm."""
 
+NOBODY = 4.0
+"""What a stop that nobody can go to costs, beside the time limit."""
+
 SITES = 100
 """Of how many sites of a type that may see a cell one is chosen."""
 
 
+Place = tuple[Way, int]
+"""A way, and the number of the place on it after which a stop may come."""
+
+
 class _Choice(NamedTuple):
-    """A site by its number, what it costs for each missed cell that it sees, and after which place of which way."""
+    """A site by its number, what it costs for each missed cell that it sees, and where it comes in; None for nowhere."""
 
     cost: float
     kind: str
     site: int
-    place: tuple[Way, int] | None
+    place: Place | None
 
 
 def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outline:
@@ -47,86 +59,90 @@ def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outli
     missed = ways.missed
     if not missed:
         return outline
-    done = {robot.name: 0 for robot in ways.ground.robots}
-    for action in outline.plan.actions:
-        done |= {robot: max(done[robot], action.end_ms) for robot in action.robots}
-    unserved = False
+    repair = _Repair(ways, outline.plan, rng, limit_ms)
     while missed:
-        missed &= ~(seen := _add(ways, missed, rng, done, limit_ms))[0]
-        unserved |= seen[1]
+        missed &= ~repair.add_stop(missed)
     outline = ways.outline()
-    if unserved:
+    if repair.is_partial:
         plan, left = serve(outline.situation, outline.plan)
         outline = outline.with_plan(plan).without(left)
     return outline
 
 
-def _add(
-    ways: Ways, missed: Cells, rng: np.random.Generator, done: dict[str, int], limit_ms: int
-) -> tuple[Cells, bool]:
-    """Add a stop that sees one of the missed cells, drawn; return what it sees, and whether nobody goes there yet."""
-    ground = ways.ground
-    cell = ground.drawn(missed, rng)
-    best: _Choice | None = None
-    for kind in ground.kinds:
-        near = ground.sites_near(kind, cell)
-        near = near if len(near) <= SITES else rng.choice(near, SITES, replace=False)
-        bit, views = ground.bit_of(cell), ground.site_views(kind)
-        sites = np.array([n for n in near.tolist() if views[n] & bit], dtype=np.int64)
-        if len(sites):
-            found = _cheapest(ways, kind, sites, missed, rng, done, limit_ms)
-            best = found if best is None or found.cost < best.cost else best
-    if best is None:  # one of the few cells that a single site sees
-        return ground.bit_of(cell), False
-    seen = ground.site_views(best.kind)[best.site] & missed
-    here = ground.cell(ground.sites[best.kind][best.site])
-    if best.place is None:
-        ways.put_down(best.kind, here, seen)
-        return seen, True
-    way, at = best.place
-    before = _length(way, ways)
-    ways.insert(way, at, here, seen)
-    done[way.robot] += round((_length(way, ways) - before) * ground.ms_per_cell(way.kind))
-    return seen, False
+class _Repair:
+    """Adds stops to ways.
 
+    Attributes
+    ----------
+    is_partial
+        Whether there is a stop that nobody goes to yet.
+    """
 
-def _length(way: Way, ways: Ways) -> float:
-    pairs = pairwise(way.cells)
-    return sum(float(ways.ground.apart(way.kind, a, [b])[0]) for a, b in pairs)
+    def __init__(self, ways: Ways, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
+        self._ways, self._rng, self._limit_ms = ways, rng, limit_ms
+        self._done_ms: Counter[str] = Counter()
+        for action in plan.actions:
+            for robot in action.robots:
+                self._done_ms[robot] = max(self._done_ms[robot], action.end_ms)
+        self.is_partial = False
 
+    def add_stop(self, missed: Cells) -> Cells:
+        """Add a stop that sees one of the missed cells, drawn; return which of them it sees."""
+        ground, ways = self._ways.ground, self._ways
+        cell = ground.drawn(missed, self._rng)
+        choices = [
+            self._cheapest(kind, sites, missed) for kind in ground.kinds if len(sites := self._sites(kind, cell))
+        ]
+        _, kind, site, place = min(choices, key=lambda choice: choice.cost)
+        seen = ground.site_views(kind)[site] & missed
+        here = ground.cell(ground.sites[kind][site])
+        if place is None:
+            ways.put_down(kind, here, seen)
+            self.is_partial = True
+        else:
+            before = self._length(place[0])
+            ways.insert(*place, here, seen)
+            longer = self._length(place[0]) - before
+            self._done_ms[place[0].robot] += round(longer * ground.ms_per_cell(kind))
+        return seen
 
-def _cheapest(
-    ways: Ways,
-    kind: str,
-    sites: npt.NDArray[np.int64],
-    missed: Cells,
-    rng: np.random.Generator,
-    done: dict[str, int],
-    limit_ms: int,
-) -> _Choice:
-    views = ways.ground.site_views(kind)
-    gains = np.array([(views[n] & missed).bit_count() for n in sites.tolist()], dtype=np.float64)
-    costs, places = _insertions(ways, kind, sites, done, limit_ms)
-    costs = (costs + FIXED_MS) / gains * np.exp(NOISE * rng.standard_normal(len(sites)))
-    n = int(np.argmin(costs))
-    return _Choice(float(costs[n]), kind, int(sites[n]), places[n])
+    def _sites(self, kind: str, cell: Cell) -> Indices:
+        """Return the numbers of the sites of a type that see a cell, or of some of them."""
+        ground = self._ways.ground
+        near, bit, views = ground.sites_near(kind, cell), ground.bit_of(cell), ground.site_views(kind)
+        some = near if len(near) <= SITES else self._rng.choice(near, SITES, replace=False)
+        seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
+        return np.array(seeing, dtype=np.int64)
 
+    def _cheapest(self, kind: str, sites: Indices, missed: Cells) -> _Choice:
+        views = self._ways.ground.site_views(kind)
+        gains = np.array([(views[n] & missed).bit_count() for n in sites.tolist()], dtype=np.float64)
+        costs, places = self._insertions(kind, sites)
+        costs = (costs + FIXED_MS) / gains * np.exp(NOISE * self._rng.standard_normal(len(sites)))
+        n = int(np.argmin(costs))
+        return _Choice(float(costs[n]), kind, int(sites[n]), places[n])
 
-def _insertions(
-    ways: Ways, kind: str, sites: npt.NDArray[np.int64], done: dict[str, int], limit_ms: int
-) -> tuple[npt.NDArray[np.float64], list[tuple[Way, int] | None]]:
-    """Return the least cost, in ms, of driving to each site, and after which place; None where nobody can."""
-    ground = ways.ground
-    ms_per_cell = ground.ms_per_cell(kind)
-    costs, where = np.full(len(sites), 4.0 * limit_ms), np.full(len(sites), -1)
-    places = [(way, at) for way in ways.all if way.kind == kind for at in range(len(way.names) - way.ends_aboard())]
-    for i, (way, at) in enumerate(places):
+    def _insertions(self, kind: str, sites: Indices) -> tuple[npt.NDArray[np.float64], list[Place | None]]:
+        """Return the least cost, in ms, of driving to each site, and where it comes in; None where nobody can."""
+        ways = [way for way in self._ways.all if way.kind == kind]
+        places = [(way, at) for way in ways for at in range(len(way.names) - way.ends_aboard())]
+        costs, where = np.full(len(sites), NOBODY * self._limit_ms), np.full(len(sites), -1)
+        for i, (way, at) in enumerate(places):
+            extra = self._detours(way, at, sites)
+            late = self._done_ms[way.robot] + extra - self._limit_ms
+            cost = extra + LATE * np.maximum(0.0, late)
+            nearer = cost < costs
+            costs[nearer], where[nearer] = cost[nearer], i
+        return costs, [None if i < 0 else places[i] for i in where.tolist()]
+
+    def _detours(self, way: Way, at: int, sites: Indices) -> npt.NDArray[np.float64]:
+        """Return how long it takes, in ms, to go to each site after a place of a way."""
+        ground = self._ways.ground
         before, *after = way.cells[at : at + 2]
-        extra = ground.distances(kind, before)[sites]
+        extra = ground.distances(way.kind, before)[sites]
         if after:
-            extra = extra + ground.distances(kind, after[0])[sites] - ground.apart(kind, before, after)[0]
-        extra = extra * ms_per_cell
-        cost = extra + LATE * np.maximum(0.0, done[way.robot] + extra - limit_ms)
-        nearer = cost < costs
-        costs[nearer], where[nearer] = cost[nearer], i
-    return costs, [None if i < 0 else places[i] for i in where.tolist()]
+            extra = extra + ground.distances(way.kind, after[0])[sites] - ground.apart(way.kind, before, after)[0]
+        return np.asarray(extra * ground.ms_per_cell(way.kind))
+
+    def _length(self, way: Way) -> float:
+        return sum(float(self._ways.ground.apart(way.kind, a, [b])[0]) for a, b in pairwise(way.cells))
