@@ -92,6 +92,7 @@ class Jobs:
         """
         self._store.listen(partial(self._pass_on, asyncio.get_running_loop()))
         await self._write(lambda tx: table.recover(tx, self._settings, self._now_ms()))
+        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
         self._tasks = [asyncio.create_task(self._slot()) for _ in range(self._settings.slots)]
         self._tasks.append(asyncio.create_task(self._sweep()))
 
@@ -230,7 +231,7 @@ class Jobs:
     async def _slot(self) -> None:
         """Run one job after the other, once the launcher is ready: an attempt is not to be lost by waiting for it."""
         with suppress(InternalError):
-            await asyncio.to_thread(partial(processes.warm_up, preload=PRELOAD))
+            await asyncio.to_thread(processes.warm_up)
         while not self._stopping:
             self._work.clear()
             claim = await self._surely(lambda tx: table.claim(tx, self._now_ms()))
