@@ -39,7 +39,7 @@ Place = tuple[Way, int]
 
 
 class _Choice(NamedTuple):
-    """A site by its number, what it costs for each missed cell that it sees, and where it comes in; None for nowhere."""
+    """A site by its number, what it costs for each missed cell that it sees, and where it comes in, if anywhere."""
 
     cost: float
     kind: str
