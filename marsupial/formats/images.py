@@ -8,6 +8,7 @@ The size in the header is checked before a pixel is decoded.
 
 from __future__ import annotations
 
+import contextlib
 import io
 import struct
 import warnings
@@ -19,6 +20,8 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
+from PIL.PngImagePlugin import PngImageFile
+from PIL.PpmImagePlugin import PpmImageFile
 
 from marsupial.errors import MapError, Problem
 from marsupial.formats.files import file_fault
@@ -93,6 +96,20 @@ def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) ->
         return _decode(io.BytesIO(data), max_cells)
     except _Undecodable as undecodable:
         raise MapError([Problem(field, str(undecodable))]) from undecodable
+
+
+def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
+    """Return width and height of the PNG or PGM image that `data` holds, by its header alone.
+
+    Raises
+    ------
+    MapError
+        Where it is no such image.
+    """
+    for kind in (PngImageFile, PpmImageFile):
+        with contextlib.suppress(*_BROKEN), kind(io.BytesIO(data)) as image:
+            return image.width, image.height
+    raise MapError([Problem(field, "is not a PNG or PGM image")])
 
 
 class _Undecodable(Exception):

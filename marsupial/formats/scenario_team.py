@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, suggestion
 from marsupial.maps.builtin import check_team_size
-from marsupial.maps.reach import standable
-from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
+from marsupial.maps.footprint import fits
+from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
 from marsupial.model.scenario import Scenario
 
@@ -33,36 +33,26 @@ class Entry:
     member: TeamMember
 
 
-class _Ground:
-    """A map, and where the types asked for can stand on it."""
-
-    def __init__(self, grid: Grid) -> None:
-        self.grid = grid
-        self._masks: dict[str, Mask] = {}
-
-    def fault(self, kind: RobotType, cell: Cell) -> str | None:
-        """Say what keeps a robot of this type from standing on a cell of the map."""
-        if kind.name not in self._masks:
-            self._masks[kind.name] = standable(self.grid, kind)
-        if self._masks[kind.name][cell.y, cell.x]:
-            return None
-        code = int(self.grid.cells[cell.y, cell.x])
-        if code in kind.terrains:
-            return f"its radius of {kind.radius_m:g} m does not fit there"
-        names = {terrain.code: terrain.name for terrain in self.grid.terrains} | {UNKNOWN: "unknown"}
-        return f"the cell is {names[code]}"
+def standing_fault(grid: Grid, kind: RobotType, cell: Cell) -> str | None:
+    """Say what keeps a robot of this type from standing on a cell of the map."""
+    if fits(grid, kind, cell):
+        return None
+    code = int(grid.cells[cell.y, cell.x])
+    if code in kind.terrains:
+        return f"its radius of {kind.radius_m:g} m does not fit there"
+    names = {terrain.code: terrain.name for terrain in grid.terrains} | {UNKNOWN: "unknown"}
+    return f"the cell is {names[code]}"
 
 
 def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember, ...]:
     """Read ``team`` in either form; starts are checked where the map could be read."""
-    ground = None if grid is None else _Ground(grid)
     if isinstance(top.data.get("team"), Mapping):
         return _read_numbers(top.part("team"), kinds)
     if "team" in top.data and not isinstance(top.data["team"], list):
         top.has("team")
         top.wrong("team", "must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'")
         return ()
-    entries = [_read_member(fields, kinds, ground) for fields in top.parts("team")]
+    entries = [_read_member(fields, kinds, grid) for fields in top.parts("team")]
     check_names(entries)
     check_carriers(entries, kinds)
     if "team" in top.data and _all_known(kinds) and not any(_role(e, kinds) is Role.CARRIER for e in entries):
@@ -157,17 +147,17 @@ def _read_type_name(fields: Fields, key: str, kinds: Kinds) -> str:
     return fields.choice(key, kinds, what="robot type") if kinds else fields.text(key)
 
 
-def _read_member(fields: Fields, kinds: Kinds, ground: _Ground | None) -> Entry:
+def _read_member(fields: Fields, kinds: Kinds, grid: Grid | None) -> Entry:
     name = fields.name("name")
     type_name = _read_type_name(fields, "type", kinds)
     carrier = fields.name("carrier") if fields.has("carrier") else None
-    start = _read_start(fields, kinds.get(type_name), ground)
+    start = _read_start(fields, kinds.get(type_name), grid)
     fields.finish()
     member = TeamMember(name=name, type=type_name, start=start, carrier=carrier)
     return Entry(fields, member)
 
 
-def _read_start(fields: Fields, kind: RobotType | None, ground: _Ground | None) -> Cell | None:
+def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Cell | None:
     """Read where a robot starts: a point in metres, ``drawn``, or nothing for one that is carried."""
     if fields.has("carrier"):
         fields.refuse("start", "give 'start' or 'carrier', not both")
@@ -178,13 +168,13 @@ def _read_start(fields: Fields, kind: RobotType | None, ground: _Ground | None) 
     if fields.data["start"] == DRAWN:
         return None
     point = fields.numbers("start", 2)
-    if not point or ground is None:
+    if not point or grid is None:
         return None
-    cell = ground.grid.cell_at_m(*point)
+    cell = grid.cell_at_m(*point)
     where = f"[{point[0]:g}, {point[1]:g}]"
-    if not ground.grid.contains(cell):
+    if not grid.contains(cell):
         fields.wrong("start", f"{where} is outside the map")
-    elif kind is not None and (fault := ground.fault(kind, cell)):
+    elif kind is not None and (fault := standing_fault(grid, kind, cell)):
         fields.wrong("start", f"a {kind.name} can't stand at {where}: {fault}")
     return cell
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +9,7 @@ import pytest
 from PIL import Image
 
 from marsupial.errors import MapError
-from marsupial.formats.images import read_grey
+from marsupial.formats.images import grey_of, read_grey, size_of
 
 SHADES = np.array([[0, 100, 200], [50, 150, 255]], dtype=np.uint8)
 
@@ -75,3 +77,35 @@ def test_no_cut_or_changed_file_raises_anything_but_a_map_error(tmp_path: Path, 
         except MapError:
             refused += 1
     assert refused > 10
+
+
+def png_that_says(width: int, height: int) -> bytes:
+    """Return a PNG whose header names a size its data doesn't have."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"\0")) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize(
+    ("data", "size"),
+    [(png_that_says(3, 2), (3, 2)), (png_that_says(10**6, 10**6), (10**6, 10**6)), (b"P5 7 8 255\n", (7, 8))],
+)
+def test_the_size_is_read_from_the_header_alone(data: bytes, size: tuple[int, int]) -> None:
+    assert size_of(data) == size
+
+
+@pytest.mark.parametrize("data", [b"", b"GIF89a", b"\x89PNG\r\n\x1a\n", b"P5 x"])
+def test_what_has_no_header_of_an_image_has_no_size(data: bytes) -> None:
+    with pytest.raises(MapError, match="is not a PNG or PGM image"):
+        size_of(data)
+
+
+def test_an_image_is_read_from_bytes_as_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "map.pgm"
+    path.write_bytes(b"P5 2 1 255\n\x00\xfe")
+    assert grey_of(path.read_bytes()).grey.tolist() == read_grey(path).grey.tolist() == [[0, 254]]
+    with pytest.raises(MapError, match=r"mask: .*more than the limit of 1"):
+        grey_of(path.read_bytes(), field="mask", max_cells=1)
