@@ -19,7 +19,7 @@ from typing import TypeVar
 
 from marsupial.errors import InternalError
 from marsupial.planning import processes
-from marsupial.planning.jobs import Ended, Job, Limits
+from marsupial.planning.jobs import Ended, Ending, Job, Limits
 from services.missions import table, wire
 from services.missions.ledger import Ledger
 from services.missions.records import MissionRecord
@@ -27,6 +27,12 @@ from services.missions.values import Brief, Call, Event, EventType, Next, Turn
 from services.store import Store, StoreError, Transaction
 
 _MOST_DEATHS = 3
+"""A process that dies so often by itself before it has made anything new is not started again."""
+
+_MOST_KILLED = 20
+"""The same where somebody else killed it."""
+
+_PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
 _CONNECT_S = 120.0
 _LAST_WORDS_S = 0.5
@@ -115,27 +121,29 @@ class Keeper:
         while True:
             before = self.turns
             try:
-                reason = await self._live()
+                ended = await self._live()
             except StoreError as error:
                 log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
                 await asyncio.sleep(_RETRY_S)
                 continue
             except Exception as error:
                 log.exception("a mission failed", extra={"mission": self.id})
-                deaths, reason = _MOST_DEATHS, str(error)
-            if reason is None:
+                await self._give_up(str(error))
                 return
-            log.warning("the process of a mission ended", extra={"mission": self.id, "reason": reason})
+            if ended is None:
+                return
+            log.warning("the process of a mission ended", extra={"mission": self.id, "reason": ended.detail})
             deaths = 1 if self.turns > before else deaths + 1
-            if deaths >= _MOST_DEATHS:
-                await self._give_up(reason)
+            if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
+                await self._give_up(ended.detail)
                 return
+            await asyncio.sleep(_PAUSE_S * (deaths - 1))
 
     async def _give_up(self, reason: str) -> None:
         await self._write(lambda tx: table.fail(tx, self.id, reason, self._now_ms()))
 
-    async def _live(self) -> str | None:
-        """Follow one process to its end; return None if that of the mission too, else what happened."""
+    async def _live(self) -> Ended | None:
+        """Follow one process to its end; return None if it was the mission's end too."""
         token, line = self._exchange.expect()
         call = Call(address=self._exchange.address, token=token, brief=self.brief)
         limits = Limits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
@@ -145,7 +153,7 @@ class Keeper:
         talk = asyncio.create_task(self._talk(line))
         try:
             await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
-            await asyncio.wait((talk,), timeout=_LAST_WORDS_S)
+            await asyncio.wait((ended, talk), timeout=_LAST_WORDS_S)
         finally:
             for task in (talk, line):
                 task.cancel()
@@ -154,7 +162,7 @@ class Keeper:
         error = EOFError() if talk.cancelled() else talk.exception()
         if error is not None and not isinstance(error, EOFError | OSError):
             raise error
-        return None if error is None else (await ended).detail
+        return None if error is None else await ended
 
     async def _talk(self, line: Awaitable[Line]) -> None:
         """Hand out inputs and take turns, until the last one."""

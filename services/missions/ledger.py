@@ -1,7 +1,8 @@
 """What the service knows of a mission while its process thinks: enough to judge a report the moment it comes.
 
 A report is judged by what its client knew: every command that was published and has not ended may end, whatever else
-has happened to its robots. A ledger is made again from what is stored, in any order of commands before reports.
+has happened to its robots; a robot is lost once the client has said so. A ledger is made again from what is stored,
+commands before reports.
 """
 
 from __future__ import annotations
@@ -88,8 +89,6 @@ class Ledger:
             self.revision = batch["revision"]
             for command in batch["commands"]:
                 self._order(command)
-        elif event.type is EventType.LOG and event.data.startswith('{"event":"lost"'):
-            self._lose(json.loads(event.data)["robot"])
 
     def _order(self, command: Mapping[str, object]) -> None:
         if command["name"] != "stop":  # which ends nothing by itself

@@ -14,7 +14,13 @@ from marsupial.sim.world import SimulatedWorld
 
 
 class SimulatedTeam:
-    """A simulated world that takes commands and gives reports, both as JSON."""
+    """A simulated world that takes commands and gives reports, both as JSON.
+
+    Attributes
+    ----------
+    paused
+        Whether the mission is; then time goes on only as long as a robot is busy.
+    """
 
     def __init__(
         self,
@@ -26,11 +32,17 @@ class SimulatedTeam:
         self._world = SimulatedWorld(truth, kinds, robots, failures)
         self._ids: dict[str, int] = {}
         self._n = 0
+        self.paused = False
 
-    def answer(self, batch: Mapping[str, Any]) -> dict[str, Any]:
-        """Carry out a batch of commands until something happens, and return the report of it."""
+    def answer(self, batch: Mapping[str, Any]) -> dict[str, Any] | None:
+        """Carry out a batch of commands until something happens, and return the report of it.
+
+        There is none if the batch doesn't ask for one: it is the last, or answers an earlier report than the last.
+        """
         for command in batch["commands"]:
             self._obey(command)
+        if batch["n"] != self._n or batch["until_ms"] is None or (self.paused and not self._ids):
+            return None
         before = self._state()
         news = self._world.advance(batch["until_ms"])
         self._n += 1

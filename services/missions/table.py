@@ -175,7 +175,7 @@ def brief(source: Source, record: MissionRecord) -> Brief:
 def ledger(source: Source, record: MissionRecord) -> Ledger:
     """Return the ledger of a mission, made from all that is stored of it."""
     made = Ledger(brief(source, record))
-    for event in _events(source, record.number, "AND type IN ('commands', 'log') ORDER BY seq"):
+    for event in _events(source, record.number, "AND type = 'commands' ORDER BY seq"):
         made.publish(event)
     sql = "SELECT digest, data FROM mission_inputs WHERE mission = ? AND digest IS NOT NULL ORDER BY seq"
     for digest, data in source.execute(sql, (record.number,)):

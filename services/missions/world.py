@@ -291,7 +291,8 @@ class RemoteWorld:
             else:
                 self._reveal(self._first, report.map)
         for note in report.robots:
-            self._note(self._robots[note.name], note, since_ms)
+            if not self._robots[note.name].lost:
+                self._note(self._robots[note.name], note, since_ms)
         for number in report.finished:
             self._finish(number)
         for number, reason in report.failed:

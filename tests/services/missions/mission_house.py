@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from functools import cache
@@ -96,6 +96,7 @@ class Driver:
     after: int = 0
     batch: int = 0
     unsent: dict[str, Any] | None = None
+    edit: Callable[[dict[str, Any]], dict[str, Any]] | None = None
     reports: list[dict[str, Any]] = field(default_factory=list)
     events: list[tuple[int, str, str]] = field(default_factory=list)
 
@@ -108,14 +109,20 @@ class Driver:
             self.events.append((event.seq, event.type, event.data))
             if event.type == "end":
                 return True
+            if event.type == "state":
+                self.team.paused = json.loads(event.data)["state"] == "paused"
             if event.type != "commands":
                 continue
             batch = json.loads(event.data)
             assert batch["batch"] == self.batch + 1
             self.batch += 1
-            if batch["until_ms"] is None:
+            report = self.team.answer(batch)
+            if report is None:
                 continue
-            self.unsent = self.team.answer(batch)
+            if self.edit is not None:
+                (edit, self.edit) = (self.edit, None)
+                report = edit(report)
+            self.unsent = report
             await self._send(missions, record)
             if most is not None and len(self.reports) >= most:
                 return False

@@ -1,0 +1,179 @@
+"""Pausing, resuming, cancelling; commands that fail, robots that are lost, maps that change."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import random
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mission_house import Driver, open_missions, run, send, started, team
+
+from marsupial.formats.missionlog import parse_log
+from marsupial.model.mission import MissionEnded, MissionStarted, Planned, RobotLost, Status
+from services.missions.ledger import Conflict
+from services.missions.records import MissionState
+from services.missions.simulated import SimulatedTeam
+from services.missions.values import Wish, expand, runs_in
+
+
+def commands_of(driver: Driver) -> Iterator[dict[str, Any]]:
+    for _, kind, data in driver.events:
+        if kind == "commands":
+            yield json.loads(data)
+
+
+def ended(log: str) -> MissionEnded:
+    end = parse_log(log.encode()).ended
+    assert end is not None
+    return end
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(tmp_path: Path, seed: int) -> None:
+    draw = random.Random(seed)
+
+    async def fly() -> None:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+            driver = Driver(team())
+            while not await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 9)):
+                paused = await missions.wish(record, Wish.PAUSE)
+                assert paused.state is MissionState.PAUSED
+                assert (await missions.wish(record, Wish.PAUSE)).inputs == paused.inputs
+                with contextlib.suppress(TimeoutError):  # it reports no more once everybody stands
+                    async with asyncio.timeout(1):
+                        await driver.drive(missions, record)
+                assert (await missions.wish(record, Wish.RESUME)).state is MissionState.RUNNING
+            end = ended(await missions.log(record))
+            assert (end.status, end.coverage) == (Status.COMPLETE, 1.0)
+            assert len(end.aboard) == 4
+            assert_only_stops_while_paused(driver)
+
+    run(fly())
+
+
+def assert_only_stops_while_paused(driver: Driver) -> None:
+    paused, pauses = False, 0
+    for _, kind, data in driver.events:
+        fields = json.loads(data)
+        if kind == "state":
+            paused = fields["state"] == "paused"
+            pauses += paused
+        elif kind == "commands" and paused:
+            assert {command["name"] for command in fields["commands"]} <= {"stop"}
+    assert pauses > 1
+
+
+@pytest.mark.parametrize("reports", [0, 1, 7, 20])
+def test_a_mission_is_cancelled_once_with_its_stop_report(tmp_path: Path, reports: int) -> None:
+    async def fly() -> None:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+            driver = Driver(team())
+            if reports:
+                assert not await driver.drive(missions, record, reports)
+            first = await missions.wish(record, Wish.CANCEL)
+            assert first.state is MissionState.CANCELLING
+            with pytest.raises(Conflict, match="is being cancelled"):
+                await missions.wish(record, Wish.PAUSE)
+            events = [event async for event in missions.follow(record.id)]
+            assert [event.type for event in events].count("end") == 1
+            last = [json.loads(event.data) for event in events if event.type == "commands"][-1]
+            assert all(command["name"] == "stop" for command in last["commands"])
+            assert (await missions.wish(record, Wish.CANCEL)).status == "cancelled"
+            assert ended(await missions.log(record)).status is Status.CANCELLED
+            with pytest.raises(Conflict, match="has ended"):
+                await send(missions, record, {"n": reports + 1, "t_ms": 10**9})
+
+    run(fly())
+
+
+class Clumsy(SimulatedTeam):
+    """Reports every drive whose id `fails` as failed when it ends."""
+
+    fails = staticmethod(lambda number: number % 4 == 0)
+
+    def answer(self, batch: Any) -> dict[str, Any] | None:
+        report = super().answer(batch)
+        if report is None:
+            return None
+        drives = {c["id"] for c in batch["commands"] if c["name"] == "drive"}
+        self.drives = getattr(self, "drives", set()) | drives
+        failed = [number for number in report["finished"] if number in self.drives and self.fails(number)]
+        report["finished"] = [number for number in report["finished"] if number not in failed]
+        report["failed"] = [{"id": number, "reason": "a chair"} for number in failed]
+        return report
+
+
+def clumsy_team() -> Clumsy:
+    made = team()
+    made.__class__ = Clumsy
+    return made  # type: ignore[return-value]
+
+
+def test_a_command_that_fails_is_followed_by_a_new_plan(tmp_path: Path) -> None:
+    async def fly() -> None:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+            driver = Driver(clumsy_team())
+            assert await driver.drive(missions, record)
+            log = await missions.log(record)
+            assert ended(log).status is Status.COMPLETE
+            plans = [event for event in parse_log(log.encode()).events if isinstance(event, Planned)]
+            assert sum(plan.trigger.startswith("failed: ") for plan in plans) >= 2
+
+    run(fly())
+
+
+def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(tmp_path: Path) -> None:
+    async def fly() -> None:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+            stubborn = clumsy_team()
+            stubborn.fails = staticmethod(lambda _: True)  # type: ignore[method-assign]
+            driver = Driver(stubborn)
+            assert await driver.drive(missions, record)
+            log = parse_log((await missions.log(record)).encode())
+            lost = [event for event in log.events if isinstance(event, RobotLost)]
+            assert "failed 3 times in a row: a chair" in {event.reason for event in lost}
+            assert log.ended is not None
+            assert log.ended.status is Status.FAILED
+
+    run(fly())
+
+
+def test_a_changed_map_begins_the_mission_anew_and_revisions_go_on(tmp_path: Path) -> None:
+    async def fly() -> None:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+            driver = Driver(team())
+            assert not await driver.drive(missions, record, 12)
+            cells = (await missions.ledger(record)).cells.copy()
+            y, x = (int(axis[0]) for axis in (cells == 1).nonzero())
+
+            def changed(report: dict[str, Any]) -> dict[str, Any]:
+                for seen in report.pop("revealed"):
+                    indices, codes = expand(tuple(seen["runs"]))
+                    cells.reshape(-1)[indices] = codes
+                cells[y, x] = 0  # a box has been put there
+                return {**report, "map": {"runs": list(runs_in(cells))}}
+
+            driver.edit = changed
+            assert await driver.drive(missions, record)
+            log = parse_log((await missions.log(record)).encode())
+            first = log.events[0]
+            assert isinstance(first, MissionStarted)
+            assert first.t_ms > 0
+            assert log.ended is not None
+            assert log.ended.status is Status.COMPLETE
+            revisions = [batch["revision"] for batch in commands_of(driver)]
+            assert revisions == sorted(revisions)
+            plans = [event.revision for event in log.events if isinstance(event, Planned)]
+            assert plans[0] > 1
+
+    run(fly())

@@ -1,0 +1,119 @@
+"""The process of a mission is killed, the service is stopped: the mission comes out as if nothing had happened."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import random
+import sqlite3
+from pathlib import Path
+
+import psutil
+import pytest
+from launcher_tree import below_launcher
+from mission_house import Driver, open_missions, run, started, team, undisturbed
+
+from services.missions.records import MissionState
+from services.missions.service import Missions
+from services.store.store import FILE
+
+
+async def kill_now_and_then(seed: int, times: int) -> None:
+    """Kill one of the processes that run, `times` times."""
+    draw = random.Random(seed)
+    for _ in range(times):
+        await asyncio.sleep(draw.uniform(0.05, 0.4))
+        processes = await asyncio.to_thread(below_launcher)
+        if processes:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                draw.choice(processes).kill()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(tmp_path: Path, seed: int) -> None:
+    async def fly() -> tuple[str, Driver]:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+            driver = Driver(team())
+            killing = asyncio.create_task(kill_now_and_then(seed, 6))
+            assert await driver.drive(missions, record)
+            await killing
+            assert [event async for event in stream(missions, record.id)] == driver.events
+            return await missions.log(record), driver
+
+    log, driver = run(fly())
+    assert log == undisturbed("lobby")
+    assert [seq for seq, _, _ in driver.events] == list(range(1, len(driver.events) + 1))
+
+
+async def stream(missions: Missions, mission: str):  # type: ignore[no-untyped-def]
+    async for event in missions.follow(mission):
+        yield event.seq, event.type, event.data
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(tmp_path: Path, seed: int) -> None:
+    draw = random.Random(seed)
+    driver = Driver(team())
+
+    async def fly_on(mission: str | None) -> tuple[str, str | None]:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions) if mission is None else await missions.get(mission, "me")
+            assert record is not None
+            assert record.n == len(driver.reports)
+            over = await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 25))
+            return record.id, await missions.log(record) if over else None
+
+    mission, log = run(fly_on(None))
+    while log is None:
+        mission, log = run(fly_on(mission))
+    assert log == undisturbed("lobby")
+
+
+def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def fly() -> None:
+        async with open_missions(tmp_path, memory_bytes=1 << 20) as missions:
+            record = await started(missions)
+            events = [event async for event in missions.follow(record.id)]
+            ended = await missions.get(record.id, "me")
+            assert ended is not None
+            assert (ended.state, ended.status) == (MissionState.ENDED, "failed")
+            assert "1 MiB are allowed" in ended.reason
+            assert events[-1].type == "end"
+
+    run(fly())
+
+
+def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(tmp_path: Path) -> None:
+    async def begin() -> str:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+            assert not await Driver(team()).drive(missions, record, 5)
+            return record.id
+
+    async def go_on(mission: str) -> None:
+        async with open_missions(tmp_path) as missions:
+            async for event in missions.follow(mission):
+                last = event
+            record = await missions.get(mission, "me")
+            assert record is not None
+            assert (record.status, last.type) == ("failed", "end")
+            assert "comes out different" in record.reason
+
+    mission = run(begin())
+    with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
+        file.execute("UPDATE mission_events SET data = '{}' WHERE type = 'log' AND seq = 1")
+    run(go_on(mission))
+
+
+def test_no_process_is_left_when_missions_are_stopped(tmp_path: Path) -> None:
+    async def fly() -> None:
+        async with open_missions(tmp_path) as missions:
+            for _ in range(3):
+                record = await started(missions)
+                assert not await Driver(team()).drive(missions, record, 3)
+
+    run(fly())
+    assert below_launcher() == []

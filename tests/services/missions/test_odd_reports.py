@@ -1,0 +1,225 @@
+"""Reports that are late, repeated, contradictory or plain odd: refused without a trace, or survived."""
+
+from __future__ import annotations
+
+import copy
+import json
+import random
+import socket
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mission_house import Driver, body, open_missions, run, send, started, team, undisturbed
+from pydantic import ValidationError
+
+from marsupial.formats.missionlog import parse_log
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.model.grid import UNKNOWN, Cell
+from services.missions import host, wire
+from services.missions.ledger import Conflict, Ledger
+from services.missions.reading import read_brief
+from services.missions.values import Brief, EventType, Next, Report, RobotNote, Turn, Wish, runs_in
+from services.problems import HttpProblem
+from services.schemas.missions import ReportBody
+from services.settings import Limits
+
+Change = Callable[[dict[str, Any], random.Random], object]
+
+WRONG: dict[str, Change] = {
+    "gap": lambda r, d: r.update(n=r["n"] + d.randint(1, 5)),
+    "late": lambda r, d: r.update(t_ms=-1),
+    "unknown command": lambda r, d: r["finished"].append(10**6),
+    "failed unknown": lambda r, d: r.update(failed=[{"id": 10**6, "reason": ""}]),
+    "twice": lambda r, d: r.update(lost=[{"robot": "carrier1"}] * 2),
+    "stranger": lambda r, d: r["robots"].append({"name": "nobody", "cell": [1, 1]}),
+    "off the map": lambda r, d: r["robots"].append({"name": "carrier1", "cell": [10**6, 0]}),
+    "two places": lambda r, d: r["robots"].append({"name": "carrier1", "cell": [1, 1], "pose_m": [0.5, 0.5]}),
+    "no terrain": lambda r, d: r["revealed"].append({"robot": "carrier1", "runs": [0, 1, 77]}),
+    "half a run": lambda r, d: r["revealed"].append({"robot": "carrier1", "runs": [0, 1]}),
+    "long run": lambda r, d: r["revealed"].append({"robot": "carrier1", "runs": [0, 10**8, 1]}),
+    "other terrain": lambda r, d: r["revealed"].append({"robot": "carrier1", "runs": [0, 1, 1], "other": 1}),
+    "both maps": lambda r, d: r.update(map={"runs": []}, revealed=[{"robot": "carrier1", "runs": [0, 1, 0]}]),
+    "text for number": lambda r, d: r.update(t_ms="soon"),
+    "unknown field": lambda r, d: r.update(battery=3),
+}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed: int) -> None:
+    draw = random.Random(seed)
+
+    async def fly() -> str:
+        async with open_missions(tmp_path) as missions:
+            record = await started(missions)
+
+            async def offer(report: dict[str, Any]) -> None:
+                ReportBody.model_validate_json(json.dumps(report))
+                await send(missions, record, report)
+
+            driver = Driver(team())
+            while not await driver.drive(missions, record, len(driver.reports) + 1):
+                for name in draw.sample(sorted(WRONG), 3):
+                    odd = copy.deepcopy(driver.reports[-1])
+                    odd["n"] += 1
+                    WRONG[name](odd, draw)
+                    with pytest.raises((ValidationError, HttpProblem, Conflict)):
+                        await offer(odd)
+                old = draw.choice(driver.reports)
+                await send(missions, record, old)
+                with pytest.raises(Conflict, match="was another one"):
+                    await send(missions, record, {**old, "t_ms": old["t_ms"] + 1})
+                ended = [number for report in driver.reports for number in report["finished"]]
+                if ended:
+                    last = driver.reports[-1]
+                    again = {"n": last["n"] + 1, "t_ms": last["t_ms"], "finished": [draw.choice(ended)]}
+                    with pytest.raises(Conflict, match="was never given, or has ended"):
+                        await send(missions, record, again)
+            return await missions.log(record)
+
+    assert run(fly()) == undisturbed("lobby")
+
+
+def small_brief(seed: int) -> Brief:
+    asked = body("lobby")
+    asked["time_limit_ms"] = 200_000
+    asked["planning_time"] = "charged" if seed % 3 == 0 else "instant"
+    asked["goal"]["return_home"] = seed % 2 == 0
+    return read_brief(asked, Limits(), {})
+
+
+class Fuzz:
+    """A client that reports whatever the ledger lets pass."""
+
+    def __init__(self, brief: Brief, seed: int) -> None:
+        self.brief = brief
+        self.draw = random.Random(seed)
+        self.ledger = Ledger(brief)
+        self.truth = builtin_scenario("lobby").grid.solid().cells
+        self.open: dict[int, dict[str, Any]] = {}
+        self.paused = False
+
+    def next(self, turn: Turn) -> Report | Wish:
+        for event in turn.events:
+            self.ledger.publish(event)
+            if event.type == "commands":
+                for command in json.loads(event.data)["commands"]:
+                    if command["name"] != "stop":
+                        self.open[command["id"]] = command
+        wish = self.draw.random()
+        if self.paused or wish < 0.05:
+            self.paused = not self.paused
+            return Wish.PAUSE if self.paused else Wish.RESUME
+        while True:
+            report = self.report()
+            try:
+                self.ledger.check(report)
+            except Conflict:
+                continue
+            self.ledger.take(report, b"")
+            for number in (*report.finished, *(number for number, _ in report.failed)):
+                del self.open[number]
+            return report
+
+    def report(self) -> Report:
+        draw, names = self.draw, [robot.name for robot in self.brief.robots]
+        over = [number for number in self.open if draw.random() < 0.5]
+        failed = [number for number in over if draw.random() < 0.2]
+        lost = [name for name in names if draw.random() < 0.003]
+        return Report(
+            n=self.ledger.n + 1,
+            t_ms=self.ledger.t_ms + draw.choice([0, 1, 500, 3000]),
+            revealed=tuple((name, self.patch()) for name in names[:1] if not self.ledger.n or draw.random() < 0.5),
+            map=self.map() if draw.random() < 0.02 else None,
+            robots=tuple(self.note(name, over) for name in names if draw.random() < 0.6),
+            finished=tuple(number for number in over if number not in failed),
+            failed=tuple((number, "odd") for number in failed),
+            lost=tuple((name, "odd") for name in lost),
+        )
+
+    def patch(self) -> tuple[int, ...]:
+        """Return a part of the truth, the first time around the team, without what contradicts a changed map."""
+        height, width = self.truth.shape
+        middle = next(robot.cell for robot in self.brief.robots if robot.cell is not None)
+        x, y, size = middle.x - 12, middle.y - 12, 24
+        if self.ledger.n:
+            x, y, size = self.draw.randrange(width), self.draw.randrange(height), self.draw.randint(1, 20)
+        part = slice(max(0, y), y + size), slice(max(0, x), x + size)
+        cells = np.full_like(self.truth, UNKNOWN)
+        cells[part] = np.where(self.ledger.cells[part] == UNKNOWN, self.truth[part], self.ledger.cells[part])
+        return runs_in(cells)
+
+    def map(self) -> Any:
+        cells = self.ledger.cells.copy()
+        row, column, code = self.draw.randrange(40), self.draw.randrange(50), self.draw.choice([0, 1, 255])
+        cells[row : row + 3, column : column + 5] = code
+        return cells
+
+    def note(self, name: str, over: list[int]) -> RobotNote:
+        """Say that a robot is where it was sent, or just anywhere."""
+        mine = [command for command in self.open.values() if command["robot"] == name and command["id"] in over]
+        goals = [command["route"][-1] for command in mine if "route" in command]
+        height, width = self.truth.shape
+        anywhere = Cell(self.draw.randrange(width), self.draw.randrange(height))
+        cell = Cell(*goals[0]) if goals else anywhere if self.draw.random() < 0.05 else None
+        return RobotNote(name=name, cell=cell, free_at_ms=self.draw.choice([None, 0, self.ledger.t_ms + 700]))
+
+
+class Hosted:
+    """The loop of a mission in a thread of its own, and the socket to it."""
+
+    def __init__(self, brief: Brief) -> None:
+        self.line, theirs = socket.socketpair()
+        self._failure: list[BaseException] = []
+        self._thread = threading.Thread(target=self._fly, args=(brief, theirs), daemon=True)
+        self._thread.start()
+
+    def _fly(self, brief: Brief, line: socket.socket) -> None:
+        try:
+            with line:
+                host.fly(brief, host.Desk(brief, line))
+        except BaseException as error:
+            self._failure.append(error)
+
+    def __enter__(self) -> Hosted:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.line.close()
+        self._thread.join(60)
+
+    def turn(self, due: Next) -> Turn:
+        try:
+            self.line.sendall(wire.pack(due))
+            turn: Turn = wire.receive(self.line)
+        except (EOFError, OSError):
+            self._thread.join(60)
+            raise self._failure[0] from None
+        return turn
+
+
+@pytest.mark.parametrize("seed", range(15))
+def test_a_mission_survives_whatever_the_ledger_lets_pass_and_can_be_gone_through_again(seed: int) -> None:
+    brief = small_brief(seed)
+    fuzz, inputs, turns = Fuzz(brief, seed), [], []
+    with Hosted(brief) as hosted:
+        turns.append(hosted.turn(Next(input=None)))
+        while not turns[-1].over:
+            inputs.append(fuzz.next(turns[-1]) if len(turns) < 400 else Wish.CANCEL)
+            turns.append(hosted.turn(Next(input=inputs[-1])))
+    lines = [event.data for turn in turns for event in turn.events if event.type is EventType.LOG]
+    start = max(i for i, line in enumerate(lines) if line.startswith('{"event":"mission"'))
+    assert parse_log("".join(f"{line}\n" for line in lines[start:]).encode()).ended is not None
+    assert again(brief, inputs, turns) == turns
+
+
+def again(brief: Brief, inputs: list[Report | Wish], turns: list[Turn]) -> list[Turn]:
+    """Return what a new process makes of the same inputs and decisions."""
+    with Hosted(brief) as hosted:
+        return [
+            hosted.turn(Next(input=one, decisions=tuple(e.data for e in turn.events if e.type is EventType.DECISION)))
+            for one, turn in zip([None, *inputs], turns, strict=True)
+        ]
