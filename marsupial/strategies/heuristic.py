@@ -1,36 +1,42 @@
 """The paper's baseline: carriers assigned by travel cost alone, rovers deployed by rule.
 
-Carriers are assigned to targets at the least total travel cost (Hungarian method), whether they can explore them or
-not. A carrier that can't explore its target goes to the nearest meeting point that connects to it and sets a rover
-down there; a carrier without a rover has to retrieve one first. A rover on the ground explores the targets of the
-rover-only areas its meeting point gives access to, nearest first, and returns to that point.
+Carriers are assigned to targets at the least total travel cost, whether they can explore them or not. A carrier that
+can't explore its target goes to the nearest meeting point that connects to it and sets a rover down there; a carrier
+without a rover has to retrieve one first. A rover on the ground explores the targets that its meeting point gives
+access to and returns to that point.
 
-What the text leaves open: a target that a rover on the ground (or about to be set down) will explore is not assigned
-to a carrier; of several rovers that could be retrieved it is one without targets left if there is one, and then the
-one that can be met soonest; once no target is left, rovers are recovered by the greedy planner, as the paper does not
-treat that.
+What the text leaves open, and how it is filled:
+
+- how costs become an assignment: Hungarian method. The cheapest pair is decided on and the others are assigned anew,
+  since a rover that is set down takes care of more than one target. Costs lead over all ground that any type can
+  drive on (`Briefing.direct_ms`); until its running action ends a carrier is that much farther away;
+- targets that a rover on the ground, or about to be set down, will explore are not assigned to a carrier;
+- "nearest" meeting point: to the carrier; if none connects to the target's area, any from which a rover gets there;
+- targets "reachable from the meeting point": those only rovers can explore; in the order nearest first;
+- which rover is retrieved and where: one without targets left if there is one, then the one that can be met soonest.
+  A full carrier does not exchange rovers;
+- a carrier without a target waits; one that can't serve its target is assigned another;
+- once no target is left rovers are recovered by list scheduling (`marsupial.strategies.rules`).
 
 References
 ----------
-Wurm et al. 2010, section IV-B; the assignment is that of Stachniss 2009 (their reference 19).
+Wurm et al. 2010, section IV-B, which refers to Stachniss, Robotic Mapping and Exploration, 2009, for the assignment.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from time import perf_counter
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import RobotState, Situation
-from marsupial.model.strategy import Briefing, Decision, PlanningReport
-from marsupial.planning.greedy import serve
+from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.schedule import retime
+from marsupial.strategies.rules import decide_by
 
 _FAR = 1e12
 
@@ -42,16 +48,7 @@ class Heuristic:
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the assignment's plan; one target per carrier, all its area's targets per rover."""
-        began = perf_counter()
-        if briefing.situation.targets:
-            plan, detail = _explore(briefing)
-        else:
-            plan, unserved = serve(briefing.situation)
-            detail = f"nobody can serve {', '.join(sorted(unserved))}" if unserved else ""
-        wall = perf_counter() - began
-        outcome = Outcome.SATISFICING if plan.actions else Outcome.NO_PLAN
-        report = PlanningReport(planner=self.name, outcome=outcome, wall_s=wall, first_plan_s=wall, detail=detail)
-        return Decision(plan=plan, report=report)
+        return decide_by(self.name, _explore, briefing)
 
 
 @dataclass(slots=True)
@@ -89,7 +86,7 @@ class _Draft:
         self.free_ms.update(dict.fromkeys(action.robots, end))
 
 
-def _explore(briefing: Briefing) -> tuple[Plan, str]:
+def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
     situation = briefing.situation
     draft = _Draft(
         situation=situation,
@@ -103,8 +100,7 @@ def _explore(briefing: Briefing) -> tuple[Plan, str]:
         _return(draft, rover, briefing.deployed_at.get(rover.name))
     waiting = {r.name for r in ground}
     stuck = _send_carriers(briefing, draft, waiting)
-    detail = f"no way to explore {', '.join(sorted(stuck))}" if stuck else ""
-    return retime(situation, draft.actions), detail
+    return retime(situation, draft.actions), frozenset(stuck)
 
 
 def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozenset[str]:

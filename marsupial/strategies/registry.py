@@ -8,12 +8,16 @@ from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 from marsupial.model.strategy import Strategy
 from marsupial.planning.engines import mission_engine
+from marsupial.strategies.assignment import Assignment
 from marsupial.strategies.heuristic import Heuristic
+from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.temporal import Temporal
 
 STRATEGIES: Mapping[str, Callable[[str, Budget], Strategy]] = {
     "temporal": lambda planner, budget: Temporal(mission_engine(planner, budget), budget),
     "heuristic": lambda planner, budget: Heuristic(),
+    "heuristic-plus": lambda planner, budget: HeuristicPlus(),
+    "greedy": lambda planner, budget: Assignment(),
 }
 
 

@@ -1,0 +1,66 @@
+"""One step ahead: robots and targets are brought together at the least sum of arrival times.
+
+At each replanning a Hungarian assignment gives each robot at most one target: carriers that explore themselves, rovers
+on the ground, carriers that set down a rover they carry and carriers that fetch one from the ground first. Costs are
+the times at which targets would be explored (`marsupial.strategies.outlook`). What comes after that is not looked at:
+a rover that was set down gets its next target at a later replanning, as any other robot.
+
+A rover that has a target of its own is not fetched; of several rides that need a rover from the ground the soonest is
+decided on, and the others are assigned anew. A robot for which no target is left stands by
+(`marsupial.strategies.standby`). If nobody gets to a target in any of these ways, list scheduling is asked for one.
+
+There is no utility of targets: taking off seconds for the area that a target may reveal made missions longer.
+
+References
+----------
+Burgard et al., Coordinated Multi-Robot Exploration, IEEE Transactions on Robotics 21(3), 2005; Stachniss, Robotic
+Mapping and Exploration, 2009: robots and targets assigned by cost and utility, for robots that are all alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from marsupial.model.plan import Plan
+from marsupial.model.strategy import Briefing, Decision
+from marsupial.planning.costs import Mask
+from marsupial.planning.greedy import serve
+from marsupial.strategies.outlook import Option, Outlook
+from marsupial.strategies.rules import decide_by
+from marsupial.strategies.standby import stand_by
+
+
+class Assignment:
+    """The one-step assignment."""
+
+    name = "greedy"
+
+    def decide(self, briefing: Briefing) -> Decision:
+        """Return the plan that brings each robot to at most one target."""
+        return decide_by(self.name, _explore, briefing)
+
+
+def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+    outlook = Outlook(briefing.situation, briefing.previous)
+    free = [robot.name for robot in outlook.situation.robots if robot.place is not None]
+    left = np.ones(len(outlook.targets), dtype=np.bool_)
+    while chosen := _without_conflict(outlook.assign([_options(outlook, robot, free, left) for robot in free])):
+        for option, target in chosen:
+            outlook.take(option, target)
+            left[target] = False
+            free = [robot for robot in free if robot not in (option.robot, option.explorer)]
+    if left.all():
+        return serve(briefing.situation)
+    stand_by(outlook, free)
+    return outlook.plan, frozenset()
+
+
+def _options(outlook: Outlook, robot: str, free: Sequence[str], left: Mask) -> list[Option]:
+    return [option.only(left) for option in outlook.options(robot, fetchable=frozenset(free))]
+
+
+def _without_conflict(chosen: list[tuple[Option, int]]) -> list[tuple[Option, int]]:
+    """Return those that need no rover from the ground; if there are none, the soonest of the others."""
+    return [pair for pair in chosen if not pair[0].fetched] or chosen[:1]
