@@ -39,7 +39,6 @@ class Kind:
 
 KINDS: Mapping[str, Kind] = {
     "bad-json": Kind(400, "The body is not JSON as it should be"),
-    "bad-request": Kind(400, "The request can't be understood"),
     "no-key": Kind(401, "An API key is needed"),
     "no-scope": Kind(403, "The API key does not allow this"),
     "not-found": Kind(404, "There is nothing here"),

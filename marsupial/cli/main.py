@@ -29,6 +29,7 @@ from marsupial.cli.replay import replay
 from marsupial.cli.reproduce import reproduce
 from marsupial.cli.run import run
 from marsupial.cli.scenarios import scenarios
+from marsupial.cli.serve import serve
 from marsupial.cli.validate import validate
 from marsupial.errors import InternalError, MarsupialError
 
@@ -78,6 +79,7 @@ app.command()(planners)
 app.command()(scenarios)
 app.add_typer(bench, name="bench")
 app.command()(demo)
+app.add_typer(serve, name="serve")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

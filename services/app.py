@@ -1,0 +1,155 @@
+"""The application: routes, errors, and what runs as long as it does."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from typing import Any
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+from starlette.routing import Match
+
+from marsupial.errors import MarsupialError
+from services import openapi
+from services.edge import Edge
+from services.jobs import Jobs, JobSettings, UnknownJob
+from services.keys import KeyFile
+from services.pointers import of_location
+from services.problems import KINDS, Detail, HttpProblem, answer, kind_of
+from services.routes import analyses, catalogue, jobs, operations
+from services.settings import Settings
+from services.state import State, state_of
+from services.store import Store, StoreError
+
+DESCRIPTION = (
+    "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
+    "`_ms`; places on the map are metres of the map frame."
+)
+
+_KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """Return the application; it opens its store when it starts."""
+    app = FastAPI(
+        title="marsupial",
+        version=version("marsupial"),
+        description=DESCRIPTION,
+        lifespan=_running,
+        openapi_url=None,
+        redoc_url=None,
+        redirect_slashes=False,
+    )
+    limits = settings.limits
+    app.state.service = State(
+        settings=settings, keys=KeyFile(settings.data), analyses=asyncio.Semaphore(limits.analyses)
+    )
+    for router in (jobs.router, analyses.router, catalogue.router, operations.router, operations.admin):
+        app.include_router(router)
+    document = openapi.document(app, needs_keys=settings.needs_keys)
+    app.openapi = lambda: document  # type: ignore[method-assign]
+    app.add_api_route("/openapi.json", lambda: JSONResponse(document), include_in_schema=False)
+    for error, handle in _HANDLERS.items():
+        app.add_exception_handler(error, handle)
+    app.add_middleware(Edge, state=app.state.service)
+    return app
+
+
+@asynccontextmanager
+async def _running(app: FastAPI) -> AsyncIterator[None]:
+    """Run the jobs of the data folder as long as the application runs."""
+    state = state_of(app)
+    limits = state.settings.limits
+    store = await asyncio.to_thread(Store, state.settings.data)
+    state.jobs = Jobs(
+        store,
+        JobSettings(
+            slots=limits.slots,
+            queue=limits.queue,
+            retention_s=limits.retention_s,
+            kept_jobs=limits.kept_jobs,
+            memory_bytes=limits.memory_bytes,
+            steps_limit_s=limits.steps_s,
+            commands=state.settings.planners,
+        ),
+    )
+    try:
+        await state.jobs.start()
+        yield
+    finally:
+        state.leaving.set()
+        await state.jobs.stop()
+        await asyncio.to_thread(store.close)
+
+
+def _problem(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HttpProblem)
+    return answer(error, request.url.path)
+
+
+def _refused(request: Request, error: Exception) -> Response:
+    """Answer what the library raises."""
+    assert isinstance(error, MarsupialError)
+    kind = kind_of(error)
+    if KINDS[kind].status >= 500:
+        raise error
+    return answer(HttpProblem(kind, str(error)), request.url.path)
+
+
+def _misshaped(request: Request, error: Exception) -> Response:
+    """Answer what pydantic finds wrong."""
+    assert isinstance(error, RequestValidationError)
+    body = getattr(request.state, "json", None)
+    return answer(HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()]), request.url.path)
+
+
+def _detail(error: dict[str, Any], body: object) -> Detail:
+    place, *location = error["loc"]
+    text = str(error["msg"])
+    if place == "body":
+        return Detail(where="pointer", name=of_location(location, body), text=text)
+    name = str(location[0]) if location else ""
+    return Detail(where=place if place in ("query", "header", "path") else "query", name=name, text=text)
+
+
+def _http(request: Request, error: Exception) -> Response:
+    """Answer what the framework raises: no such route, no such method."""
+    assert isinstance(error, HTTPException)
+    kind = _KIND_OF_STATUS.get(error.status_code, "internal" if error.status_code >= 500 else "invalid")
+    headers = {"Allow": ", ".join(_methods(request))} if kind == "no-method" else {}
+    return answer(HttpProblem(kind, headers=headers), request.url.path)
+
+
+def _methods(request: Request) -> Sequence[str]:
+    """Return what can be done at the path of the request."""
+    found: set[str] = set()
+    for method in ("DELETE", "GET", "POST"):
+        scope = {**request.scope, "method": method}
+        if any(route.matches(scope)[0] is Match.FULL for route in request.app.router.routes):
+            found.add(method)
+    return sorted(found)
+
+
+def _unknown_job(request: Request, error: Exception) -> Response:
+    return answer(HttpProblem("not-found", "there is no such job, or no longer"), request.url.path)
+
+
+def _not_stored(request: Request, error: Exception) -> Response:
+    return answer(
+        HttpProblem("not-ready", f"nothing was stored: {error}", headers={"Retry-After": "5"}), request.url.path
+    )
+
+
+_HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
+    HttpProblem: _problem,
+    MarsupialError: _refused,
+    RequestValidationError: _misshaped,
+    HTTPException: _http,
+    UnknownJob: _unknown_job,
+    StoreError: _not_stored,
+}

@@ -1,0 +1,74 @@
+"""What the service has: planners, demo data, limits."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Response
+
+from marsupial.planning.engines import engine_infos
+from services.answers import json_answer
+from services.demo import DEMOS
+from services.openapi import errors
+from services.problems import HttpProblem
+from services.routes.parameters import Service
+from services.routing import PlanRoute
+from services.schemas import answers
+
+router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["catalogue"])
+
+
+@router.get("/planners", response_model=answers.Planners, responses=errors())
+async def planners(state: Service) -> Response:
+    """List the planners, and why some can't be used here."""
+    found = [
+        {
+            "name": info.name,
+            "summary": info.summary,
+            "licence": info.licence,
+            "available": info.missing is None,
+            "missing": info.missing,
+            "anytime": info.anytime,
+            "proves_optimality": info.proves_optimality,
+            "deterministic_steps": info.deterministic_steps,
+        }
+        for info in engine_infos()
+    ]
+    own = {
+        "summary": "external planner",
+        "licence": "that of the program",
+        "available": True,
+        "missing": None,
+        "anytime": True,
+        "proves_optimality": False,
+        "deterministic_steps": False,
+    }
+    return json_answer({"planners": found + [{"name": name, **own} for name in sorted(state.settings.planners)]})
+
+
+@router.get("/demo-data", response_model=answers.DemoList, responses=errors())
+async def demo_data() -> Response:
+    """List ready requests for /v1/jobs."""
+    items = [
+        {"name": name, "kind": demo.kind, "summary": demo.summary, "href": f"/v1/demo-data/{name}"}
+        for name, demo in DEMOS.items()
+    ]
+    return json_answer({"demo_data": items})
+
+
+@router.get("/demo-data/{name}", response_model=answers.DemoJob, responses=errors("not-found"))
+async def demo(name: Annotated[str, Path(description="Name of a demo.")]) -> Response:
+    """Return a ready request for /v1/jobs."""
+    if name not in DEMOS:
+        raise HttpProblem("not-found", f"there is no demo {name!r}; there are {', '.join(DEMOS)}")
+    return json_answer(DEMOS[name].request())
+
+
+@router.get("/limits", response_model=answers.LimitList, responses=errors())
+async def limits(state: Service) -> Response:
+    """Return every limit and what it limits."""
+    held = state.settings.limits
+    return json_answer(
+        {"limits": {f.name: {"value": getattr(held, f.name), "meaning": f.metadata["meaning"]} for f in fields(held)}}
+    )

@@ -1,0 +1,91 @@
+"""The server process: one event loop, a socket that is bound before anything starts, an end within seconds."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from types import FrameType
+
+import uvicorn
+
+from marsupial.errors import UsageError
+from services import logs
+from services.app import create_app
+from services.keys import KeyFile
+from services.settings import Settings
+from services.state import state_of
+
+_GRACE_S = 2
+_BACKLOG = 512
+
+
+class _Server(uvicorn.Server):
+    """Tells when it is ready, and streams to end as soon as it is asked to."""
+
+    def __init__(self, config: uvicorn.Config, leave: Callable[[], None], ready: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._leave = leave
+        self._ready = ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, and say so."""
+        await super().startup(sockets)
+        if self.started:
+            self._ready()
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Begin to end."""
+        self._leave()
+        super().handle_exit(sig, frame)
+
+
+def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> bool:
+    """Serve until a signal asks to end; `tell` is given the address once requests are answered.
+
+    Returns
+    -------
+    bool
+        Whether it could start.
+
+    Raises
+    ------
+    UsageError
+        If the address can't be listened at, or keys are needed and there is none.
+    """
+    if settings.needs_keys and not KeyFile(settings.data).all():
+        raise UsageError(
+            f"API keys are needed to listen at {settings.host}: make one with "
+            f"'marsupial serve keys add NAME --data {settings.data}'"
+        )
+    logs.set_up(level)
+    with _listening(settings) as line:
+        app = create_app(settings)
+        config = uvicorn.Config(
+            app,
+            log_config=None,
+            access_log=False,
+            timeout_graceful_shutdown=_GRACE_S,
+            timeout_keep_alive=5,
+            server_header=False,
+            lifespan="on",
+        )
+        host = f"[{settings.host}]" if ":" in settings.host else settings.host
+        address = f"http://{host}:{line.getsockname()[1]}"
+        server = _Server(config, state_of(app).leaving.set, lambda: tell(address))
+        server.run(sockets=[line])
+        return server.started
+
+
+def _listening(settings: Settings) -> socket.socket:
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            settings.host, settings.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        line = socket.socket(family, kind, protocol)
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        line.bind(address)
+        line.listen(_BACKLOG)
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UsageError(f"can't listen at {settings.host}, port {settings.port}: {reason}") from error
+    return line
