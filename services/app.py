@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -15,13 +16,18 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import MarsupialError
+from marsupial.planning import processes
 from services import openapi
 from services.edge import Edge
 from services.jobs import Jobs, JobSettings, UnknownJob
+from services.jobs import service as jobs_service
 from services.keys import KeyFile
+from services.missions import service as missions_service
+from services.missions.records import MissionSettings, UnknownMission
+from services.missions.service import Missions
 from services.pointers import of_location
 from services.problems import KINDS, Detail, HttpProblem, answer, kind_of
-from services.routes import analyses, catalogue, jobs, operations
+from services.routes import analyses, catalogue, jobs, missions, operations
 from services.settings import Settings
 from services.state import State, state_of
 from services.store import Store, StoreError
@@ -30,6 +36,9 @@ DESCRIPTION = (
     "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
     "`_ms`; places on the map are metres of the map frame."
 )
+
+PRELOAD = (*jobs_service.PRELOAD, *missions_service.PRELOAD, "services.warm")
+"""What workers need besides planners' libraries, loaded before they are forked."""
 
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
@@ -49,7 +58,14 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.service = State(
         settings=settings, keys=KeyFile(settings.data), analyses=asyncio.Semaphore(limits.analyses)
     )
-    for router in (jobs.router, analyses.router, catalogue.router, operations.router, operations.admin):
+    for router in (
+        jobs.router,
+        missions.router,
+        analyses.router,
+        catalogue.router,
+        operations.router,
+        operations.admin,
+    ):
         app.include_router(router)
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
@@ -62,7 +78,7 @@ def create_app(settings: Settings) -> FastAPI:
 
 @asynccontextmanager
 async def _running(app: FastAPI) -> AsyncIterator[None]:
-    """Run the jobs of the data folder as long as the application runs."""
+    """Run the jobs and missions of the data folder as long as the application runs."""
     state = state_of(app)
     limits = state.settings.limits
     store = await asyncio.to_thread(Store, state.settings.data)
@@ -78,12 +94,24 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             commands=state.settings.planners,
         ),
     )
+    state.missions = Missions(
+        store,
+        MissionSettings(
+            missions=limits.missions,
+            backlog=limits.backlog,
+            memory_bytes=limits.memory_bytes,
+            retention_s=limits.retention_s,
+            kept_missions=limits.kept_missions,
+        ),
+    )
     try:
+        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
         await state.jobs.start()
+        await state.missions.start()
         yield
     finally:
         state.leaving.set()
-        await state.jobs.stop()
+        await asyncio.gather(state.jobs.stop(), state.missions.stop())
         await asyncio.to_thread(store.close)
 
 
@@ -135,6 +163,10 @@ def _methods(request: Request) -> Sequence[str]:
     return sorted(found)
 
 
+def _unknown_mission(request: Request, error: Exception) -> Response:
+    return answer(HttpProblem("not-found", "there is no such mission, or no longer"), request.url.path)
+
+
 def _unknown_job(request: Request, error: Exception) -> Response:
     return answer(HttpProblem("not-found", "there is no such job, or no longer"), request.url.path)
 
@@ -151,5 +183,6 @@ _HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
     RequestValidationError: _misshaped,
     HTTPException: _http,
     UnknownJob: _unknown_job,
+    UnknownMission: _unknown_mission,
     StoreError: _not_stored,
 }

@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 import time
 import uuid
-from collections.abc import MutableMapping
 from typing import Any
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -61,7 +60,7 @@ class Edge:
         route = getattr(scope.get("route"), "path", "none")
         method = scope["method"] if scope["method"] in _METHODS else "other"
         self._state.metrics.request(method, route, status, seconds)
-        more: MutableMapping[str, Any] = {"request": passage.id, "method": method, "route": route, "status": status}
+        more: dict[str, Any] = {"request": passage.id, "method": method, "route": route, "status": status}
         job = (scope.get("path_params") or {}).get("job")
         more |= {"ms": round(1000 * seconds, 2)} | ({"job": job} if job else {})
         log.info("request", extra=more)

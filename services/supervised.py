@@ -7,7 +7,6 @@ from functools import partial
 
 from marsupial.planning import processes
 from marsupial.planning.jobs import Ending, Job, Limits, Message
-from services.jobs.service import PRELOAD
 from services.problems import HttpProblem
 
 
@@ -24,7 +23,6 @@ async def value_of(function: str, argument: object, *, seconds: float, memory_by
 
 
 def _first(job: Job) -> object:
-    processes.warm_up(preload=PRELOAD)
     run = processes.run(job)
     try:
         event = next(run)

@@ -106,7 +106,7 @@ def list_keys(data: Data = DEFAULT_DATA) -> None:
     now_s = time.time()
     rows = [
         (key.name, ", ".join(key.scopes), _day(key.expires_s), "yes" if key.holds(now_s) else "no")
-        for key in KeyFile(data).keys()
+        for key in KeyFile(data).all()
     ]
     print_table(("name", "scopes", "expires", "good"), rows)
 

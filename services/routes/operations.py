@@ -6,18 +6,13 @@ import asyncio
 import sqlite3
 import tempfile
 import time
-from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
 
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
-from marsupial.model.planning import Budget, Improved
-from marsupial.planning.checker import check
-from marsupial.planning.engines import engine
 from services.answers import json_answer
-from services.jobs.warm import tiny
 from services.openapi import errors
 from services.problems import HttpProblem
 from services.routes.parameters import Service
@@ -61,18 +56,11 @@ async def metrics(state: Service) -> Response:
     return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
 
 
-def plan_tiny(_: object) -> Iterator[bool]:
-    """Yield whether planning gives a valid plan; runs in a worker."""
-    situation = tiny()
-    plans = [e.plan for e in engine("greedy").solve(situation, Budget(steps=1)) if isinstance(e, Improved)]
-    yield bool(plans) and check(situation, plans[-1]).valid
-
-
 async def _check(state: State) -> dict[str, Any] | str:
     begun = time.monotonic()
     limits = state.settings.limits
     try:
-        function = "services.routes.operations:plan_tiny"
+        function = "services.readiness:plan_tiny"
         planned = await value_of(function, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except Exception as error:
         return f"planning fails: {error}"
