@@ -1,4 +1,4 @@
-"""A job's events as server-sent events: what is stored, word for word, then what comes, until the end of the job.
+"""Events of a job or mission as server-sent events: what is stored, word for word, then what comes, until its end.
 
 A stream that is taken up after an event (``Last-Event-ID``) goes on with what an uninterrupted one would say.
 """
@@ -8,16 +8,35 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import suppress
-from typing import Any
+from enum import StrEnum
+from typing import Any, Protocol
 
 from starlette.responses import StreamingResponse
 
-from services.jobs import EventRecord
 from services.problems import HttpProblem
 from services.state import State
 
 KEEP_ALIVE_S = 15.0
 BYE = b": the service is ending; take this stream up again later\n\n"
+
+
+class Told(Protocol):
+    """An event as it is stored."""
+
+    @property
+    def seq(self) -> int:
+        """Its number, from 1."""
+        ...
+
+    @property
+    def type(self) -> StrEnum:
+        """What it tells."""
+        ...
+
+    @property
+    def data(self) -> str:
+        """One line of JSON."""
+        ...
 
 
 class EventStream(StreamingResponse):
@@ -26,12 +45,12 @@ class EventStream(StreamingResponse):
     media_type = "text/event-stream"
 
 
-def frame(event: EventRecord) -> bytes:
+def frame(event: Told) -> bytes:
     """Return an event as it is sent."""
     return f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
 
 
-def stream(state: State, owner: str, events: AsyncIterator[EventRecord]) -> EventStream:
+def stream(state: State, owner: str, events: AsyncIterator[Told]) -> EventStream:
     """Return the answer that streams `events`.
 
     Raises
@@ -62,10 +81,10 @@ class _Counted(EventStream):
             self._state.streams[self._owner] -= 1
 
 
-async def _frames(state: State, events: AsyncIterator[EventRecord]) -> AsyncIterator[bytes]:
-    yield b": events of a planning job\n\n"
+async def _frames(state: State, events: AsyncIterator[Told]) -> AsyncIterator[bytes]:
+    yield b": events\n\n"
     leaving = asyncio.ensure_future(state.leaving.wait())
-    coming: asyncio.Future[EventRecord] | None = None
+    coming: asyncio.Future[Told] | None = None
     try:
         while True:
             coming = coming or asyncio.ensure_future(anext(events))

@@ -44,6 +44,7 @@ KINDS: Mapping[str, Kind] = {
     "not-found": Kind(404, "There is nothing here"),
     "no-method": Kind(405, "This can't be done here"),
     "not-acceptable": Kind(406, "The answer can't be given in that form"),
+    "conflict": Kind(409, "The request contradicts what is known"),
     "too-slow": Kind(408, "The body did not arrive in time"),
     "too-large": Kind(413, "The request is too large"),
     "media-type": Kind(415, "The body has to be JSON"),

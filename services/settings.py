@@ -54,8 +54,11 @@ class Limits:
     wait_s: float = _limit(30.0, 0.0, "seconds a request may wait for its job (Prefer: wait)")
     analyses: int = _count(2, 1, "analyses and readiness checks that run at a time")
     analysis_s: float = _limit(30.0, 0.1, "seconds an analysis may take")
-    retention_s: float = _limit(7 * 86400.0, 1.0, "seconds a job is kept after its end")
+    retention_s: float = _limit(7 * 86400.0, 1.0, "seconds a job or mission is kept after its end")
     kept_jobs: int = _count(10_000, 1, "jobs kept after their end")
+    missions: int = _count(20, 1, "missions open at a time")
+    backlog: int = _count(1000, 1, "reports of a mission that wait for its planner")
+    kept_missions: int = _count(1000, 1, "missions kept after their end")
 
     def __post_init__(self) -> None:
         for one in fields(self):

@@ -1,4 +1,4 @@
-"""What all routes share: settings, keys, jobs, metrics."""
+"""What all routes share: settings, keys, jobs, missions, metrics."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from starlette.applications import Starlette
 from services.jobs import Jobs
 from services.keys import KeyFile
 from services.metrics import HttpMetrics
+from services.missions.service import Missions
 from services.settings import Settings
 
 
@@ -31,7 +32,7 @@ class State:
 
     Parameters
     ----------
-    jobs
+    jobs, missions
         None until the service has started.
     leaving
         Set when the service is asked to end: streams end then.
@@ -46,6 +47,7 @@ class State:
     analyses: asyncio.Semaphore
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     jobs: Jobs | None = None
+    missions: Missions | None = None
     leaving: asyncio.Event = field(default_factory=asyncio.Event)
     streams: Counter[str] = field(default_factory=Counter)
     readiness: Readiness = field(default_factory=Readiness)
@@ -54,6 +56,11 @@ class State:
         """Return the jobs of a service that has started."""
         assert self.jobs is not None
         return self.jobs
+
+    def flying(self) -> Missions:
+        """Return the missions of a service that has started."""
+        assert self.missions is not None
+        return self.missions
 
 
 def state_of(app: Starlette) -> State:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from marsupial.bench.clairvoyant import CLAIRVOYANT, SEARCH
@@ -48,6 +51,7 @@ class Request:
     log: Path | None = None
     planning_time: str | None = None
     time_limit_s: float | None = None
+    server: str | None = None
 
 
 def carry_out(request: Request) -> MissionSummary:
@@ -72,7 +76,8 @@ def carry_out(request: Request) -> MissionSummary:
         observers: list[Observer] = [stack.enter_context(progress(scenario, request.seed))]
         if request.log is not None:
             observers.append(stack.enter_context(_Log(request.log)))
-        return simulate(
+        run = simulate if request.server is None else _by(request.server)
+        return run(
             scenario,
             strategy_name=request.strategy,
             planner=planner,
@@ -104,8 +109,16 @@ def _planner(request: Request, budget: Budget) -> str:
             warn(f"strategy {request.strategy} asks no planner: --planner {request.planner} is ignored")
         return NO_PLANNER
     planner = DEFAULT_PLANNER if request.planner is None else request.planner
-    mission_engine(planner, budget)  # refuses what can't be used before anything is started
+    if request.server is None:
+        mission_engine(planner, budget)  # refuses what can't be used before anything is started
     return planner
+
+
+def _by(server: str) -> Callable[..., MissionSummary]:
+    """Return what runs a mission that is planned by a service."""
+    from services.client import Client, simulate_by
+
+    return partial(simulate_by, Client(server, os.environ.get("MARSUPIAL_KEY")))
 
 
 def _changed(scenario: Scenario, request: Request) -> Scenario:

@@ -32,6 +32,10 @@ def run(
         str | None, typer.Option(help="instant, or charged to the clock of the mission [default: the scenario's].")
     ] = None,
     time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until the mission is given up.")] = None,
+    server: Annotated[
+        str | None,
+        typer.Option(help="URL of a service that plans the mission; an API key is taken from MARSUPIAL_KEY."),
+    ] = None,
 ) -> None:
     """Run one mission.
 
@@ -53,6 +57,7 @@ def run(
         log=log,
         planning_time=planning_time,
         time_limit_s=time_limit,
+        server=server,
     )
     summary = carry_out(request)
     if json:

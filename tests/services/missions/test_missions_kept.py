@@ -1,9 +1,22 @@
 from __future__ import annotations
 
+import asyncio
+import contextlib
+import sqlite3
 from pathlib import Path
 
+import numpy as np
 import pytest
-from mission_house import Driver, open_missions, run, started, team, undisturbed
+from mission_house import Driver, body, brief, open_missions, run, send, started, team, undisturbed
+
+from marsupial.formats.missionlog import MissionLog, parse_log
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.model.mission import Status
+from services.missions.reading import read_brief
+from services.missions.records import KeyReused, TooMany
+from services.missions.values import Wish, runs_in
+from services.settings import Limits
+from services.store.store import FILE
 
 
 @pytest.mark.parametrize(
@@ -20,3 +33,71 @@ def test_a_mission_by_reports_is_the_mission_in_process(
             return await missions.log(record)
 
     assert run(fly()) == undisturbed(scenario, planner, strategy)
+
+
+def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(tmp_path: Path) -> None:
+    async def fly() -> list[str]:
+        async with open_missions(tmp_path, missions=20) as missions:
+            records = [await started(missions) for _ in range(20)]
+            with pytest.raises(TooMany):
+                await started(missions)
+            over = await asyncio.gather(*(Driver(team()).drive(missions, record) for record in records))
+            assert all(over)
+            return [await missions.log(record) for record in records]
+
+    assert set(run(fly())) == {undisturbed("lobby")}
+
+
+def test_the_same_idempotency_key_gives_the_same_mission(tmp_path: Path) -> None:
+    async def ask() -> None:
+        async with open_missions(tmp_path) as missions:
+            first, replayed = await missions.create(brief(), b"same", owner="me", idempotency_key="k")
+            assert not replayed
+            second, replayed = await missions.create(brief(), b"same", owner="me", idempotency_key="k")
+            assert (second.id, replayed) == (first.id, True)
+            with pytest.raises(KeyReused):
+                await missions.create(brief(), b"other", owner="me", idempotency_key="k")
+            other, _ = await missions.create(brief(), b"other", owner="you", idempotency_key="k")
+            assert await missions.get(other.id, "me") is None
+            assert [record.id for record in await missions.list("me")] == [first.id]
+
+    run(ask())
+
+
+def test_what_the_client_knows_of_the_map_at_first_counts_as_known(tmp_path: Path) -> None:
+    async def fly() -> MissionLog:
+        async with open_missions(tmp_path) as missions:
+            asked = body()
+            truth = builtin_scenario("lobby").grid.solid().cells
+            asked["frame"]["known"] = list(runs_in(truth))
+            record, _ = await missions.create(read_brief(asked, Limits(), {}), b"", owner="me")
+            assert np.array_equal((await missions.ledger(record)).cells, truth)
+            await send(missions, record, {"n": 1, "t_ms": 0})
+            async for _event in missions.follow(record.id):
+                pass
+            return parse_log((await missions.log(record)).encode())
+
+    log = run(fly())
+    assert log.ended is not None
+    assert (log.ended.status, log.ended.coverage, log.ended.t_ms) == (Status.COMPLETE, 1.0, 0)
+
+
+def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(tmp_path: Path) -> None:
+    async def fly() -> tuple[int, int]:
+        async with open_missions(tmp_path, kept_missions=1) as missions:
+            for _ in range(3):
+                record = await started(missions)
+                await missions.wish(record, Wish.CANCEL)
+                async for _event in missions.follow(record.id):
+                    pass
+        async with open_missions(tmp_path, kept_missions=1) as missions:
+            while len(await missions.list("me")) > 1:
+                await asyncio.sleep(0.05)
+            (left,) = await missions.list("me")
+            with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file:
+                inputs = file.execute("SELECT count(DISTINCT mission) FROM mission_inputs").fetchone()[0]
+                events = file.execute("SELECT count(DISTINCT mission) FROM mission_events").fetchone()[0]
+            assert left.id == record.id
+            return inputs, events
+
+    assert run(fly()) == (1, 1)
