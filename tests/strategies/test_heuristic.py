@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import permutations
 
@@ -19,33 +18,16 @@ from situations import (
     room,
     rover,
     situation_of,
-    situations,
 )
+from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, Situation, SituationGoal
+from marsupial.model.situation import PlanningType, Situation
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.checker import check
 from marsupial.strategies.heuristic import Heuristic
-
-Direct = Mapping[str, Mapping[str, int]]
-
-
-def brief(
-    situation: Situation,
-    direct: Direct,
-    connects: Mapping[str, frozenset[str]] | None = None,
-    deployed_at: Mapping[str, str] | None = None,
-) -> Briefing:
-    return Briefing(
-        situation=situation,
-        previous=None,
-        direct_ms=lambda: direct,
-        connects=connects or {},
-        deployed_at=deployed_at or {},
-    )
 
 
 def seconds(**by_target: int) -> dict[str, int]:
@@ -54,10 +36,7 @@ def seconds(**by_target: int) -> dict[str, int]:
 
 def decide(*args, **kwargs) -> list[str]:  # type: ignore[no-untyped-def]
     """Return the actions decided on, robot by robot."""
-    briefing = brief(*args, **kwargs)
-    plan = Heuristic().decide(briefing).plan
-    assert check(briefing.situation, plan, targets=plan.explored).valid
-    return [str(a) for robot in briefing.situation.robots for a in plan.actions if a.robot == robot.name]
+    return robot_by_robot(Heuristic(), brief(*args, **kwargs))
 
 
 def test_targets_are_assigned_at_the_least_total_cost_not_one_after_the_other() -> None:
@@ -236,31 +215,13 @@ def test_with_nothing_to_do_the_plan_is_empty_and_the_outcome_says_so() -> None:
     assert (decision.plan.actions, decision.report.outcome) == ((), Outcome.NO_PLAN)
 
 
-@st.composite
-def briefings(draw: st.DrawFn) -> Briefing:
-    """Draw a situation with direct times, connections and meeting points of rovers that need not fit it."""
-    situation = draw(situations())
-    carriers = [r.name for r in situation.robots if r.type == "carrier"]
-    targets = [t.name for t in situation.targets]
-    direct = {c: {t: draw(st.integers(0, 20)) for t in targets if draw(st.integers(0, 3))} for c in carriers}
-    connects = {m: frozenset(t for t in targets if draw(st.booleans())) for m in situation.meetings}
-    ground = [r.name for r in situation.robots if r.type == "rover" and r.place is not None]
-    deployed = {
-        r: draw(st.sampled_from(situation.meetings)) for r in ground if situation.meetings and draw(st.booleans())
-    }
-    return brief(situation, direct, connects, deployed)
-
-
 def decision_on(briefing: Briefing) -> Decision:
     return Heuristic().decide(briefing)
 
 
 @given(briefings())
 def test_no_plan_is_ever_invalid(briefing: Briefing) -> None:
-    plan = decision_on(briefing).plan
-    physical = replace(briefing.situation, goal=SituationGoal())
-    verdict = check(physical, plan, targets=plan.explored)
-    assert verdict.valid, verdict.violation
+    assert_possible(briefing.situation, decision_on(briefing).plan)
 
 
 @given(briefings())

@@ -1,0 +1,200 @@
+"""The one-step assignment; positions are in seconds at the carriers' speed, rovers take twice as long."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from situations import (
+    Spot,
+    carrier,
+    default_types,
+    door,
+    full_carrier,
+    hall,
+    out_of_reach,
+    relay,
+    room,
+    rover,
+    rover_left_behind,
+    situation_of,
+)
+from strategy_briefings import assert_possible, brief, briefings, robot_by_robot, torn_briefings
+
+from marsupial.bench.simulate import simulate
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.model.mission import Status
+from marsupial.model.plan import ActionName, Plan
+from marsupial.model.planning import Budget
+from marsupial.model.situation import Situation
+from marsupial.model.strategy import Briefing
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule import retime
+from marsupial.strategies.assignment import Assignment
+
+
+def decide(situation: Situation, previous: Plan | None = None) -> list[str]:
+    return robot_by_robot(Assignment(), brief(situation, previous=previous))
+
+
+def test_the_sum_of_arrivals_decides_not_the_nearest_pair() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2)], {"t1": hall(4), "t2": hall(-6)}, {}, {"c1_start": hall(0), "c2_start": hall(9)}
+    )
+    assert decide(situation) == ["(explore c1 c1_start t2)", "(explore c2 c2_start t1)"]
+
+
+@pytest.mark.parametrize(("busy_ms", "rover_name"), [(0, "r1"), (9_000, "r2")])
+def test_a_robot_that_is_busy_arrives_later(busy_ms: int, rover_name: str) -> None:
+    situation = situation_of(
+        [carrier(1, free_at_ms=busy_ms), carrier(2), rover(1, "c1"), rover(2, "c2")],
+        {"t1": room(12)},
+        {"m1": door(10)},
+        {"c1_start": hall(0), "c2_start": hall(-5)},
+    )
+    assert decide(situation)[-1] == f"(explore {rover_name} m1 t1)"
+
+
+@pytest.mark.parametrize(("far", "explorer"), [(18, "c1"), (20, "r1")])
+def test_undocking_and_the_rovers_drive_count(far: int, explorer: str) -> None:
+    # the rover would be at its target after 10 + 5 + 4 seconds
+    situation = situation_of(
+        [carrier(), rover(on="c1")], {"in": room(12), "out": hall(far)}, {"m1": door(10)}, {"c1_start": hall(0)}
+    )
+    plan = Assignment().decide(brief(situation)).plan
+    assert [a.robot for a in plan.actions if a.name is ActionName.EXPLORE] == [explorer]
+
+
+def test_a_rover_is_set_down_where_it_gets_to_the_target_soonest_not_at_the_nearest_meeting() -> None:
+    situation = situation_of(
+        [carrier(), rover(on="c1")], {"t1": room(20)}, {"near": door(5), "far": door(19)}, {"c1_start": hall(0)}
+    )
+    assert decide(situation) == ["(move c1 c1_start far)", "(undock r1 c1 far)", "(explore r1 far t1)"]
+
+
+def test_a_carrier_without_a_rover_fetches_one_from_the_ground() -> None:
+    assert decide(rover_left_behind()) == [
+        "(move c1 c1_start m1)",
+        "(move c1 m1 m2)",
+        "(move r1 r1_start m1)",
+        "(dock r1 c1 m1)",
+        "(undock r1 c1 m2)",
+        "(explore r1 m2 t1)",
+    ]
+
+
+def test_a_rover_with_a_target_of_its_own_is_not_fetched() -> None:
+    situation = situation_of(
+        [carrier(), rover()],
+        {"own": room(-12, 1), "other": room(22, 2)},
+        {"m1": door(-10, 1), "m2": door(20, 2)},
+        {"c1_start": hall(0), "r1_start": room(-11, 1)},
+    )
+    assert decide(situation) == ["(explore r1 r1_start own)"]
+
+
+def test_two_carriers_do_not_fetch_the_same_rover_and_the_other_does_something_else() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2), rover()],
+        {"t1": room(22, 2), "t2": room(26, 2), "t3": hall(300)},
+        {"m1": door(-10, 1), "m2": door(20, 2)},
+        {"c1_start": hall(0), "c2_start": hall(1), "r1_start": room(-11, 1)},
+    )
+    plan = decide(situation)
+    assert "(dock r1 c1 m1)" in plan
+    assert "(explore c2 c2_start t3)" in plan
+    assert sum("explore r1" in action for action in plan) == 1
+
+
+def test_a_full_carrier_exchanges_its_rover_for_one_that_can_explore_the_target() -> None:
+    plan = decide(full_carrier())
+    assert "(undock r1 c1 m1)" in plan
+    assert "(explore k1 m2 t1)" in plan
+
+
+def test_a_rover_of_a_type_that_can_not_explore_the_target_stays_aboard() -> None:
+    types = (*default_types(2), replace(default_types()[1], name="climber"))
+    situation = situation_of(
+        [carrier(), rover(1, "c1"), replace(rover(2, "c1"), type="climber")],
+        {"t1": Spot(22_000, {"climber": 2})},
+        {"m1": Spot(20_000, {"carrier": 0, "rover": 1, "climber": 2})},
+        {"c1_start": hall(0)},
+        types=types,
+    )
+    assert [action for action in decide(situation) if "undock" in action] == ["(undock r2 c1 m1)"]
+
+
+def test_a_target_that_takes_two_rides_is_explored_when_there_is_no_other() -> None:
+    assert decide(relay())[-1] == "(explore r1 m3 t1)"
+
+
+def test_what_nobody_can_explore_is_named_once_there_is_nothing_else() -> None:
+    lonely = out_of_reach().restricted(targets=frozenset({"t2"}))
+    decision = Assignment().decide(brief(lonely))
+    assert (decision.plan.actions, decision.report.detail) == ((), "no way to explore t2")
+
+
+@pytest.mark.parametrize("target", ["t1", "t2"])
+def test_between_equals_a_robot_keeps_its_target(target: str) -> None:
+    situation = situation_of([carrier()], {"t1": hall(10), "t2": hall(-10)}, {}, {"c1_start": hall(0)})
+    whole, _ = serve(situation)
+    previous = retime(situation, [replace(whole.actions[0], origin="c1_start", place=target)])
+    assert decide(situation, previous) == [f"(explore c1 c1_start {target})"]
+
+
+def test_a_carrier_without_a_target_goes_where_another_explores() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2)], {"t1": hall(30)}, {}, {"c1_start": hall(0), "c2_start": hall(10)}
+    )
+    assert decide(situation) == ["(explore c1 c1_start t1)", "(explore c2 c2_start t1)"]
+
+
+def test_a_carrier_without_a_target_waits_where_it_would_set_its_rover_down() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2), rover(1, "c1"), rover(2, "c2")],
+        {"t1": room(32)},
+        {"m1": door(30)},
+        {"c1_start": hall(0), "c2_start": hall(10)},
+    )
+    assert decide(situation) == ["(move c1 c1_start m1)", "(move c2 c2_start m1)", *decide(situation)[2:]]
+    assert decide(situation)[2:] == ["(undock r2 c2 m1)", "(explore r2 m1 t1)"]
+
+
+def test_a_rover_without_a_target_waits_at_the_nearest_meeting() -> None:
+    situation = situation_of(
+        [carrier(), rover()],
+        {"t1": hall(30)},
+        {"m1": door(10), "m2": door(2)},
+        {"c1_start": hall(20), "r1_start": room(5)},
+    )
+    assert decide(situation) == ["(explore c1 c1_start t1)", "(move r1 r1_start m2)"]
+    there = situation_of(
+        [carrier(), rover()], {"t1": hall(30)}, {"m1": door(10)}, {"c1_start": hall(20), "r1_start": room(10)}
+    )
+    assert decide(there) == ["(explore c1 c1_start t1)"]
+
+
+@given(briefings())
+def test_every_plan_can_be_carried_out(briefing: Briefing) -> None:
+    assert_possible(briefing.situation, Assignment().decide(briefing).plan)
+
+
+@given(torn_briefings())
+def test_every_plan_can_be_carried_out_where_ways_lead_in_one_direction_only(briefing: Briefing) -> None:
+    assert_possible(briefing.situation, Assignment().decide(briefing).plan)
+
+
+@given(briefings())
+def test_something_is_explored_whenever_a_planner_could(briefing: Briefing) -> None:
+    plan = Assignment().decide(briefing).plan
+    assert bool(plan.explored) == bool(serve(briefing.situation)[0].explored)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_mission_where_rovers_can_drive_everywhere_completes(seed: int) -> None:
+    summary = simulate(
+        builtin_scenario("rooms"), strategy_name="greedy", planner="greedy", budget=Budget(steps=1), seed=seed
+    )
+    ended = summary.ended
+    assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
