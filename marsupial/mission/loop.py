@@ -193,6 +193,7 @@ class Mission:
                 situation=situation,
                 previous=carried_over(self._executor.remainder(), situation, self._renamed(survey)),
                 direct_ms=survey.direct_ms,
+                unseen=survey.unseen,
                 connects=survey.connects,
                 deployed_at={
                     rover: name

@@ -16,6 +16,7 @@ from marsupial.maps.growth import GrowingReach
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
+from marsupial.maps.unseen import unseen
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
 from marsupial.model.robots import RobotType, Role
@@ -29,6 +30,7 @@ from marsupial.model.situation import (
     TargetInfo,
     TravelTable,
 )
+from marsupial.model.unseen import Unseen
 from marsupial.model.world import RobotReport
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import travel_table_ms
@@ -45,7 +47,7 @@ class Survey:
     ----------
     poses
         The cell each robot type goes to at each place.
-    direct_ms
+    direct_ms, unseen
         See `marsupial.model.strategy.Briefing`.
     """
 
@@ -55,6 +57,7 @@ class Survey:
     connects: Mapping[str, frozenset[str]]
     poses: Poses
     direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
+    unseen: Callable[[], Unseen]
 
 
 class Surveyor:
@@ -116,6 +119,7 @@ class Surveyor:
             connects=meetings.connects,
             poses=poses,
             direct_ms=lambda: self._direct(situation, poses),
+            unseen=lambda: unseen(self._territory, targets),
         )
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:

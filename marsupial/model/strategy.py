@@ -13,6 +13,7 @@ from typing import Protocol
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.situation import Situation
+from marsupial.model.unseen import Unseen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +35,8 @@ class Briefing:
         Per meeting point: the targets in the rover-only areas that it gives access to.
     deployed_at
         Per rover on the ground: the meeting point it was last set down at, where that is still one.
+    unseen
+        Finds what nobody has seen yet.
     """
 
     situation: Situation
@@ -41,6 +44,7 @@ class Briefing:
     direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
     connects: Mapping[str, frozenset[str]]
     deployed_at: Mapping[str, str]
+    unseen: Callable[[], Unseen] = Unseen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,9 +1,16 @@
 """The temporal strategy: asks a planner for concurrent plans that weigh deploying and retrieving against driving.
 
-The engine's best plan that the checker accepts is followed, unless what is left of the plan so far is as good. The
-engine begins from the better of that and the deployment heuristic's plan. An engine that plans only a part of a large
-situation, or has no answer in time, is helped by the greedy one, which adds what is left, so that no robot waits for
-a planner.
+The shortest plan for the targets known is not what explores an unknown map soonest: most of the work has yet to turn
+up. So plans are made for a guess of all that may still have to be done (`marsupial.strategies.guess`), and the better
+one is the one that reaches what is worth most sooner, with some weight on the makespan, on driving, and on setting
+rovers down, which have to be picked up again.
+
+By this one measure the best is followed of the engine's plan, what is left of the plan so far, the deployment
+heuristic's and the greedy one, all of which the greedy planner completes. Engines that can be given the measure plan
+for the guess; the others plan for the targets known, as fast as they can. No robot waits for a planner: without an
+answer in time one of the other plans is the best.
+
+Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
 References
 ----------
@@ -12,23 +19,30 @@ Wurm et al. 2010, sections III-A (the loop) and III-C (the planning problem).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from time import perf_counter
 
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
+from marsupial.planning.aims import Aim, Aimable
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import serve
+from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
+
+MAKESPAN, DRIVING, UNDOCKING_MS = 0.3, 0.04, 40_000
+"""The prices of a ms of the makespan (as a share of what all targets are worth), of a ms of driving, of setting a
+rover down, where a ms until a target is reached costs 1."""
 
 Served = tuple[Plan, frozenset[str]]
 """A plan and the targets it leaves out."""
 
 
 class Temporal:
-    """Follows the best plan an engine finds within a budget.
+    """Follows the best plan for the guess of what is to be done.
 
     Parameters
     ----------
@@ -45,72 +59,104 @@ class Temporal:
         self._budget = budget
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the best checked plan: the engine's, the previous one's remainder, the heuristic or the greedy one."""
+        """Return the best plan: the engine's, what is left of the previous one, the heuristic or the greedy one."""
         began = perf_counter()
-        situation = briefing.situation
-        best: Plan | None = None
-        first: float | None = None
-        refused = 0
-        last = Finished(outcome=Outcome.NO_PLAN)
-        previous, baseline = _continued(situation, briefing.previous), _continued(situation, _baseline(briefing))
-        start = _start(situation, previous + baseline)
-        for event in self._events(situation, start):
-            if isinstance(event, Finished):
-                last = event
-            elif event.plan != start and not check(situation, event.plan, targets=event.plan.explored).valid:
-                refused += 1
-            elif event.plan.actions:
-                best = event.plan
-                if first is None and event.plan != start:
-                    first = event.elapsed_s
-        found = [] if best == start else _continued(situation, best)
-        plan, unserved = min(previous + found + baseline + [serve(situation)], key=_rank)
-        detail = "" if best else f"{self._engine.info.name}: {last.outcome}{f' ({last.detail})' if last.detail else ''}"
+        answer = _Answer()
+        decide = self._explore if briefing.situation.targets else self._finish
+        plan, unserved = decide(briefing, answer)
+        last = answer.last
+        detail = ""
+        if not answer.plans:
+            detail = f"{self._engine.info.name}: {last.outcome}{f' ({last.detail})' if last.detail else ''}"
         if unserved:
             detail += f"; nobody can serve {', '.join(sorted(unserved))}"
         report = PlanningReport(
             planner=self._engine.info.name,
             outcome=last.outcome,
             wall_s=perf_counter() - began,
-            first_plan_s=first,
-            refused=refused,
+            first_plan_s=answer.first_s,
+            refused=answer.refused,
             detail=detail,
         )
         return Decision(plan=plan, report=report)
 
-    def _events(self, situation: Situation, start: Plan | None) -> Iterator[Improved | Finished]:
-        if not situation.targets and not _wanting(situation):
-            return iter(())
-        return self._engine.solve(situation, self._budget, start=start)
+    def _explore(self, briefing: Briefing, answer: _Answer) -> Served:
+        """Return what is real of the best plan for the guess, and the real targets that nobody can serve."""
+        guessed = guess(briefing)
+        situation = guessed.situation
+        aim = Aim(worth=guessed.worth, makespan=MAKESPAN, driving=DRIVING, undocking_ms=UNDOCKING_MS)
+
+        def rank(served: Served) -> tuple[int, float]:
+            plan, unserved = served
+            return len(unserved), aim.cost(plan)
+
+        previous, baseline = _given(briefing.previous), _given(_baseline(briefing))
+        kept, others = _served(situation, previous), [*_served(situation, baseline), serve(situation)]
+        plan, unserved = min(kept + others, key=rank)
+        if isinstance(self._engine, Aimable):
+            answer.take(self._engine.aimed(aim), _without(situation, unserved), self._budget, plan)
+        else:
+            known = briefing.situation
+            answer.take(self._engine, known, self._budget, _shortest(known, previous + baseline))
+        plan, unserved = min(kept + _served(situation, answer.plans[-1:]) + others, key=rank)
+        return guessed.real_part(plan), unserved & briefing.situation.target_by_name.keys()
+
+    def _finish(self, briefing: Briefing, answer: _Answer) -> Served:
+        """Return the shortest plan that recovers rovers and brings carriers home, as far as that is asked for."""
+        situation = briefing.situation
+        previous = _given(briefing.previous)
+        if situation.goal.recover_rovers or situation.goal.return_home:
+            answer.take(self._engine, situation, self._budget, _shortest(situation, previous))
+        found = [*_served(situation, previous + answer.plans[-1:]), serve(situation)]
+        return min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
+
+
+@dataclass(slots=True)
+class _Answer:
+    """What an engine said: its plans that the checker accepts, how many it does not, when the first came, the end."""
+
+    plans: list[Plan] = field(default_factory=list)
+    refused: int = 0
+    first_s: float | None = None
+    last: Finished = field(default_factory=lambda: Finished(outcome=Outcome.NO_PLAN))
+
+    def take(self, engine: Engine, situation: Situation, budget: Budget, start: Plan | None) -> None:
+        """Ask an engine and take in what it says."""
+        for event in engine.solve(situation, budget, start=start):
+            if isinstance(event, Finished):
+                self.last = event
+            elif event.plan != start and not check(situation, event.plan, targets=event.plan.explored).valid:
+                self.refused += 1
+            elif event.plan.actions:
+                self.plans.append(event.plan)
+                if self.first_s is None and event.plan != start:
+                    self.first_s = event.elapsed_s
 
 
 def _baseline(briefing: Briefing) -> Plan | None:
-    """Return the deployment heuristic's plan, if there is something to explore."""
-    plan = Heuristic().decide(briefing).plan if briefing.situation.targets else Plan(actions=())
+    """Return the deployment heuristic's plan, if it has one."""
+    plan = Heuristic().decide(briefing).plan
     usable = plan.actions and check(briefing.situation, plan, targets=plan.explored).valid
     return plan if usable else None
 
 
-def _continued(situation: Situation, plan: Plan | None) -> list[Served]:
-    """Return a plan, if there is one, with what it leaves of the goal added at its end as far as can be."""
-    return [] if plan is None else [serve(situation, plan)]
+def _given(plan: Plan | None) -> list[Plan]:
+    return [] if plan is None else [plan]
 
 
-def _start(situation: Situation, candidates: list[Served]) -> Plan | None:
-    """Return the best of the plans that reach the whole goal, the first among equals."""
-    whole = (plan for plan, unserved in sorted(candidates, key=_rank) if check(situation, plan).valid)
-    return next(whole, None)
+def _served(situation: Situation, plans: Iterable[Plan]) -> list[Served]:
+    """Return the plans with what they leave of the goal added at their ends, as far as can be."""
+    return [serve(situation, plan) for plan in plans]
 
 
-def _rank(served: Served) -> tuple[int, int, int]:
-    """Order plans by the targets left out, the makespan, the sum of the times at which targets are reached."""
-    plan, unserved = served
-    return len(unserved), plan.makespan_ms, _target_times_ms(plan)
+def _shortest(situation: Situation, plans: Iterable[Plan]) -> Plan | None:
+    """Return the shortest of the plans that, completed, reach the whole goal, if any does."""
+    whole = (plan for plan, _ in _served(situation, plans) if check(situation, plan).valid)
+    return min(whole, key=lambda plan: plan.makespan_ms, default=None)
 
 
-def _target_times_ms(plan: Plan) -> int:
-    return sum(action.end_ms for action in plan.actions if action.name is ActionName.EXPLORE)
-
-
-def _wanting(situation: Situation) -> bool:
-    return situation.goal.recover_rovers or situation.goal.return_home
+def _without(situation: Situation, targets: frozenset[str]) -> Situation:
+    """Return the situation without some of its targets."""
+    if not targets:
+        return situation
+    return situation.restricted(targets=frozenset(situation.target_by_name) - targets)

@@ -5,7 +5,20 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from situations import carrier, hall, one_hall, one_room, out_of_reach, room, rover, situation_of, situations, two_rooms
+from situations import (
+    carrier,
+    default_types,
+    door,
+    hall,
+    one_hall,
+    one_room,
+    out_of_reach,
+    room,
+    rover,
+    situation_of,
+    situations,
+    two_rooms,
+)
 
 from marsupial.errors import EngineUnavailable
 from marsupial.model.plan import Plan
@@ -15,6 +28,7 @@ from marsupial.model.strategy import Briefing
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import Greedy, serve
 from marsupial.planning.schedule import retime
+from marsupial.planning.timeline import Timeline
 from marsupial.strategies.temporal import Temporal
 
 BUDGET = Budget(steps=7)
@@ -221,6 +235,56 @@ def test_without_an_answer_the_previous_plan_is_kept_where_greedy_has_none_bette
     assert Temporal(silent, BUDGET).decide(brief(situation, other)).plan == other
     slow, fast = in_order(one_hall(), "t2", "t1"), in_order(one_hall(), "t1", "t2")
     assert Temporal(silent, BUDGET).decide(brief(one_hall(), slow)).plan == fast
+
+
+def decided(situation: Situation, *plans: Plan, previous: Plan | None = None) -> Plan:
+    return Temporal(FakeEngine(*found(*plans)), BUDGET).decide(brief(situation, previous)).plan
+
+
+def test_what_many_targets_wait_for_comes_first_though_the_plan_takes_longer() -> None:
+    three = {"t1": hall(10), "t2": hall(12), "t3": hall(14), "far": hall(-9)}
+    situation = situation_of([carrier()], three, {}, {"c1_start": hall(0)})
+    long, short = in_order(situation, "t1", "t2", "t3", "far"), in_order(situation, "far", "t1", "t2", "t3")
+    assert long.makespan_ms > short.makespan_ms
+    assert decided(situation, short, long, previous=short) == long
+    assert decided(situation, short, previous=long) == long
+
+
+def test_a_plan_that_is_hardly_better_is_not_worth_leaving_the_way_for() -> None:
+    def left(seconds: int) -> str:
+        targets = {"left": hall(-seconds), "right": hall(20)}
+        situation = situation_of([carrier()], targets, {}, {"c1_start": hall(0)})
+        on_its_way = in_order(situation, "right", "left")
+        return decided(situation, in_order(situation, "left", "right"), previous=on_its_way).actions[0].place
+
+    assert left(seconds=19) == "right"
+    assert left(seconds=15) == "left"
+
+
+def doors(apart_s: int) -> tuple[Situation, Plan, Plan]:
+    """Return two targets behind one door, and plans for them by one rover and by two."""
+    situation = situation_of(
+        [carrier(), rover(1, on="c1"), rover(2, on="c1")],
+        {"t1": room(10), "t2": room(10 + apart_s)},
+        {"m1": door(10)},
+        {"c1_start": hall(0)},
+        types=default_types(capacity=2),
+    )
+    alone, together = Timeline.of(situation), Timeline.of(situation)
+    alone.undock("r1", "m1")
+    alone.explore("r1", "t1")
+    alone.explore("r1", "t2")
+    together.undock("r1", "m1")
+    together.undock("r2", "m1")
+    together.explore("r1", "t1")
+    together.explore("r2", "t2")
+    return situation, alone.plan, together.plan
+
+
+def test_a_second_rover_is_not_set_down_for_what_the_first_can_do_soon() -> None:
+    situation, alone, together = doors(apart_s=8)
+    assert decided(situation, together, previous=alone) == alone
+    assert decided(situation, alone, previous=together) == alone
 
 
 def test_with_nothing_to_do_no_engine_is_asked() -> None:

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import pytest
+from drawn_maps import carrier, draw, rover
+
+from marsupial.maps.territory import Territory
+from marsupial.maps.unseen import FIRST_GUESS, unseen
+from marsupial.model.grid import Grid
+
+KINDS = (carrier(), rover())
+
+
+def squares_of(grid: Grid) -> dict[str, tuple[float, float, float]]:
+    return {
+        square.name: (square.x_m, square.y_m, square.share) for square in unseen(Territory(grid, KINDS), ()).squares
+    }
+
+
+def test_a_square_at_least_half_of_which_is_unknown_is_left() -> None:
+    grid = draw(
+        "??.?",
+        "????",
+        "..?.",
+        "..?#",
+        resolution_m=4.0,
+    )
+    assert squares_of(grid) == {
+        "0_1": (pytest.approx(2.0), pytest.approx(10.0), 1.0),
+        "1_1": (pytest.approx(4 * 8 / 3), pytest.approx(4 * 7 / 3), 0.75),
+        "1_0": (pytest.approx(8.0), pytest.approx(2.0), 0.5),
+    }
+
+
+def test_a_square_at_the_edge_of_the_map_counts_only_what_is_on_it() -> None:
+    assert squares_of(draw("..?", "..?", resolution_m=4.0)) == {"1_0": (8.0, 2.0, 0.5)}
+    assert squares_of(draw("..?", "...", resolution_m=4.0)) == {}
+
+
+def test_a_known_map_has_nothing_unseen() -> None:
+    assert squares_of(draw("..", ".#", resolution_m=4.0)) == {}
+
+
+def test_the_share_of_ground_for_rovers_only_is_that_of_the_ground_seen_from_a_first_guess_on() -> None:
+    def share(*rows: str) -> float:
+        return unseen(Territory(draw(*rows), KINDS), ()).rovers_only
+
+    assert share("??#") == FIRST_GUESS
+    assert share("?" + "," * 500) == pytest.approx(1.0, abs=0.05)
+    assert share("?" + "." * 500) == pytest.approx(0.0, abs=0.05)
+    assert share("#" * 900 + "." * 300 + "," * 300) == pytest.approx(0.5, abs=0.02)
+
+
+def test_squares_keep_their_names_and_draws_while_the_map_grows() -> None:
+    before = {s.name: s.draw for s in unseen(Territory(draw("????", "????", resolution_m=8.0), KINDS), ()).squares}
+    after = {s.name: s.draw for s in unseen(Territory(draw("?.??", "????", resolution_m=8.0), KINDS), ()).squares}
+    assert before.keys() - after.keys() == {"1_1"}
+    assert after.items() <= before.items()
+    assert len(set(before.values())) > 1

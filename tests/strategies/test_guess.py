@@ -1,0 +1,160 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of
+
+from marsupial.model.plan import Plan
+from marsupial.model.situation import Situation
+from marsupial.model.strategy import Briefing
+from marsupial.model.unseen import Square, Unseen
+from marsupial.planning.checker import check
+from marsupial.planning.greedy import serve
+from marsupial.planning.timeline import Timeline
+from marsupial.strategies.guess import BEND, HEAD_START_MS, MOST_SQUARES, ROOM_MS, WORTH, Guess, guess
+
+SPEED_MPS = {"carrier": 1.0, "rover": 0.5}
+
+
+def square(name: str, x_m: float, *, share: float = 1.0, draw: float = 0.9) -> Square:
+    return Square(name=name, x_m=x_m, y_m=0.0, share=share, draw=draw)
+
+
+def guessed(
+    situation: Situation, *squares: Square, previous: Plan | None = None, rovers_only: float = 0.5, **at_m: float
+) -> Guess:
+    """Return the guess with targets at these positions on a line."""
+    positions = {name: (x, 0.0) for name, x in at_m.items()}
+    unseen = Unseen(squares=squares, at_m=positions, rovers_only=rovers_only, speed_mps=SPEED_MPS)
+    return guess(
+        Briefing(
+            situation=situation,
+            previous=previous,
+            direct_ms=dict,
+            connects={},
+            deployed_at={},
+            unseen=lambda: unseen,
+        )
+    )
+
+
+def seconds(metres: float) -> int:
+    return int(1000 * BEND * metres)
+
+
+def test_a_known_map_leaves_nothing_to_guess() -> None:
+    situation = one_hall()
+    found = guessed(situation, t1=10, t2=30)
+    assert found.situation == situation
+    assert found.worth == {"t1": 1.0, "t2": 1.0}
+
+
+def test_a_square_is_a_target_for_carriers_behind_the_target_on_the_shortest_way() -> None:
+    found = guessed(one_hall(), square("a", 40), square("b", 0, share=0.5), t1=10, t2=30)
+    assert found.situation.target_by_name["?a"].explorers == {"carrier"}
+    assert found.situation.travel("carrier", "c1_start", "?a") == 30_000 + seconds(10)
+    assert found.situation.travel("carrier", "c1_start", "?b") == 10_000 + seconds(10)
+    assert found.situation.travel("carrier", "?a", "t1") == 20_000 + seconds(10)
+    assert found.situation.travel("carrier", "?a", "?b") == seconds(40)
+    assert found.worth == {"t1": 1.0, "t2": 1.0, "?a": WORTH, "?b": WORTH / 2}
+
+
+def team() -> Situation:
+    return situation_of(
+        [carrier(), rover(on="c1")], {"t1": hall(10), "t2": room(12)}, {"m1": door(10)}, {"c1_start": hall(0)}
+    )
+
+
+def test_in_as_many_squares_as_there_is_ground_for_rovers_only_a_rover_has_to_be_set_down() -> None:
+    found = guessed(team(), square("a", 20, draw=0.2), square("b", 20, draw=0.4), rovers_only=0.3, t1=10, t2=12)
+    assert found.situation.target_by_name["?a"].explorers == {"rover"}
+    assert found.situation.target_by_name["?b"].explorers == {"carrier"}
+    assert found.situation.meetings == ("m1", "?door_a")
+    assert found.situation.travel("carrier", "c1_start", "?door_a") == 10_000 + seconds(10)
+    assert found.situation.travel("carrier", "c1_start", "?a") is None
+    assert found.situation.travel("rover", "?door_a", "?a") == ROOM_MS
+    assert found.situation.travel("rover", "m1", "?a") is None
+    plan, unserved = serve(found.situation)
+    assert not unserved
+    assert check(found.situation, plan).valid
+
+
+def test_without_rovers_there_is_no_room_in_any_square() -> None:
+    assert guessed(one_hall(), square("a", 40, draw=0.1), t1=10, t2=30).situation.meetings == ()
+
+
+def test_where_no_carrier_can_get_to_the_unknown_nothing_is_guessed() -> None:
+    situation = one_room()
+    assert guessed(situation, square("a", 20), t1=12).situation == situation
+
+
+def test_of_many_squares_the_nearest_are_planned_for() -> None:
+    squares = [square(f"s{i}", 100 - i) for i in range(MOST_SQUARES + 10)]
+    found = guessed(one_hall(), *squares, t1=10, t2=30)
+    assert {name for name in found.worth if name.startswith("?")} == {f"?s{i}" for i in range(10, MOST_SQUARES + 10)}
+
+
+def exploring(situation: Situation, *targets: str, robot: str = "c1") -> Plan:
+    timeline = Timeline.of(situation)
+    for target in targets:
+        timeline.explore(robot, target)
+    return timeline.plan
+
+
+def test_the_way_a_robot_is_on_already_is_a_little_shorter() -> None:
+    situation = one_hall()
+    found = guessed(situation, previous=exploring(situation, "t2", "t1"), t1=10, t2=30)
+    assert found.situation.travel("carrier", "c1_start", "t2") == 30_000 - HEAD_START_MS
+    assert found.situation.travel("carrier", "c1_start", "t1") == 10_000
+    assert found.situation.travel("carrier", "t2", "t1") == 20_000
+    assert situation.travel("carrier", "c1_start", "t2") == 30_000
+
+
+def test_a_real_plan_is_put_on_the_clock_without_head_starts() -> None:
+    situation = one_hall()
+    plan = exploring(situation, "t1", "t2")
+    found = guessed(situation, previous=plan, t1=10, t2=30)
+    early, _ = serve(found.situation, plan)
+    assert early.makespan_ms == plan.makespan_ms - HEAD_START_MS
+    assert found.real_part(early) == plan
+
+
+def two_carriers() -> Situation:
+    return situation_of(
+        [carrier(1), carrier(2)], {"t1": hall(10), "t2": hall(-30)}, {}, {"c1_start": hall(0), "c2_start": hall(1)}
+    )
+
+
+def test_who_would_go_to_a_square_goes_to_the_target_before_it_even_if_another_explores_that() -> None:
+    found = guessed(two_carriers(), square("a", 20), t1=10, t2=-30)
+    timeline = Timeline.of(found.situation)
+    timeline.explore("c1", "t1")
+    timeline.explore("c2", "?a")
+    timeline.explore("c2", "t2")
+    plan = found.real_part(timeline.plan)
+    assert [(a.robot, a.place) for a in plan.actions] == [("c1", "t1"), ("c2", "t1")]
+    assert check(two_carriers(), plan, targets=plan.explored).valid
+
+
+def test_who_has_explored_the_target_before_a_square_waits_there_for_what_turns_up() -> None:
+    found = guessed(two_carriers(), square("a", 20), t1=10, t2=-30)
+    plan = found.real_part(exploring(found.situation, "t1", "?a", "t2"))
+    assert [(a.robot, a.place) for a in plan.actions] == [("c1", "t1")]
+
+
+def test_a_rover_for_a_square_stays_aboard() -> None:
+    found = guessed(team(), square("a", 20, draw=0.1), t1=10, t2=12)
+    timeline = Timeline.of(found.situation)
+    timeline.undock("r1", "?door_a")
+    timeline.explore("r1", "?a")
+    plan = found.real_part(timeline.plan)
+    assert [(a.robot, a.place) for a in plan.actions] == [("c1", "t1")]
+
+
+@pytest.mark.parametrize("places", [("?a",), ("?a", "t2"), ("t2", "?a")])
+def test_the_real_part_can_be_carried_out(places: tuple[str, ...]) -> None:
+    situation = replace(two_carriers())
+    found = guessed(situation, square("a", 20), t1=10, t2=-30)
+    plan = found.real_part(exploring(found.situation, *places))
+    assert check(situation, plan, targets=plan.explored).valid
