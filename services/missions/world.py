@@ -129,7 +129,7 @@ class RemoteWorld:
         self._orders: dict[int, Order] = {}
         self._count = 0
         self._now_ms = 0
-        self._paused = False
+        self._paused = self._begun = False
         self._gathered = _Gathered()
         self._reveal(self._first, brief.grid.cells)
         self._settled = False
@@ -208,6 +208,8 @@ class RemoteWorld:
     def advance(self, until_ms: int) -> News:
         """Wait for the next report and say what is new; while paused, for all until that ends.
 
+        A mission begins with a report, even if it was paused and resumed before.
+
         Raises
         ------
         MapChanged
@@ -215,7 +217,7 @@ class RemoteWorld:
         """
         if not self._settled:
             changed = self._next(until_ms)
-            while not changed and self._paused and not self.cancelled:
+            while not changed and not self.cancelled and (self._paused or not self._begun):
                 changed = self._next(until_ms)
             if changed:
                 raise MapChanged
@@ -278,7 +280,7 @@ class RemoteWorld:
         return False
 
     def _take(self, report: Report) -> bool:
-        since_ms, self._now_ms = self._now_ms, report.t_ms
+        since_ms, self._now_ms, self._begun = self._now_ms, report.t_ms, True
         changed = False
         for name, runs in report.revealed:
             indices, codes = expand(runs)
