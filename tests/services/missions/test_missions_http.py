@@ -1,0 +1,217 @@
+from __future__ import annotations
+
+import http.client
+import json
+import random
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+from mission_house import STEPS, Lines, body, undisturbed
+from mission_server import Server
+
+from marsupial.bench.simulate import MissionSummary
+from marsupial.cli.main import main
+from marsupial.errors import UsageError
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.model.mission import Status
+from services.client import Client, simulate_by
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(tmp_path_factory.mktemp("service")) as running:
+        yield running
+
+
+@pytest.fixture
+def mission(server: Server) -> Iterator[str]:
+    """The path of a mission that waits for its first report."""
+    status, _, created = server.ask("POST", "/v1/missions", body())
+    assert status == 201
+    yield created["links"]["self"]
+    server.ask("POST", created["links"]["cancel"])
+
+
+def explore(url: str, lines: Lines, cancelled: Any = lambda: False) -> MissionSummary:
+    return simulate_by(
+        Client(url),
+        builtin_scenario("lobby"),
+        strategy_name="temporal",
+        planner="greedy",
+        budget=STEPS,
+        seed=1,
+        observer=lines,
+        cancelled=cancelled,
+    )
+
+
+@pytest.mark.parametrize("strategy", [("--planner", "greedy", "--steps", "1"), ("--strategy", "heuristic")])
+def test_a_run_by_a_server_is_the_run_in_process(
+    server: Server, tmp_path: Path, capsys: pytest.CaptureFixture[str], strategy: tuple[str, ...]
+) -> None:
+    found = []
+    for where in ([], ["--server", server.url]):
+        log = tmp_path / "log.jsonl"
+        assert main(["run", "lobby", *strategy, "--json", "--log", str(log), *where]) == 0
+        summary = json.loads(capsys.readouterr().out)
+        timed = {summary.pop("wall_s"), summary.pop("planning_s")["total"]}
+        assert timed
+        found.append((summary, log.read_bytes()))
+    assert found[0] == found[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, seed: int) -> None:
+    draw = random.Random(seed)
+    lines = Lines()
+    with Server(tmp_path) as server:
+        exploring = threading.Thread(target=lambda: explore(server.url, lines))
+        exploring.start()
+        kills = 0
+        while exploring.is_alive() and kills < 6:
+            time.sleep(draw.uniform(0.3, 1.5))
+            server.kill()
+            kills += 1
+            server.start()
+        exploring.join(120)
+        _, _, listed = server.ask("GET", "/v1/missions")
+        (mission,) = listed["missions"]
+        assert (mission["state"], mission["status"]) == ("ended", "complete")
+        assert server.ask("GET", mission["links"]["log"])[2] == undisturbed("lobby")
+    assert kills >= 2
+    assert "".join(f"{line}\n" for line in lines.lines) == undisturbed("lobby")
+
+
+def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:
+    status, _, found = server.ask("GET", mission)
+    assert (status, found["state"], found["n"], found["status"]) == (200, "running", 0, None)
+    report = {"n": 1, "t_ms": 0, "revealed": [{"robot": "carrier1", "runs": [10, 5, 1, 70, 2, 0]}]}
+    assert server.ask("POST", f"{mission}/reports", report) == (
+        200,
+        "application/json",
+        {"n": 1, "t_ms": 0, "revision": 0},
+    )
+    assert server.ask("GET", f"{mission}/map")[2]["runs"] == [10, 5, 1, 70, 2, 0]
+    assert server.ask("GET", f"{mission}/log")[1] == "application/jsonl"
+    assert mission in {one["links"]["self"] for one in server.ask("GET", "/v1/missions")[2]["missions"]}
+
+
+@pytest.mark.parametrize(
+    ("report", "status", "pointer"),
+    [
+        ({"n": 2, "t_ms": 0}, 409, "/n"),
+        ({"n": 1, "t_ms": 0, "finished": [4]}, 409, "/finished/0"),
+        ({"n": 1, "t_ms": 0, "failed": [{"id": 4}]}, 409, "/failed/0/id"),
+        ({"n": 1, "t_ms": 0, "robots": [{"name": "rover1_1", "cell": [1, 1]}]}, 409, "/robots/0"),
+        ({"n": 1, "t_ms": 0, "robots": [{"name": "x", "cell": [1, 1]}]}, 422, "/robots/0/name"),
+        ({"n": 1, "t_ms": 0, "robots": [{"name": "carrier1", "cell": [9999, 1]}]}, 422, "/robots/0/cell"),
+        ({"n": 1, "t_ms": 0, "robots": [{"name": "carrier1", "pose_m": [-1, 0]}]}, 422, "/robots/0/pose_m"),
+        ({"n": 1, "t_ms": 0, "revealed": [{"robot": "carrier1", "runs": [0, 1, 9]}]}, 422, "/revealed/0/runs"),
+        ({"n": 1, "t_ms": 0, "map": {"runs": [5, 1, 1, 0, 1, 1]}}, 422, "/map/runs"),
+        ({"n": 1, "t_ms": 0, "lost": [{"robot": "x"}]}, 422, "/lost/0/robot"),
+        ({"n": 1, "t_ms": -1}, 422, "/t_ms"),
+        ({"n": 1, "t_ms": 0, "colour": "red"}, 422, "/colour"),
+    ],
+)
+def test_a_report_that_is_wrong_is_told_where_and_changes_nothing(
+    server: Server, mission: str, report: dict[str, Any], status: int, pointer: str
+) -> None:
+    before = server.ask("GET", mission)[2], server.ask("GET", f"{mission}/map")
+    found, kind, problem = server.ask("POST", f"{mission}/reports", report)
+    assert (found, kind) == (status, "application/problem+json")
+    assert [error["pointer"] for error in problem["errors"]] == [pointer]
+    assert (server.ask("GET", mission)[2], server.ask("GET", f"{mission}/map")) == before
+
+
+@pytest.mark.parametrize(
+    ("change", "pointer"),
+    [
+        ({"strategy": "hope"}, "/strategy"),
+        ({"planner": "cmd:rm {domain} {problem}"}, "/planner"),
+        ({"planner": "nobody"}, "/planner"),
+        ({"budget": {"seconds": 10**6}}, "/budget/seconds"),
+        ({"area": [0, 1]}, "/area"),
+        ({"team": [{"name": "a", "type": "carrier", "cell": [9999, 0]}]}, "/team/0/cell"),
+        ({"team": [{"name": "a", "type": "carrier"}]}, "/team/0"),
+        ({"team": [{"name": "a", "type": "tank", "cell": [1, 1]}]}, "/team/0/type"),
+        ({"team": [{"name": "a", "type": "rover", "carrier": "b"}]}, "/team/0/carrier"),
+    ],
+)
+def test_a_mission_that_is_wrong_is_refused_and_told_where(
+    server: Server, change: dict[str, Any], pointer: str
+) -> None:
+    status, kind, problem = server.ask("POST", "/v1/missions", body() | change)
+    assert (status, kind) == (422, "application/problem+json")
+    assert problem["errors"][0]["pointer"] == pointer
+
+
+@pytest.mark.parametrize("path", ["", "/events", "/log", "/map"])
+def test_a_mission_that_is_not_there_is_not_found(server: Server, path: str) -> None:
+    assert server.ask("GET", f"/v1/missions/nobody{path}")[:2] == (404, "application/problem+json")
+
+
+def test_pausing_resuming_and_cancelling_by_http(server: Server, mission: str) -> None:
+    for word, status, state in (
+        ("pause", 200, "paused"),
+        ("pause", 200, "paused"),
+        ("resume", 200, "running"),
+        ("cancel", 200, "cancelling"),
+        ("pause", 409, None),
+        ("resume", 409, None),
+    ):
+        found, _, answer = server.ask("POST", f"{mission}/{word}")
+        assert found == status
+        assert answer.get("state") in (state, "ended" if word == "cancel" else None)
+    text = stream(server, mission)
+    assert text.count("event: end\n") == 1
+    assert server.ask("GET", mission)[2]["status"] == "cancelled"
+    assert server.ask("POST", f"{mission}/cancel")[0] == 200
+    for last in range(1, text.count("\nid: ") + 1):
+        at = text.index(f"\nid: {last}\n")
+        after = text.find("\nid: ", at + 1)
+        assert stream(server, mission, last).partition("\nid: ")[2] == ("" if after < 0 else text[after + 5 :])
+
+
+def stream(server: Server, mission: str, last: int = 0) -> str:
+    connection = http.client.HTTPConnection(urlsplit(server.url).netloc, timeout=30)
+    connection.request("GET", f"{mission}/events", headers={"Last-Event-ID": str(last)})
+    text = connection.getresponse().read().decode()
+    connection.close()
+    return text
+
+
+def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server) -> None:
+    asked = iter([False] * 9)
+    ended = explore(server.url, Lines(), lambda: next(asked, True)).ended
+    assert ended.status is Status.CANCELLED
+    assert ended.remaining
+
+
+def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) -> None:
+    lines = Lines()
+    with Server(tmp_path) as server:
+        exploring = threading.Thread(target=lambda: explore(server.url, lines))
+        exploring.start()
+        while len(lines.lines) < 40:
+            time.sleep(0.01)
+        begun = time.monotonic()
+        server.stop()
+        took_s = time.monotonic() - begun
+        server.start()
+        exploring.join(120)
+    assert took_s < 8
+    assert "".join(f"{line}\n" for line in lines.lines) == undisturbed("lobby")
+
+
+def test_a_server_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("services.client._PATIENCE_S", 0.1)
+    with pytest.raises(UsageError, match="can't be reached"):
+        explore("http://127.0.0.1:9", Lines())
+    with pytest.raises(UsageError, match="must be like"):
+        Client("ftp://somewhere")
