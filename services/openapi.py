@@ -19,6 +19,18 @@ from services.schemas.answers import Problem
 FILE = "openapi.json"
 _REF = "#/components/schemas/{model}"
 
+EVENTS = "text/event-stream"
+_EVENT = {
+    "description": "Each event of the stream; `data` is one line of JSON.",
+    "type": "object",
+    "properties": {
+        "id": {"type": "string", "pattern": "^[0-9]+$"},
+        "event": {"type": "string", "enum": ["state", "plan", "end"]},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+    },
+    "required": ["id", "event", "data"],
+}
+
 _ALWAYS = ("not-acceptable", "invalid", "internal")
 _BODY = ("bad-json", "too-slow", "too-large", "media-type")
 
@@ -70,6 +82,8 @@ def _tidy(operation: dict[str, Any], needs_keys: bool) -> None:
         for variant in variants[:1]:
             parameter["schema"] |= variant
     responses = operation["responses"]
+    if EVENTS in responses.get("200", {}).get("content", {}):
+        responses["200"]["content"][EVENTS] = {"schema": _EVENT}
     if needs_keys and str(KINDS["no-key"].status) in responses:
         operation["security"] = [{"key": []}]
     elif not needs_keys:

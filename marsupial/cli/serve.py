@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated
 
@@ -50,7 +51,7 @@ def run(
     from marsupial.cli.tables import print_text
     from services.openapi import kept_text
     from services.server import serve as run_server
-    from services.settings import PREFIX, Settings, limits_from
+    from services.settings import PREFIX, Limits, Settings, limits_from
 
     if openapi:
         print_text(kept_text())
@@ -58,6 +59,10 @@ def run(
     if log_level.lower() not in ("debug", "info", "warning", "error"):
         raise UsageError(f"--log-level: must be debug, info, warning or error, got {log_level!r}")
     given = {PREFIX + name.upper(): number for name, number in _pairs("--limit", limit)}
+    names = {one.name for one in fields(Limits)}
+    for name, _ in _pairs("--limit", limit):
+        if name not in names:
+            raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
     settings = Settings(
         data=data,
         host=host,

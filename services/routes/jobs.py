@@ -142,12 +142,6 @@ async def look(job: JobOfPath) -> Response:
     return json_answer(job_document(job))
 
 
-@router.delete("/{job}", response_model=answers.Job, responses=errors("not-found", "not-ready"))
-async def delete(state: Service, job: JobOfPath) -> Response:
-    """End a job early; it keeps its best plan. A job that is over stays as it is."""
-    return json_answer(job_document(await state.running().cancel(job.id)))
-
-
 @router.post("/{job}/cancel", response_model=answers.Job, responses=errors("not-found", "not-ready"))
 async def cancel(state: Service, job: JobOfPath) -> Response:
     """End a job early; it keeps its best plan. A job that is over stays as it is."""

@@ -1,0 +1,167 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import httpx
+import pytest
+from service_house import pointers, problem
+
+from marsupial import errors
+from marsupial.errors import MarsupialError
+from services.jobs.warm import tiny
+from services.problems import ERROR_KINDS, KINDS
+from services.settings import Limits
+
+JSON = {"content-type": "application/json"}
+
+
+def situation() -> dict[str, Any]:
+    from marsupial.formats.situation import situation_to_json
+
+    found: dict[str, Any] = json.loads(situation_to_json(tiny()))
+    return found
+
+
+def test_every_exception_of_the_library_has_a_kind() -> None:
+    leaves = [cls for cls in vars(errors).values() if isinstance(cls, type) and issubclass(cls, MarsupialError)]
+    assert set(ERROR_KINDS) == set(leaves) - {MarsupialError}
+    assert set(ERROR_KINDS.values()) <= set(KINDS)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status", "kind"),
+    [
+        ("GET", "/", 404, "not-found"),
+        ("GET", "/v1/jobs/none", 404, "not-found"),
+        ("GET", "/v1/jobs/", 404, "not-found"),
+        ("GET", "/v1/jobs/none/events", 404, "not-found"),
+        ("POST", "/v1/jobs/none/cancel", 404, "not-found"),
+        ("GET", "/v1/demo-data/none", 404, "not-found"),
+        ("PUT", "/v1/jobs", 405, "no-method"),
+        ("POST", "/v1/limits", 405, "no-method"),
+        ("GET", "/v1/jobs?limit=0", 422, "invalid"),
+        ("GET", "/v1/jobs?limit=1&limit=2", 422, "invalid"),
+        ("GET", "/v1/jobs?state=lost", 422, "invalid"),
+        ("GET", "/healthz?verbose=1", 422, "invalid"),
+    ],
+)
+def test_every_error_is_a_problem(http: httpx.Client, method: str, path: str, status: int, kind: str) -> None:
+    document = problem(http.request(method, path), status, kind)
+    assert document["instance"] == path.partition("?")[0]
+
+
+def test_a_wrong_method_is_told_the_right_ones(http: httpx.Client) -> None:
+    assert http.put("/v1/jobs").headers["allow"] == "GET, POST"
+    assert http.delete("/v1/jobs/x").headers["allow"] == "GET"
+
+
+def test_an_answer_in_another_form_is_refused(http: httpx.Client) -> None:
+    problem(http.get("/v1/limits", headers={"accept": "text/html"}), 406, "not-acceptable")
+    problem(http.get("/v1/limits", headers={"accept": "application/json;q=0"}), 406, "not-acceptable")
+    assert http.get("/v1/limits", headers={"accept": "text/html, application/*;q=0.1"}).status_code == 200
+
+
+def test_another_body_than_json_is_refused(http: httpx.Client) -> None:
+    for headers in ({}, {"content-type": "text/plain"}, {**JSON, "content-encoding": "gzip"}):
+        problem(http.post("/v1/jobs", content=b"{}", headers=headers), 415, "media-type")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"{",
+        b'{"a": NaN}',
+        b'{"a": Infinity}',
+        b'{"planner": "a", "planner": "b"}',
+        b'{"situation": {"types": [], "types": []}}',
+        b'{"a": "\\ud800"}',
+        b'{"\\ud800": 1}',
+        b"\xff",
+        b"\xef\xbb\xbf{}",
+        b"[" * 100_000,
+        b"1" * 5000,
+    ],
+)
+def test_what_is_no_json_is_refused(http: httpx.Client, body: bytes) -> None:
+    problem(http.post("/v1/jobs", content=body, headers=JSON), 400, "bad-json")
+
+
+@pytest.mark.parametrize(
+    ("change", "pointer"),
+    [
+        ({"planner": 1}, "/planner"),
+        ({"planner": "none"}, "/planner"),
+        ({"planner": "cmd:sh {domain} {problem}"}, "/planner"),
+        ({"extra": 1}, "/extra"),
+        ({"budget": {}}, "/budget/seconds"),
+        ({"budget": {"seconds": 0}}, "/budget/seconds"),
+        ({"budget": {"seconds": "1"}}, "/budget/seconds"),
+        ({"budget": {"seconds": True}}, "/budget/seconds"),
+        ({"budget": {"seconds": 10**400}}, "/budget/seconds"),
+        ({"budget": {"seconds": 1e999}}, "/budget/seconds"),
+        ({"budget": {"seconds": 1000}}, "/budget/seconds"),
+        ({"budget": {"seconds": 1, "steps": 1}}, "/budget/steps"),
+        ({"budget": None}, "/budget"),
+        ({"planner": "tamer", "budget": {"steps": 1}}, "/budget/steps"),
+        ({"map_state": {}}, "/map_state"),
+    ],
+)
+def test_a_wrong_field_is_pointed_at(http: httpx.Client, change: dict[str, Any], pointer: str) -> None:
+    body = json.dumps({"situation": situation(), **change}).replace("Infinity", "1e999")
+    assert pointers(problem(http.post("/v1/jobs", content=body, headers=JSON), 422, "invalid")) == [pointer]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "pointer"),
+    [
+        (("robots", 1, "type"), "robot", "/situation/robots/1/type"),
+        (("robots", 0, "place"), None, "/situation/robots/0/place"),
+        (("robots", 0, "carrier"), "c", "/situation/robots/0"),
+        (("targets", 0, "explorers"), ["nobody"], "/situation/targets/0/explorers"),
+        (("travel_ms", "rover", 0, 1), -5, "/situation/travel_ms/rover/0/1"),
+        (("travel_ms", "rover", 0), [], "/situation/travel_ms/rover/0"),
+        (("types", 0, "capacity"), 0, "/situation/robots/0"),
+        (("travel_ms", "a/b~c"), [], "/situation/travel_ms/a~1b~0c"),
+    ],
+)
+def test_what_is_wrong_in_a_situation_is_pointed_at(
+    http: httpx.Client, path: tuple[str | int, ...], value: Any, pointer: str
+) -> None:
+    sent: Any = situation()
+    part = sent
+    for step in path[:-1]:
+        part = part[step]
+    part[path[-1]] = value
+    document = problem(http.post("/v1/jobs", json={"situation": sent}), 422, "invalid")
+    assert pointers(document)[0] == pointer
+
+
+def test_a_body_beyond_the_limit_is_refused_however_it_comes(http: httpx.Client) -> None:
+    def chunks() -> Iterator[bytes]:
+        for _ in range(30):
+            yield b" " * 10_000
+
+    problem(http.post("/v1/jobs", content=b" " * 200_001, headers=JSON), 413, "too-large")
+    problem(http.post("/v1/jobs", content=chunks(), headers=JSON), 413, "too-large")
+    problem(http.post("/v1/jobs", content=b" " * 200_000, headers=JSON), 400, "bad-json")
+
+
+def test_too_many_robots_are_pointed_at(http: httpx.Client) -> None:
+    sent = situation()
+    sent["robots"] *= 16
+    assert pointers(problem(http.post("/v1/jobs", json={"situation": sent}), 413, "too-large")) == ["/situation/robots"]
+
+
+def test_a_page_of_another_name_can_not_have_requests_sent_here(http: httpx.Client) -> None:
+    problem(http.get("/healthz", headers={"host": "evil.example:80"}), 421, "misdirected")
+    for host in ("localhost", "localhost:8080", "127.0.0.1", "[::1]:80"):
+        assert http.get("/healthz", headers={"host": host}).status_code == 200
+
+
+def test_limits_are_shown_with_what_they_mean(http: httpx.Client) -> None:
+    limits = http.get("/v1/limits").json()["limits"]
+    assert limits["body_bytes"] == {"value": 200_000, "meaning": "bytes of a request's body"}
+    assert set(limits) == set(Limits.__dataclass_fields__)

@@ -1,0 +1,154 @@
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+
+import httpx
+import pytest
+from service_house import events_of, pointers, problem
+
+from marsupial.formats.situation import situation_from_fields
+from marsupial.planning.checker import check
+from services.intake import read_plan
+from services.schemas import answers
+
+WAIT = {"Prefer": "wait=20"}
+
+
+@pytest.fixture
+def tiny(http: httpx.Client) -> dict[str, Any]:
+    found: dict[str, Any] = http.get("/v1/demo-data/tiny").json()
+    return found
+
+
+@pytest.fixture
+def long(http: httpx.Client) -> dict[str, Any]:
+    """A job that improves its plan for long."""
+    found: dict[str, Any] = http.get("/v1/demo-data/office-6x3").json()
+    return {**found, "planner": "anytime", "budget": {"seconds": 60}}
+
+
+def test_a_job_is_stored_before_it_is_acknowledged(http: httpx.Client, tiny: dict[str, Any]) -> None:
+    answer = http.post("/v1/jobs", json=tiny)
+    assert answer.status_code == 202
+    job = answers.Job.model_validate(answer.json())
+    assert answer.headers["location"] == job.links.self == f"/v1/jobs/{job.id}"
+    assert http.get(job.links.self).json()["id"] == job.id
+
+
+@pytest.mark.parametrize("demo", ["tiny", "yard", "office-2x2"])
+def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
+    answer = http.post("/v1/jobs", json=http.get(f"/v1/demo-data/{demo}").json(), headers=WAIT)
+    assert (answer.status_code, answer.headers["preference-applied"]) == (200, "wait=20")
+    job = answer.json()
+    assert (job["state"], job["outcome"] in ("optimal", "satisficing")) == ("succeeded", True)
+    found = http.get(job["links"]["situation"]).json()
+    situation = situation_from_fields(found["situation"])
+    plan = read_plan({"plan": {"actions": job["best"]["actions"]}}, situation)
+    assert check(situation, plan).valid
+    assert read_plan({"plan": {"ipc": job["best"]["ipc"]}}, situation) == plan
+    assert (found["places"] is not None) == (demo == "yard")
+    if demo == "yard":
+        assert set(situation.places) == set(found["places"])
+        assert found["places"]["s_mother"]["carrier"] == {"cell": [3, 2], "point_m": [11.75, 6.25]}
+
+
+def test_plans_only_get_better_and_the_last_is_the_best(http: httpx.Client) -> None:
+    body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 1}}
+    job = http.post("/v1/jobs", json=body, headers=WAIT).json()
+    plans = http.get(job["links"]["plans"]).json()["plans"]
+    assert [plan["revision"] for plan in plans] == list(range(1, job["plans"] + 1))
+    makespans = [plan["makespan_ms"] for plan in plans]
+    assert makespans == sorted(makespans, reverse=True)
+    assert plans[-1] == job["best"]
+
+
+def test_a_resumed_stream_is_the_rest_of_an_uninterrupted_one(http: httpx.Client) -> None:
+    body = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 0.5}}
+    path = http.post("/v1/jobs", json=body).json()["links"]["events"]
+    with http.stream("GET", path) as answer:
+        assert answer.headers["content-type"].startswith("text/event-stream")
+        assert answer.headers["x-accel-buffering"] == "no"
+        whole = events_of(answer.iter_lines())
+    frames = [frame for frame in "\n".join(whole).strip("\n").split("\n\n") if frame.strip()]
+    kinds = [re.search(r"event: (\w+)", frame)[1] for frame in frames]  # type: ignore[index]
+    assert kinds[-1] == "end"
+    assert "plan" in kinds
+    for frame in frames:
+        json.loads(frame.partition("data: ")[2])
+    for seen in range(len(frames)):
+        rest = http.get(path, headers={"Last-Event-ID": str(seen)}).text.splitlines()
+        resumed = [f for f in "\n".join(events_of(iter(rest))).strip("\n").split("\n\n") if f.strip()]
+        assert [f.strip() for f in resumed] == [f.strip() for f in frames[seen:]]
+        assert resumed[0].strip().startswith(f"id: {seen + 1}\n")
+
+
+def test_a_job_that_is_cancelled_keeps_its_best_plan(http: httpx.Client, long: dict[str, Any]) -> None:
+    links = http.post("/v1/jobs", json=long).json()["links"]
+    with http.stream("GET", links["events"]) as answer:
+        for line in answer.iter_lines():
+            if line == "event: plan":
+                break
+    ended = http.post(links["cancel"])
+    assert (ended.status_code, ended.json()["state"]) == (200, "cancelled")
+    assert ended.json()["best"]["actions"]
+    assert http.post(links["cancel"]).json() == ended.json()
+    assert http.get(links["events"]).text.rstrip().splitlines()[-2] == "event: end"
+
+
+def test_an_idempotency_key_makes_one_job(http: httpx.Client, tiny: dict[str, Any]) -> None:
+    first = http.post("/v1/jobs", json=tiny, headers={"Idempotency-Key": "once"})
+    again = http.post("/v1/jobs", json=tiny, headers={"Idempotency-Key": "once"})
+    assert again.json()["id"] == first.json()["id"]
+    assert (first.headers.get("idempotency-replayed"), again.headers["idempotency-replayed"]) == (None, "true")
+    other = {**tiny, "planner": "greedy"}
+    problem(http.post("/v1/jobs", json=other, headers={"Idempotency-Key": "once"}), 422, "key-reused")
+    problem(http.post("/v1/jobs", json=tiny, headers={"Idempotency-Key": "a b"}), 422, "invalid")
+
+
+def test_jobs_are_listed_page_by_page(http: httpx.Client, tiny: dict[str, Any]) -> None:
+    made = [http.post("/v1/jobs", json=tiny, headers=WAIT).json()["id"] for _ in range(3)]
+    page = http.get("/v1/jobs?limit=2&state=succeeded").json()
+    assert [job["id"] for job in page["jobs"]] == made[:0:-1]
+    assert http.get(page["next"]).json()["jobs"][0]["id"] == made[0]
+
+
+def test_streams_are_limited(http: httpx.Client, long: dict[str, Any]) -> None:
+    links = http.post("/v1/jobs", json=long).json()["links"]
+    open_ones = [http.stream("GET", links["events"]) for _ in range(3)]
+    for one in open_ones:
+        one.__enter__()
+    problem(http.get(links["events"]), 429, "too-many")
+    for one in open_ones:
+        one.__exit__(None, None, None)
+    http.post(links["cancel"])
+    assert http.get(links["self"]).json()["state"] == "cancelled"
+
+
+def test_a_plan_can_be_validated(http: httpx.Client, tiny: dict[str, Any]) -> None:
+    situation = tiny["situation"]
+    best = http.post("/v1/jobs", json=tiny, headers=WAIT).json()["best"]
+    for plan in ({"actions": best["actions"]}, {"ipc": best["ipc"]}):
+        verdict = http.post("/v1/validations", json={"situation": situation, "plan": plan}).json()
+        assert (verdict["valid"], verdict["makespan_ms"]) == (True, best["makespan_ms"])
+    late = [{**best["actions"][0], "start_ms": -1}, *best["actions"][1:]]
+    verdict = http.post("/v1/validations", json={"situation": situation, "plan": {"actions": late}}).json()
+    assert (verdict["valid"], verdict["violation"]["kind"], verdict["violation"]["time_ms"]) == (False, "too_early", -1)
+    none = http.post("/v1/validations", json={"situation": situation, "plan": {"actions": []}}).json()
+    assert (none["violation"]["kind"], none["violation"]["action"]) == ("target_unexplored", None)
+    wrong = http.post("/v1/validations", json={"situation": situation, "plan": {"ipc": "nonsense"}})
+    assert pointers(problem(wrong, 422, "invalid")) == ["/plan/ipc"]
+
+
+def test_answers_are_what_the_document_says(http: httpx.Client, tiny: dict[str, Any]) -> None:
+    answers.Planners.model_validate(http.get("/v1/planners").json())
+    answers.DemoList.model_validate(http.get("/v1/demo-data").json())
+    answers.LimitList.model_validate(http.get("/v1/limits").json())
+    answers.Health.model_validate(http.get("/healthz").json())
+    answers.Ready.model_validate(http.get("/readyz").json())
+    answers.JobList.model_validate(http.get("/v1/jobs").json())
+    http.post("/v1/jobs", json=tiny, headers=WAIT)
+    metrics = http.get("/metrics", headers={"accept": "text/plain"}).text
+    assert re.search(r'^marsupial_jobs\{state="succeeded"\} [1-9]', metrics, re.MULTILINE)
+    assert 'marsupial_requests_total{method="POST",route="/v1/jobs"' in metrics

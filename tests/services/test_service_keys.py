@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+from service_house import START, client, problem, serving
+
+from marsupial.errors import UsageError
+from services.keys import FILE, KeyFile
+from services.settings import Limits, Settings, limits_from
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*START, *arguments], capture_output=True, text=True, timeout=120)
+
+
+def test_a_key_is_kept_as_a_hash_and_good_until_it_expires(tmp_path: Path) -> None:
+    keys = KeyFile(tmp_path)
+    secret = keys.add("fleet", ["plan"], 1, now_s=1000.0)
+    text = (tmp_path / FILE).read_text()
+    assert secret not in text
+    assert (tmp_path / FILE).stat().st_mode & 0o77 == 0
+    found = KeyFile(tmp_path).find(secret, 1000.0)
+    assert found is not None
+    assert (found.name, found.scopes) == ("fleet", ("plan",))
+    assert keys.find(secret, 1000.0 + 86400) is None
+    assert keys.find(secret + "x", 1000.0) is None
+
+
+def test_a_revoked_key_is_useless_at_once_and_its_name_free(tmp_path: Path) -> None:
+    keys, other = KeyFile(tmp_path), KeyFile(tmp_path)
+    secret = keys.add("fleet", ["plan"], 1, now_s=0.0)
+    assert other.find(secret, 1.0) is not None
+    with pytest.raises(UsageError, match="already"):
+        keys.add("fleet", ["plan"], 1, now_s=0.0)
+    keys.revoke("fleet", 1.0)
+    assert other.find(secret, 1.0) is None
+    assert keys.find(keys.add("fleet", ["admin"], 1, now_s=2.0), 3.0) is not None
+
+
+@pytest.mark.parametrize(("scopes", "days"), [([], 1), (["fly"], 1), (["plan"], 0), (["plan"], float("nan"))])
+def test_a_key_without_sense_is_refused(tmp_path: Path, scopes: list[str], days: float) -> None:
+    with pytest.raises(UsageError):
+        KeyFile(tmp_path).add("fleet", scopes, days, now_s=0.0)
+
+
+def test_beyond_this_machine_keys_are_needed(tmp_path: Path) -> None:
+    assert not Settings(data=tmp_path).needs_keys
+    assert Settings(data=tmp_path, host="0.0.0.0").needs_keys
+    refused = run("--host", "0.0.0.0", "--port", "0", "--data", str(tmp_path))
+    assert refused.returncode == 2
+    assert "make one with 'marsupial serve keys add" in refused.stderr
+
+
+def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path) -> None:
+    made = {
+        name: run("keys", "add", name, "--scope", scope, "--data", str(tmp_path)).stdout.strip()
+        for name, scope in (("ann", "plan"), ("bob", "plan"), ("ops", "admin"))
+    }
+    assert "ann" in run("keys", "list", "--data", str(tmp_path)).stdout
+    with serving(tmp_path, "--require-keys") as server, client(server) as http:
+        bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in made.items()}
+        job = http.get("/v1/demo-data/tiny", headers=bearer["ann"]).json()
+        answer = problem(http.post("/v1/jobs", content=b"not read"), 401, "no-key")
+        assert "missing" in answer["detail"]
+        assert http.get("/v1/jobs").headers["www-authenticate"] == "Bearer"
+        problem(http.get("/v1/jobs", headers={"Authorization": "Bearer guess"}), 401, "no-key")
+        problem(http.get("/v1/jobs", headers=bearer["ops"]), 403, "no-scope")
+        problem(http.get("/metrics", headers=bearer["ann"]), 403, "no-scope")
+        assert http.get("/metrics", headers=bearer["ops"]).status_code == 200
+        assert http.get("/healthz").status_code == 200
+        path = http.post("/v1/jobs", json=job, headers=bearer["ann"]).json()["links"]["self"]
+        assert http.get(path, headers=bearer["ann"]).status_code == 200
+        for hidden in (path, f"{path}/plans", f"{path}/events", f"{path}/situation"):
+            problem(http.get(hidden, headers=bearer["bob"]), 404, "not-found")
+        problem(http.post(f"{path}/cancel", headers=bearer["bob"]), 404, "not-found")
+        assert http.get("/v1/jobs", headers=bearer["bob"]).json()["jobs"] == []
+        run("keys", "revoke", "ann", "--data", str(tmp_path))
+        problem(http.get(path, headers=bearer["ann"]), 401, "no-key")
+        lines = [json.loads(line) for line in server.log if line.startswith("{")]
+        assert any(line["message"] == "job taken" and line["owner"] == "ann" for line in lines)
+        assert not any(secret in "".join(server.log) for secret in made.values())
+
+
+def test_a_limit_of_the_environment_holds() -> None:
+    assert limits_from({"MARSUPIAL_CELLS": "7", "MARSUPIAL_WAIT_S": "0.5"}) == Limits(cells=7, wait_s=0.5)
+    with pytest.raises(UsageError, match="MARSUPIAL_CELLS: must be a number"):
+        limits_from({"MARSUPIAL_CELLS": "many"})
+    with pytest.raises(UsageError, match="cells: must be 1 or more, got 0"):
+        limits_from({"MARSUPIAL_CELLS": "0"})
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (["--limit", "cells"], "--limit: must be NAME=VALUE"),
+        (["--limit", "cells=x"], "must be a number"),
+        (["--limit", "apples=1"], "unknown limit 'apples'"),
+        (["--planner", "x"], "--planner: must be NAME=VALUE"),
+        (["--log-level", "loud"], "--log-level"),
+        (["--host", "no.such.host.invalid"], "keys are needed"),
+    ],
+)
+def test_options_without_sense_are_refused(tmp_path: Path, options: list[str], text: str) -> None:
+    refused = run("--data", str(tmp_path), *options)
+    assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr

@@ -1,0 +1,38 @@
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import httpx
+from service_house import START
+
+from services.app import create_app
+from services.openapi import kept_text, text_of
+from services.settings import Settings
+
+
+def test_the_document_kept_is_the_one_served_where_keys_are_needed(tmp_path: Path) -> None:
+    app = create_app(Settings(data=tmp_path, keys=True))
+    assert text_of(app.openapi()) == kept_text(), "write services/openapi.json anew: see docs/service.md"
+
+
+def test_without_keys_none_are_asked_for(http: httpx.Client) -> None:
+    document = http.get("/openapi.json").json()
+    assert "securitySchemes" not in document["components"]
+    assert not any(
+        "401" in operation["responses"] for path in document["paths"].values() for operation in path.values()
+    )
+
+
+def test_the_command_prints_the_document() -> None:
+    printed = subprocess.run([*START, "--openapi"], capture_output=True, text=True, timeout=60)
+    assert printed.stdout == kept_text()
+
+
+def test_every_error_of_every_route_is_a_problem(tmp_path: Path) -> None:
+    document = create_app(Settings(data=tmp_path, keys=True)).openapi()
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            errors = {s: r for s, r in operation["responses"].items() if int(s) >= 400}
+            assert {"406", "422", "500"} <= set(errors), (method, path)
+            assert all(list(r["content"]) == ["application/problem+json"] for r in errors.values()), (method, path)
