@@ -87,7 +87,7 @@ def test_a_carrier_without_a_rover_fetches_one_from_the_ground() -> None:
 def test_a_rover_with_a_target_of_its_own_is_not_fetched() -> None:
     situation = situation_of(
         [carrier(), rover()],
-        {"own": room(-12, 1), "other": room(22, 2)},
+        {"own": room(-90, 1), "other": room(22, 2)},
         {"m1": door(-10, 1), "m2": door(20, 2)},
         {"c1_start": hall(0), "r1_start": room(-11, 1)},
     )

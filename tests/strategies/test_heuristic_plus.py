@@ -84,6 +84,19 @@ def test_another_rover_is_set_down_in_an_area_where_that_is_20_s_sooner(start: i
     assert sum("explore" in action for action in plan) == 1
 
 
+def test_no_rover_is_fetched_for_a_target_of_another_on_the_ground() -> None:
+    # r2 would be there after 56 s, r1 after 120
+    situation = situation_of(
+        [carrier(), rover(1), rover(2)],
+        {"t1": room(60, 1)},
+        {"m1": door(59, 1), "m2": door(21, 2)},
+        {"c1_start": hall(20), "r1_start": room(0, 1), "r2_start": room(21, 2)},
+    )
+    plan = decide(situation)
+    assert "(explore r1 r1_start t1)" in plan
+    assert not any("dock" in action for action in plan)
+
+
 def test_a_rover_finishes_its_area_before_it_is_fetched() -> None:
     situation = situation_of(
         [carrier(), rover()],
