@@ -81,7 +81,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     """Run the jobs and missions of the data folder as long as the application runs."""
     state = state_of(app)
     limits = state.settings.limits
-    store = await asyncio.to_thread(Store, state.settings.data)
+    store: Store = state.store if state.store is not None else await asyncio.to_thread(Store, state.settings.data)
     state.jobs = Jobs(
         store,
         JobSettings(

@@ -14,6 +14,7 @@ from services.app import create_app
 from services.keys import KeyFile
 from services.settings import Settings
 from services.state import state_of
+from services.store import Store, StoreError
 
 _GRACE_S = 2
 _BACKLOG = 512
@@ -50,7 +51,7 @@ def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> boo
     Raises
     ------
     UsageError
-        If the address can't be listened at, or keys are needed and there is none.
+        If the address can't be listened at, the folder can't be used, or keys are needed and there is none.
     """
     if settings.needs_keys and not KeyFile(settings.data).all():
         raise UsageError(
@@ -60,6 +61,7 @@ def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> boo
     logs.set_up(level)
     with _listening(settings) as line:
         app = create_app(settings)
+        state_of(app).store = _opened(settings)
         config = uvicorn.Config(
             app,
             log_config=None,
@@ -74,6 +76,13 @@ def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> boo
         server = _Server(config, state_of(app).leaving.set, lambda: tell(address))
         server.run(sockets=[line])
         return server.started
+
+
+def _opened(settings: Settings) -> Store:
+    try:
+        return Store(settings.data)
+    except StoreError as error:
+        raise UsageError(f"{settings.data}: {error}") from error
 
 
 def _listening(settings: Settings) -> socket.socket:

@@ -15,6 +15,7 @@ from services.keys import KeyFile
 from services.metrics import HttpMetrics
 from services.missions.service import Missions
 from services.settings import Settings
+from services.store import Store
 
 
 @dataclass(slots=True)
@@ -32,6 +33,8 @@ class State:
 
     Parameters
     ----------
+    store
+        The one to be used, if it is open already.
     jobs, missions
         None until the service has started.
     leaving
@@ -46,6 +49,7 @@ class State:
     keys: KeyFile
     analyses: asyncio.Semaphore
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
+    store: Store | None = None
     jobs: Jobs | None = None
     missions: Missions | None = None
     leaving: asyncio.Event = field(default_factory=asyncio.Event)

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from service_house import Server
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "service.md"
+
+
+def blocks(language: str) -> list[str]:
+    text = DOCUMENT.read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def run(command: list[str], server: Server, folder: Path) -> str:
+    environment = {**os.environ, "URL": server.url, "no_proxy": "127.0.0.1"}
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_example_with_curl_works(server: Server, tmp_path: Path) -> None:
+    (script,) = blocks("sh")
+    assert re.fullmatch(r"(optimal|satisficing) \d+\n", run(["sh", "-euc", script], server, tmp_path))
+
+
+def test_the_examples_with_python_work(server: Server, tmp_path: Path) -> None:
+    printed = run([sys.executable, "-c", "\n".join(blocks("python"))], server, tmp_path).splitlines()
+    assert re.fullmatch(r"revision 1: \d+\.\d s", printed[0])
+    assert printed[-2] in ("optimal", "satisficing")
+    assert "t_" in printed[-1]
+
+
+@pytest.mark.parametrize("block", blocks("json"))
+def test_the_json_is_json(block: str) -> None:
+    assert isinstance(json.loads(block), dict)

@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import asyncio
+import subprocess
+from pathlib import Path
+
+import httpx
+import pytest
+from service_house import START, client, problem, serving
+
+from services.app import create_app
+from services.settings import Settings
+
+
+def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -> None:
+    with serving(tmp_path, "--limit", "slots=1", "--limit", "queue=1") as server, client(server) as http:
+        body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 60}}
+        running = http.post("/v1/jobs", json=body).json()["links"]
+        while http.get(running["self"]).json()["state"] == "queued":
+            pass
+        waiting = http.post("/v1/jobs", json=body)
+        full = http.post("/v1/jobs", json=body)
+        assert waiting.status_code == 202
+        problem(full, 429, "too-many")
+        assert int(full.headers["retry-after"]) >= 1
+        assert http.post(waiting.json()["links"]["cancel"]).json()["state"] == "cancelled"
+        assert http.post("/v1/jobs", json=body).status_code == 202
+
+
+def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
+    with serving(tmp_path):
+        second = subprocess.run(
+            [*START, "--port", "0", "--data", str(tmp_path)], capture_output=True, text=True, timeout=60
+        )
+    assert second.returncode == 2
+    assert second.stderr.startswith("error: ")
+    assert "another server" in second.stderr
+    assert second.stderr.count("\n") == 1
+
+
+def test_a_bug_is_answered_without_its_traceback(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    app = create_app(Settings(data=tmp_path))
+
+    @app.get("/broken")
+    async def broken() -> None:
+        raise ZeroDivisionError("secret")
+
+    async def ask() -> httpx.Response:
+        transport = httpx.ASGITransport(app)
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as http:
+            return await http.get("/broken")
+
+    answer = asyncio.run(ask())
+    document = problem(answer, 500, "internal")
+    assert "secret" not in answer.text
+    assert document["detail"].endswith(answer.headers["x-request-id"])
+    assert "secret" in caplog.text
