@@ -22,7 +22,7 @@ from services.missions.records import MissionEventRecord, MissionRecord, Mission
 from services.missions.values import Brief, EventType, Report, Wish
 from services.store import Store, StoreError, Transaction
 
-PRELOAD = ("services.missions.host",)
+PRELOAD = ("services.warm", "services.missions.host")
 
 _BATCH = 64
 _SWEEP_S = 60.0
