@@ -166,11 +166,6 @@ class Missions:
         """Return how many missions there are by state."""
         return await self._read(table.counts)
 
-    @property
-    def following(self) -> int:
-        """How many streams are open."""
-        return self._news.listening
-
     async def _create(self, new: table.NewMission) -> tuple[MissionRecord, bool]:
         record, replayed = await self._write(lambda tx: table.insert(tx, new, self._settings, self._now_ms()))
         if not replayed:

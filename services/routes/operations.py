@@ -52,7 +52,9 @@ async def readyz(state: Service) -> Response:
 @admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
 async def metrics(state: Service) -> Response:
     """Return counts for Prometheus."""
-    text = state.metrics.text(await state.running().metrics(), sum(state.streams.values()))
+    text = state.metrics.text(
+        await state.running().metrics(), await state.flying().counts(), sum(state.streams.values())
+    )
     return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
 
 
