@@ -18,7 +18,7 @@ from services.jobs.records import JobOutcome, JobSettings
 from services.jobs.work import GAVE_UP
 from services.store import Store, StoreError
 
-_SLACK_S = 1.0
+_SLACK_S = 0.5
 """What a planner that keeps its budget by itself may take longer before it is stopped."""
 
 _MOST_UNSTORED = 16
