@@ -61,8 +61,8 @@ class Edge:
         method = scope["method"] if scope["method"] in _METHODS else "other"
         self._state.metrics.request(method, route, status, seconds)
         more: dict[str, Any] = {"request": passage.id, "method": method, "route": route, "status": status}
-        job = (scope.get("path_params") or {}).get("job")
-        more |= {"ms": round(1000 * seconds, 2)} | ({"job": job} if job else {})
+        about = scope.get("path_params") or {}
+        more |= {"ms": round(1000 * seconds, 2)} | {key: about[key] for key in ("job", "mission") if key in about}
         log.info("request", extra=more)
 
 

@@ -222,7 +222,7 @@ def events(source: Source, mission: str, after: int, limit: int) -> tuple[tuple[
 def counts(source: Source) -> dict[str, int]:
     """Return how many missions there are by state."""
     rows = source.execute("SELECT state, count(*) FROM missions GROUP BY 1")
-    return {state.value: 0 for state in MissionState} | {state: count for state, count in rows}
+    return {state.value: 0 for state in MissionState} | dict(rows.fetchall())
 
 
 def _events(source: Source, number: int, rest: str, *values: object) -> Iterator[Event]:

@@ -29,7 +29,7 @@ async def kill_now_and_then(seed: int, times: int) -> None:
                 draw.choice(processes).kill()
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])
 def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(tmp_path: Path, seed: int) -> None:
     async def fly() -> tuple[str, Driver]:
         async with open_missions(tmp_path) as missions:
@@ -51,7 +51,7 @@ async def stream(missions: Missions, mission: str):  # type: ignore[no-untyped-d
         yield event.seq, event.type, event.data
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 5))])
 def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(tmp_path: Path, seed: int) -> None:
     draw = random.Random(seed)
     driver = Driver(team())

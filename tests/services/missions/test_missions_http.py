@@ -3,6 +3,7 @@ from __future__ import annotations
 import http.client
 import json
 import random
+import re
 import threading
 import time
 from collections.abc import Iterator
@@ -151,6 +152,11 @@ def test_a_mission_that_is_wrong_is_refused_and_told_where(
     assert problem["errors"][0]["pointer"] == pointer
 
 
+def test_missions_are_counted_in_the_metrics(server: Server, mission: str) -> None:
+    text = server.ask("GET", "/metrics")[2]
+    assert re.search(r'^marsupial_missions{state="running"} [1-9]', text, re.MULTILINE)
+
+
 @pytest.mark.parametrize("path", ["", "/events", "/log", "/map"])
 def test_a_mission_that_is_not_there_is_not_found(server: Server, path: str) -> None:
     assert server.ask("GET", f"/v1/missions/nobody{path}")[:2] == (404, "application/problem+json")
@@ -193,6 +199,7 @@ def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server
     assert ended.remaining
 
 
+@pytest.mark.slow
 def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) -> None:
     lines = Lines()
     with Server(tmp_path) as server:

@@ -21,7 +21,11 @@ from services.store.store import FILE
 
 @pytest.mark.parametrize(
     ("scenario", "planner", "strategy"),
-    [("lobby", "anytime", "temporal"), ("rooms", "greedy", "temporal"), ("lobby", "none", "heuristic")],
+    [
+        ("lobby", "anytime", "temporal"),
+        ("lobby", "none", "heuristic"),
+        pytest.param("rooms", "greedy", "temporal", marks=pytest.mark.slow),
+    ],
 )
 def test_a_mission_by_reports_is_the_mission_in_process(
     tmp_path: Path, scenario: str, planner: str, strategy: str
@@ -35,6 +39,7 @@ def test_a_mission_by_reports_is_the_mission_in_process(
     assert run(fly()) == undisturbed(scenario, planner, strategy)
 
 
+@pytest.mark.slow
 def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(tmp_path: Path) -> None:
     async def fly() -> list[str]:
         async with open_missions(tmp_path, missions=20) as missions:
