@@ -54,3 +54,40 @@ def planners(
 
     chosen = Selection.of(engines or (), instances or (), budgets or ())
     print_text(table(rows_of_bench(chosen, json=json, update=update), chosen.absent) + "\n")
+
+
+@bench.command()
+def service(
+    kills: Annotated[int, typer.Option(min=0, help="Processes killed at random moments; 0 leaves a part out.")] = 1000,
+    hostile: Annotated[int, typer.Option(min=0, help="Runs of planners that misbehave.")] = 200,
+    clients: Annotated[int, typer.Option(min=0, help="Clients at once, and streams open at the end.")] = 50,
+    posts: Annotated[int, typer.Option(min=0, help="Jobs whose answers are timed while 100 wait.")] = 500,
+    plans: Annotated[int, typer.Option(min=0, help="Jobs whose first plans are timed.")] = 100,
+    fuzz_minutes: Annotated[float, typer.Option(min=0, help="Minutes of Schemathesis, if it is installed.")] = 15.0,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the moments of kills, and what is fuzzed.")] = 1,
+    quick: Annotated[bool, typer.Option("--quick", help="A little of everything but fuzzing.")] = False,
+    json: Annotated[Path | None, typer.Option("--json", help="Write a row per requirement there.")] = None,
+) -> None:
+    """Servers on trial: killed, given hostile planners, timed, ended, fuzzed.
+
+    Exits with 1 if a requirement is missed.
+
+    Example: marsupial bench service --quick
+    """
+    from marsupial.cli.serve import check_extra
+    from marsupial.cli.service_bench import run_trial
+
+    check_extra()
+    from services.trial.run import QUICK, Extent
+
+    wanted = Extent(
+        kills=kills,
+        hostile=hostile,
+        clients=clients,
+        posts=posts,
+        plans=plans,
+        fuzz_minutes=fuzz_minutes,
+        seed=seed,
+    )
+    if not run_trial(QUICK if quick else wanted, json):
+        raise typer.Exit(1)

@@ -45,7 +45,7 @@ def run(
     """
     if context.invoked_subcommand is not None:
         return
-    _check_extra()
+    check_extra()
     from marsupial.cli.interrupt import Interrupted
     from marsupial.cli.messages import say
     from marsupial.cli.tables import print_text
@@ -90,7 +90,7 @@ def add(
 
     Example: marsupial serve keys add fleet --scope plan --days 30 --data jobs
     """
-    _check_extra()
+    check_extra()
     from marsupial.cli.tables import print_text
     from services.keys import KeyFile
 
@@ -104,7 +104,7 @@ def list_keys(data: Data = DEFAULT_DATA) -> None:
 
     Example: marsupial serve keys list --data jobs
     """
-    _check_extra()
+    check_extra()
     from marsupial.cli.tables import print_table
     from services.keys import KeyFile
 
@@ -125,13 +125,13 @@ def revoke(
 
     Example: marsupial serve keys revoke fleet --data jobs
     """
-    _check_extra()
+    check_extra()
     from services.keys import KeyFile
 
     KeyFile(data).revoke(name, time.time())
 
 
-def _check_extra() -> None:
+def check_extra() -> None:
     """Say what to install where the service's libraries are missing."""
     try:
         import fastapi  # noqa: F401

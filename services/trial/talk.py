@@ -1,0 +1,86 @@
+"""A plain client: one request, one answer; the frames of an event stream as they are. Nothing is tried again."""
+
+from __future__ import annotations
+
+import http.client
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from typing import Any
+
+BROKEN = (OSError, http.client.HTTPException)
+"""What is raised where the way to the service breaks."""
+
+ACCEPTED = (200, 202)
+BUSY = (429, 503)
+"""Statuses of what was done, and of what is worth another try."""
+
+HOST = "127.0.0.1"
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Status and JSON of an answer."""
+
+    status: int
+    document: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """An event as it was sent: its id, type and data."""
+
+    id: int
+    type: str
+    data: str
+
+
+class Talk:
+    """A connection that is kept open; after a break the next request opens another one."""
+
+    def __init__(self, port: int, timeout_s: float = 30.0) -> None:
+        self._connection = http.client.HTTPConnection(HOST, port, timeout=timeout_s)
+
+    def ask(
+        self, method: str, path: str, body: bytes | None = None, headers: Mapping[str, str] | None = None
+    ) -> Answer:
+        """Send a request with a JSON body and return the answer. Raises what is in `BROKEN`."""
+        kind = {} if body is None else {"Content-Type": "application/json"}
+        try:
+            self._connection.request(method, path, body, {**kind, **(headers or {})})
+            answer = self._connection.getresponse()
+            text = answer.read()
+        except BROKEN:
+            self._connection.close()
+            raise
+        return Answer(answer.status, json.loads(text) if text else None)
+
+    def close(self) -> None:
+        """Let go of the connection."""
+        self._connection.close()
+
+
+def ask(port: int, method: str, path: str, body: bytes | None = None) -> Answer:
+    """Send a request over a connection of its own."""
+    talk = Talk(port)
+    with closing(talk):
+        return talk.ask(method, path, body)
+
+
+def frames(port: int, path: str, after: int = 0, timeout_s: float = 60.0) -> Iterator[Frame]:
+    """Yield the events of a stream after number `after` until the service ends it. Raises what is in `BROKEN`."""
+    connection = http.client.HTTPConnection(HOST, port, timeout=timeout_s)
+    with closing(connection):
+        connection.request("GET", path, headers={"Last-Event-ID": str(after), "Accept": "text/event-stream"})
+        answer = connection.getresponse()
+        if answer.status != 200:
+            raise OSError(f"the stream answers {answer.status}")
+        fields: dict[str, str] = {}
+        while line := answer.readline():
+            name, _, value = line.decode().rstrip("\n").partition(":")
+            if name:
+                fields[name] = value.removeprefix(" ")
+            elif "data" in fields:
+                yield Frame(int(fields["id"]), fields["event"], fields["data"])
+                fields = {}

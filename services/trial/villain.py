@@ -1,0 +1,123 @@
+"""A planner that misbehaves, run by path as an external planner: ``villain.py KIND DOMAIN PROBLEM``. It needs nothing.
+
+Its processes keep the paths they were given on their command lines, by which one can tell whose they are.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+
+FOREVER_S = 600.0
+
+
+def sleep() -> None:
+    """Sleep."""
+    time.sleep(FOREVER_S)
+
+
+def ignore_term() -> None:
+    """Ignore requests to end, and work."""
+    for signum in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        signal.signal(signum, signal.SIG_IGN)
+    while True:
+        sum(range(1000))
+
+
+def fork() -> None:
+    """Start children that ignore requests to end, and sleep."""
+    for _ in range(8):
+        if os.fork() == 0:
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            sleep()
+    sleep()
+
+
+def setsid() -> None:
+    """Start a grandchild in a session of its own that lets go of everything, and sleep."""
+    _escape()
+    sleep()
+
+
+def leave_behind() -> None:
+    """Start such grandchildren, and end at once as if all were well."""
+    for _ in range(4):
+        _escape()
+
+
+def allocate() -> None:
+    """Take memory as long as there is any."""
+    held = []
+    while True:
+        held.append(bytearray(os.urandom(1)) * (8 << 20))
+
+
+def flood() -> None:
+    """Print without end."""
+    chunk = b"; " + b"flood " * 10_000 + b"\n"
+    while True:
+        os.write(1, chunk)
+
+
+def flood_errors() -> None:
+    """Print plans that are none, and errors, without end, in one line."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    while True:
+        os.write(1, b"0.0: (explore nobody nowhere) [1.0]\n" * 1000)
+        os.write(2, b"x" * 50_000)
+
+
+def mute() -> None:
+    """Close everything, and sleep."""
+    os.closerange(0, 256)
+    sleep()
+
+
+def leave() -> None:
+    """End at once, without a word."""
+
+
+def fail() -> None:
+    """End at once with an exit code."""
+    sys.exit(3)
+
+
+def crash() -> None:
+    """Die of a signal."""
+    os.kill(os.getpid(), signal.SIGSEGV)
+    sleep()
+
+
+def _escape() -> None:
+    if os.fork() == 0:
+        os.setsid()
+        if os.fork() == 0:
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            os.closerange(0, 256)
+            sleep()
+        os._exit(0)
+    with contextlib.suppress(ChildProcessError):
+        os.wait()
+
+
+KINDS: dict[str, Callable[[], None]] = {
+    "sleep": sleep,
+    "ignore-term": ignore_term,
+    "fork": fork,
+    "setsid": setsid,
+    "leave-behind": leave_behind,
+    "allocate": allocate,
+    "flood": flood,
+    "flood-errors": flood_errors,
+    "mute": mute,
+    "leave": leave,
+    "fail": fail,
+    "crash": crash,
+}
+
+if __name__ == "__main__":
+    KINDS[sys.argv[1]]()
