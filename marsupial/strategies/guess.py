@@ -27,8 +27,8 @@ from marsupial.planning.schedule import retime
 WORTH = 0.5
 """What a square all of which is unknown counts as beside a target."""
 
-BEND = 1.3
-"""How much longer than straight ways are."""
+BEND = 2.0
+"""How much longer than straight the ways are, walls being where nobody has seen any yet."""
 
 ROOM_MS = 6000
 """How long a rover takes from the door of a guessed room to what there is to see."""

@@ -33,7 +33,7 @@ from marsupial.planning.greedy import serve
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 
-MAKESPAN, DRIVING, UNDOCKING_MS = 0.3, 0.04, 40_000
+MAKESPAN, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
 """The prices of a ms of the makespan (as a share of what all targets are worth), of a ms of driving, of setting a
 rover down, where a ms until a target is reached costs 1."""
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from situations import (
     carrier,
     default_types,
@@ -308,6 +308,7 @@ def _plans(situation: Situation) -> Sequence[Plan | None]:
 
 
 @given(situations())
+@settings(deadline=None)
 def test_whatever_it_decides_is_accepted_by_the_checker(situation: Situation) -> None:
     for previous in _plans(situation):
         for engine in (Greedy(), FakeEngine(), FakeEngine(Finished(outcome=Outcome.TIMEOUT))):
