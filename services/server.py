@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import socket
 from collections.abc import Callable
 from types import FrameType
@@ -74,7 +75,10 @@ def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> boo
         host = f"[{settings.host}]" if ":" in settings.host else settings.host
         address = f"http://{host}:{line.getsockname()[1]}"
         server = _Server(config, state_of(app).leaving.set, lambda: tell(address))
-        server.run(sockets=[line])
+        try:
+            server.run(sockets=[line])
+        finally:
+            gc.freeze()  # else the interpreter looks for cycles among all that was imported before it ends
         return server.started
 
 
