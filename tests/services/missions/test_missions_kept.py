@@ -25,6 +25,9 @@ from services.store.store import FILE
         ("lobby", "anytime", "temporal"),
         ("lobby", "none", "heuristic"),
         pytest.param("rooms", "greedy", "temporal", marks=pytest.mark.slow),
+        pytest.param("rooms", "none", "heuristic", marks=pytest.mark.slow),
+        pytest.param("office", "anytime", "temporal", marks=pytest.mark.slow),
+        pytest.param("office", "none", "heuristic", marks=pytest.mark.slow),
     ],
 )
 def test_a_mission_by_reports_is_the_mission_in_process(
