@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 
 from marsupial.planning.anytime.encoding import (
+    CAPACITY,
+    CARRIERS,
     DOCK,
     EXPLORE,
+    NEIGHBOURS,
     START,
     TARGETS,
     TYPE,
@@ -19,9 +22,11 @@ from marsupial.planning.anytime.kernel import (
     BEFORE,
     CARRIER,
     CARRIER_BEFORE,
+    COUNTED,
     END,
     FREE,
     KIND,
+    NEAR,
     PLACE,
     ROBOT,
     UNUSED,
@@ -29,6 +34,9 @@ from marsupial.planning.anytime.kernel import (
     after,
     compiled,
     draw,
+    first_load,
+    head_of,
+    pick,
 )
 
 TRIES = 8
@@ -46,12 +54,11 @@ WATCHED = 8
 
 @compiled
 def critical_node(net: Net) -> Any:
-    """Return a random node of those that one of the late robots waited for, -1 if it does nothing."""
-    robots = len(net.robots)
-    node = net.nodes[draw(net, robots), BEFORE]
+    """Return a random node of those that something late waited for, -1 if nothing is done."""
+    node = _some_end(net)
     for _ in range(draw(net, WATCHED)):
-        other = net.nodes[draw(net, robots), BEFORE]
-        if other >= robots and (node < robots or net.nodes[other, END] > net.nodes[node, END]):
+        other = _some_end(net)
+        if net.nodes[other, KIND] != START and net.nodes[other, END] > net.nodes[node, END]:
             node = other
     chosen, seen = -1, 0
     while net.nodes[node, KIND] != START:
@@ -63,16 +70,31 @@ def critical_node(net: Net) -> Any:
 
 
 @compiled
+def _some_end(net: Net) -> Any:
+    """Return what a random carrier does last, or the last of a random outing."""
+    node = draw(net, len(net.robots))
+    if net.nodes[node, BEFORE] < 0:
+        if not net.groups[TARGETS, 0]:
+            return net.nodes[pick(net, CARRIERS), BEFORE]
+        node = some_target(net)
+        if net.robots[net.nodes[node, ROBOT], CAPACITY] >= 0:
+            return node
+        node = head_of(net, node)
+    return net.nodes[node, BEFORE]
+
+
+@compiled
 def waited_for(net: Net, node: int) -> Any:
     """Return which of the nodes before one it could not begin earlier for."""
     kind, previous = net.nodes[node, KIND], net.nodes[node, BEFORE]
     if kind == EXPLORE:
         return previous
+    other = net.nodes[node, CARRIER_BEFORE]
+    if kind == UNDOCK:
+        return other
     place = net.nodes[node, PLACE]
     ready = net.nodes[previous, END]
-    if kind == DOCK:
-        ready += net.leg[net.robots[net.nodes[node, ROBOT], TYPE], net.nodes[previous, PLACE], place]
-    other = net.nodes[node, CARRIER_BEFORE]
+    ready += net.leg[net.robots[net.nodes[node, ROBOT], TYPE], net.nodes[previous, PLACE], place]
     there = net.nodes[other, END] + net.leg[net.robots[net.nodes[node, CARRIER], TYPE], net.nodes[other, PLACE], place]
     return other if there >= ready else previous
 
@@ -153,31 +175,67 @@ def detour(net: Net, carrier: int, node: int, place: int) -> Any:
 
 
 @compiled
-def slot(net: Net, carrier: int, previous: int, following: int, place: int) -> Any:
-    """Return a node of a carrier's chain behind which a ride at a place fits that its rover does between two nodes.
+def turn(net: Net, ride: int, carrier: int, first: int) -> Any:
+    """Return a node of a carrier's chain, from `first` on, behind which a ride fits that is in no route, or -1.
 
-    That is judged by the times before the change; -1 if there is none. It is a random one or that of the least detour.
+    That is judged by who is aboard there and by the times before the change: a rover is not set down after its outing
+    was to end, nor picked up before it could be there. It is a random one or that of the least detour.
     """
-    chosen, seen, node = -1, 0, carrier
-    earliest = net.nodes[previous, END]
-    ends = net.nodes[following, KIND] == START
+    last, place, docks = net.nodes[ride, BEFORE], net.nodes[ride, PLACE], net.nodes[ride, KIND] == DOCK
+    earliest, latest = np.int64(0), np.int64(LONG)
+    if docks:
+        earliest = net.nodes[last, END]
+        if first != carrier:
+            earliest += net.nodes[net.nodes[first, CARRIER_BEFORE], END] - net.nodes[first, END]
+    elif net.nodes[ride, COUNTED]:
+        latest = net.nodes[last, END]
+    chosen, seen, node, reached = -1, 0, carrier, False
+    load, places = first_load(net, carrier), net.robots[carrier, CAPACITY]
     guided, least = draw(net, 2) == 0, np.int64(LONG)
     while True:
-        if not ends and net.nodes[node, END] > net.nodes[following, END]:
-            return chosen
+        if net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK:
+            load += 1 if net.nodes[node, KIND] == DOCK else -1
+        reached = reached or node == first
         behind = after(net, node, carrier)
-        if behind == carrier or net.nodes[behind, END] >= earliest:
-            if guided:
-                longer = detour(net, carrier, node, place)
-                if longer < least:
-                    least, chosen = longer, node
-            else:
-                seen += 1
-                if draw(net, seen) == 0:
-                    chosen = node
+        if reached and (load < places if docks else load > 0):
+            if net.nodes[node, END] > latest:
+                return chosen
+            if behind == carrier or net.nodes[behind, END] >= earliest:
+                if guided:
+                    longer = detour(net, carrier, node, place)
+                    if longer < least:
+                        least, chosen = longer, node
+                else:
+                    seen += 1
+                    if draw(net, seen) == 0:
+                        chosen = node
         if behind == carrier:
             return chosen
         node = behind
+
+
+@compiled
+def near_carrier(net: Net, target: int) -> Any:
+    """Return a random carrier, more often one that is busy near a target's node, and that is done early."""
+    one, other = _near_carrier(net, target), _near_carrier(net, target)
+    if draw(net, 4) and net.nodes[net.nodes[other, BEFORE], END] < net.nodes[net.nodes[one, BEFORE], END]:
+        return other
+    return one
+
+
+@compiled
+def _near_carrier(net: Net, target: int) -> Any:
+    if draw(net, 8):
+        node = net.hints[net.nodes[target, PLACE], NEAR + draw(net, NEIGHBOURS)]
+        if node >= 0 and net.nodes[node, BEFORE] >= 0:
+            if net.robots[net.nodes[node, ROBOT], CAPACITY] >= 0:
+                return net.nodes[node, ROBOT]
+            ride = head_of(net, node)
+            if draw(net, 2):
+                ride = net.nodes[ride, BEFORE]
+            if net.nodes[ride, KIND] == UNDOCK or net.nodes[ride, KIND] == DOCK:
+                return net.nodes[ride, CARRIER]
+    return pick(net, CARRIERS)
 
 
 @compiled

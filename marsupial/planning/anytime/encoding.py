@@ -86,14 +86,15 @@ def encode(situation: Situation) -> Task:
     worth[targets] = [target_worth(target) for target in situation.targets]
     roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
-    rows = [_row(situation, robot, kinds) for robot in situation.robots]
+    robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
+    doors = np.stack([_doors(leg.transpose(0, 2, 1), meetings), _doors(leg, meetings)])
     return Task(
         leg=leg,
-        robots=np.array(rows, dtype=np.int64).reshape(-1, 8),
+        robots=robots,
         worth=worth,
         groups=_groups(targets, meetings, rovers, carriers),
-        near=_near(leg, targets),
-        doors=np.stack([_doors(leg.transpose(0, 2, 1), meetings), _doors(leg, meetings)]),
+        near=_near(leg, targets, np.unique(robots[rovers, TYPE]), np.unique(robots[carriers, TYPE]), doors[ENTRIES]),
+        doors=doors,
         recover=situation.goal.recover_rovers or situation.goal.return_home,
     )
 
@@ -173,15 +174,25 @@ def _legs(situation: Situation) -> Ints:
     return leg
 
 
-def _near(leg: Ints, targets: Ints) -> Ints:
-    """Return per place the targets from which a type gets there soonest, or that it gets to soonest."""
+def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints) -> Ints:
+    """Return per target the others that a robot gets to or from soonest, by itself or from door to door by carrier.
+
+    `rovers` and `carriers` are types, `entries` are `doors[ENTRIES]`.
+    """
     places = leg.shape[1]
     near = np.full((places, NEIGHBOURS), -1, dtype=np.int64)
     if len(targets) < 2 or not len(leg):
         return near
     apart = leg[:, targets[:, None], targets].min(axis=0)
+    for carrier in carriers:
+        for rover in rovers:
+            base, walk = targets.copy(), np.zeros(len(targets), dtype=np.int64)
+            doors = entries[rover, targets, 0]
+            walks = (doors >= 0) & (leg[rover, doors, targets] < NEVER)
+            base[walks], walk[walks] = doors[walks], leg[rover, doors[walks], targets[walks]]
+            apart = np.minimum(apart, leg[carrier, base[:, None], base] + walk[:, None] + walk)
     apart = np.minimum(apart, apart.T)
-    np.fill_diagonal(apart, 2 * NEVER)
+    np.fill_diagonal(apart, 4 * NEVER)
     order = np.argsort(apart, axis=1, kind="stable")[:, :NEIGHBOURS]
     found = np.where(np.take_along_axis(apart, order, axis=1) < NEVER, targets[order], -1)
     near[targets, : found.shape[1]] = found

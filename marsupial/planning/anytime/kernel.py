@@ -1,8 +1,14 @@
-"""The state of a search: events linked into one chain per robot.
+"""The state of a search: events linked into one chain per carrier and one per outing.
 
-Each event knows the one before it and the one after it in the life of its robot, and of its carrier where it has one.
-A chain begins and ends at the robot's `START`, which stands for both. So a change touches a few rows and not a list:
-whatever is about to be written is logged first, and an unsuccessful change is undone from the log.
+Rovers of a type are as good as each other once they are aboard. So a plan is told in outings and not in rovers: an
+outing begins where a rover is set down, or stands at first, and ends where it is picked up, or with its last target.
+Who goes on an outing is decided when the plan is read off; the search only sees to it that somebody is aboard. So a
+ride may go from one carrier to another without anything else being changed.
+
+Each event knows the one before it and the one after it in its outing, and in the route of its carrier where it has
+one. A route is closed to a ring by the carrier's `START`, an outing by the undock or `START` it begins with. A change
+touches a few rows and not a list: whatever is about to be written is logged first, and an unsuccessful change is undone
+from the log.
 
 Nodes are numbered: the starts of all robots, then the targets, then the rides, which come and go.
 """
@@ -26,6 +32,7 @@ from marsupial.planning.anytime.encoding import (
     ROVERS,
     START,
     TARGETS,
+    TYPE,
     UNDOCK,
     Ints,
     Task,
@@ -40,7 +47,11 @@ FREE = 4
 KIND, ROBOT, CARRIER, PLACE, BEFORE, AFTER, CARRIER_BEFORE, CARRIER_AFTER, END, DRIVE, STAMP, COUNTED = range(12)
 WIDTH = 12
 """Columns of nodes. `END` is from when the robots are ready again, `DRIVE` the driving it takes, `COUNTED` whether the
-sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to."""
+sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to. `ROBOT` of
+what a rover does is the first rover of its type. `BEFORE` is -1 out of all chains."""
+
+LOAD = 8
+"""Column of robots: how many rovers of the first type are aboard at first; those of the other types follow."""
 
 EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED, HELD = range(7)
 REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE = range(7, 15)
@@ -75,7 +86,7 @@ class Net(NamedTuple):
     leg
         int32 (types, places, places), as in `Task`, `FAR` without a path.
     robots, groups
-        As in `Task`, but that the capacity of rovers is -1.
+        As in `Task`, but that the capacity of rovers is -1, and with `LOAD`.
     hints
         int32 (places, n): see `NODE`.
     seed
@@ -111,8 +122,11 @@ def net_of(task: Task, rides: int, seed: int) -> Net:
 
 
 def _robots(task: Task) -> Ints:
-    robots = task.robots.copy()
-    robots[task.members(ROVERS), CAPACITY] = -1
+    robots = np.column_stack([task.robots, np.zeros((len(task.robots), task.leg.shape[0]), dtype=np.int64)])
+    rovers = task.members(ROVERS)
+    robots[rovers, CAPACITY] = -1
+    aboard = rovers[robots[rovers, ABOARD] >= 0]
+    np.add.at(robots, (robots[aboard, ABOARD], LOAD + robots[aboard, TYPE]), 1)
     return robots
 
 
@@ -178,6 +192,15 @@ def touch(net: Net, node: int) -> None:
 
 
 @compiled
+def first_load(net: Net, carrier: int) -> Any:
+    """Return how many rovers are aboard a carrier at first."""
+    load = np.int64(0)
+    for kind in range(len(net.leg)):
+        load += net.robots[carrier, LOAD + kind]
+    return load
+
+
+@compiled
 def ask(net: Net, node: int) -> None:
     """Have a node timed again."""
     _note(net, QUEUE, QUEUED, node)
@@ -201,7 +224,8 @@ def _note(net: Net, row: int, length: int, number: int) -> None:
 
 
 @compiled
-def _link(net: Net, one: int, other: int, robot: int) -> None:
+def link(net: Net, one: int, other: int, robot: int) -> None:
+    """Let two nodes follow each other in the chain of a robot."""
     touch(net, one)
     touch(net, other)
     net.nodes[one, AFTER if net.nodes[one, ROBOT] == robot else CARRIER_AFTER] = other
@@ -217,8 +241,17 @@ def insert(net: Net, node: int, robot: int, at: int) -> None:
     net.nodes[node, ROBOT] = robot
     if not net.nodes[node, COUNTED]:
         net.nodes[node, END] = net.nodes[at, END]
-    _link(net, node, following, robot)
-    _link(net, at, node, robot)
+    link(net, node, following, robot)
+    link(net, at, node, robot)
+
+
+@compiled
+def begin_outing(net: Net, undock: int, rover: int) -> None:
+    """Let an undock begin an outing with nothing in it."""
+    touch(net, undock)
+    net.nodes[undock, ROBOT] = rover
+    net.nodes[undock, BEFORE] = net.nodes[undock, AFTER] = undock
+    ask(net, undock)
 
 
 @compiled
@@ -227,8 +260,10 @@ def host(net: Net, ride: int, carrier: int, at: int) -> None:
     following = after(net, at, carrier)
     touch(net, ride)
     net.nodes[ride, CARRIER] = carrier
-    _link(net, ride, following, carrier)
-    _link(net, at, ride, carrier)
+    if not net.nodes[ride, COUNTED]:
+        net.nodes[ride, END] = max(net.nodes[ride, END], net.nodes[at, END])
+    link(net, ride, following, carrier)
+    link(net, at, ride, carrier)
     check_load(net, carrier)
 
 
@@ -236,7 +271,7 @@ def host(net: Net, ride: int, carrier: int, at: int) -> None:
 def unhost(net: Net, ride: int) -> None:
     """Take a ride out of the chain of its carrier."""
     carrier = net.nodes[ride, CARRIER]
-    _link(net, net.nodes[ride, CARRIER_BEFORE], net.nodes[ride, CARRIER_AFTER], carrier)
+    link(net, net.nodes[ride, CARRIER_BEFORE], net.nodes[ride, CARRIER_AFTER], carrier)
     check_load(net, carrier)
 
 
@@ -270,7 +305,7 @@ def _add(net: Net, node: int, times: int) -> None:
         end = net.nodes[node, CARRIER_BEFORE]
     elif kind == EXPLORE:
         net.work[0, REACHING] += times * net.hints[net.nodes[node, PLACE], WORTH] * end
-    if kind != UNDOCK and end > net.work[0, DUE]:
+    if end > net.work[0, DUE]:
         net.work[0, LATE] += times * lateness(net, end)
 
 
@@ -278,7 +313,7 @@ def _add(net: Net, node: int, times: int) -> None:
 def take_out(net: Net, node: int) -> None:
     """Take a node out of all chains; a target has to be put back, a ride is gone."""
     discount(net, node)
-    _link(net, net.nodes[node, BEFORE], net.nodes[node, AFTER], net.nodes[node, ROBOT])
+    link(net, net.nodes[node, BEFORE], net.nodes[node, AFTER], net.nodes[node, ROBOT])
     touch(net, node)
     net.nodes[node, BEFORE] = -1
     if net.nodes[node, KIND] != EXPLORE:
@@ -300,6 +335,7 @@ def new_ride(net: Net, kind: int, place: int) -> Any:
     net.nodes[node, PLACE] = place
     net.nodes[node, COUNTED] = 0
     net.nodes[node, DRIVE] = 0
+    net.nodes[node, END] = 0
     return node
 
 
@@ -339,17 +375,34 @@ def keep(net: Net) -> None:
 
 
 @compiled
-def aboard(net: Net, node: int, rover: int) -> Any:
-    """Return the carrier that a rover is aboard after a node of its chain, -1 if it is on the ground."""
-    kind = net.nodes[node, KIND]
-    if kind == START or (kind == DOCK and net.nodes[node, ROBOT] == rover):
-        return net.nodes[node, CARRIER]
-    return -1
+def head_of(net: Net, node: int) -> Any:
+    """Return the undock or start that the outing of a node begins with."""
+    while net.nodes[node, KIND] != START and net.nodes[node, KIND] != UNDOCK:
+        node = net.nodes[node, AFTER]
+    return node
+
+
+@compiled
+def is_aboard(net: Net, node: int, robot: int) -> bool:
+    """Say whether after a node a robot is aboard a carrier: the node ends its outing."""
+    return net.nodes[node, KIND] == DOCK and net.nodes[node, ROBOT] == robot
+
+
+@compiled
+def _alike(net: Net, robot: int) -> Any:
+    """Return the first rover of the same type."""
+    first = 0
+    while net.robots[first, TYPE] != net.robots[robot, TYPE]:
+        first += 1
+    return first
 
 
 @njit(cache=True, nogil=True)
-def load(net: Net, events: Ints) -> None:
-    """Make the net that of a list of events (n, 4); nothing is timed yet, everything is asked for."""
+def load(net: Net, events: Ints) -> bool:
+    """Make the net that of a list of events (n, 4); nothing is timed yet, everything is asked for.
+
+    False if somebody does what can't be done aboard, or on the ground.
+    """
     robots, targets = len(net.robots), net.groups[TARGETS, 0]
     net.nodes[:] = 0
     net.work[0, REACHING] = net.work[0, DRIVING] = net.work[0, LATE] = 0
@@ -359,13 +412,17 @@ def load(net: Net, events: Ints) -> None:
         net.nodes[node, KIND] = FREE
         net.work[RIDES, net.work[0, UNUSED]] = node
         net.work[0, UNUSED] += 1
+    heads, hosts = np.arange(robots), net.robots[:, ABOARD].copy()
     for robot in range(robots):
         row = net.nodes[robot]
-        row[KIND], row[ROBOT] = START, robot
-        row[CARRIER], row[PLACE] = net.robots[robot, ABOARD], net.robots[robot, AT]
+        row[KIND], row[PLACE], row[END] = START, net.robots[robot, AT], net.robots[robot, READY]
+        row[ROBOT] = robot if net.robots[robot, CAPACITY] >= 0 else _alike(net, robot)
         row[BEFORE] = row[AFTER] = robot
-        row[END] = net.robots[robot, READY]
-        ask(net, robot)
+        if net.robots[robot, ABOARD] >= 0:
+            row[BEFORE] = -1
+            check_load(net, net.robots[robot, ABOARD])
+        else:
+            ask(net, robot)
     for k in range(targets):
         row = net.nodes[robots + k]
         row[KIND], row[PLACE] = EXPLORE, net.groups[TARGETS, 1 + k]
@@ -375,22 +432,39 @@ def load(net: Net, events: Ints) -> None:
         if kind == START:
             continue
         node = net.hints[place, NODE] if kind == EXPLORE else new_ride(net, kind, place)
-        last = net.nodes[robot, BEFORE]
+        alike = net.nodes[robot, ROBOT]
+        if (kind == UNDOCK) != (hosts[robot] >= 0) or node < 0:
+            return False
         if kind == UNDOCK:
-            carrier = aboard(net, last, robot)
-        insert(net, node, robot, last)
-        if kind != EXPLORE and carrier >= 0:
+            begin_outing(net, node, alike)
+            heads[robot], carrier, hosts[robot] = node, hosts[robot], -1
+        else:
+            insert(net, node, alike, net.nodes[heads[robot], BEFORE])
+        if kind == DOCK:
+            hosts[robot] = carrier
+        if kind != EXPLORE:
             host(net, node, carrier, net.nodes[carrier, BEFORE])
         net.nodes[node, END] = i
-    for i in range(net.groups[ROVERS, 0]):
-        if net.robots[net.groups[ROVERS, 1 + i], ABOARD] >= 0:
-            check_load(net, net.robots[net.groups[ROVERS, 1 + i], ABOARD])
+    return True
 
 
-def events_in(nodes: Ints, robots: int) -> Ints:
-    """Return the list of events int32 (n, 4), starts first, of the nodes of a timed net."""
-    rows = nodes[(nodes[:, KIND] != FREE) & (nodes[:, BEFORE] >= 0)]
-    rows = rows[np.lexsort((rows[:, END], np.where(rows[:, KIND] == START, -1, 0)))]
-    events = rows[:, [KIND, ROBOT, CARRIER, PLACE]].astype(np.int32)
-    events[events[:, 0] == EXPLORE, 2] = -1
-    return events
+def events_in(nodes: Ints, robots: Ints) -> Ints:
+    """Return the list of events int32 (n, 4), starts first, of the nodes of a timed net and its robots."""
+    numbers = np.flatnonzero((nodes[:, KIND] != FREE) & (nodes[:, BEFORE] >= 0) & (nodes[:, KIND] != START))
+    waiting: dict[tuple[int, int], list[int]] = {}
+    events = [(START, i, int(row[ABOARD]), int(row[AT])) for i, row in enumerate(robots)]
+    on_outing = {i: i for i in range(len(robots))}
+    for i, row in enumerate(robots):
+        if row[ABOARD] >= 0:
+            waiting.setdefault((int(row[ABOARD]), int(row[TYPE])), []).append(i)
+    for node in numbers[np.argsort(nodes[numbers, END], kind="stable")].tolist():
+        kind, robot, carrier, place = map(int, nodes[node, : PLACE + 1])
+        if kind == UNDOCK:
+            on_outing[node] = waiting[carrier, int(robots[robot, TYPE])].pop(0)
+        if robots[robot, CAPACITY] < 0:
+            before = node if kind == UNDOCK else int(nodes[node, BEFORE])
+            on_outing[node] = robot = on_outing[before]
+        if kind == DOCK:
+            waiting.setdefault((carrier, int(robots[robot, TYPE])), []).append(robot)
+        events.append((kind, robot, -1 if kind == EXPLORE else carrier, place))
+    return np.array(events, dtype=np.int32).reshape(-1, 4)

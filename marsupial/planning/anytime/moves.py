@@ -8,7 +8,7 @@ from marsupial.planning.anytime.kernel import (
 )
 from marsupial.planning.anytime.outing_moves import interchange
 from marsupial.planning.anytime.ride_moves import exchange, rehost, remeet, reorder, rideless, trade
-from marsupial.planning.anytime.route_moves import cross, shift, splice
+from marsupial.planning.anytime.route_moves import cross, shift, splice, turn_round
 from marsupial.planning.anytime.target_moves import deploy, relocate, reverse, swap
 
 
@@ -30,18 +30,20 @@ def change(net: Net, move: int) -> bool:
     if move == 6:
         return rehost(net)
     if move == 7:
-        return exchange(net)
-    if move == 8:
         return rideless(net)
-    if move == 9:
+    if move == 8:
         return trade(net)
-    if move == 10:
+    if move == 9:
         return interchange(net)
-    if move == 11:
+    if move == 10:
         return shift(net)
-    if move == 12:
+    if move == 11:
         return cross(net)
-    return splice(net)
+    if move == 12:
+        return splice(net)
+    if move == 13:
+        return exchange(net)
+    return turn_round(net)
 
 
 NEEDING_TARGETS = 4

@@ -40,7 +40,7 @@ def interchange(net: Net) -> bool:
         return False
     one = late_target(net)
     other = net.hints[net.nodes[one, PLACE], NEAR + draw(net, NEIGHBOURS)]
-    if other < 0 or draw(net, 2) == 0:
+    if other < 0 or draw(net, 4) == 0:
         other = some_target(net)
     one, other = _first_of(net, one), _first_of(net, other)
     if one == other:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from marsupial.planning.anytime.choices import TRIES, between, critical_node, slot, some_node, some_ride
+from typing import Any
+
+from marsupial.planning.anytime.choices import TRIES, between, critical_node, near_carrier, some_node, some_ride, turn
 from marsupial.planning.anytime.encoding import (
     CAPACITY,
     CARRIERS,
@@ -11,7 +13,7 @@ from marsupial.planning.anytime.encoding import (
     EXITS,
     EXPLORE,
     MEETINGS,
-    ROVERS,
+    NEIGHBOURS,
     START,
     UNDOCK,
 )
@@ -23,16 +25,19 @@ from marsupial.planning.anytime.kernel import (
     CARRIER_BEFORE,
     END,
     KIND,
+    NEAR,
     PLACE,
     ROBOT,
     Net,
-    aboard,
+    after,
     ask,
     compiled,
     door,
     draw,
+    head_of,
     host,
     insert,
+    link,
     pick,
     take_out,
     touch,
@@ -61,7 +66,7 @@ def remeet(net: Net) -> bool:
     if net.nodes[ride, KIND] == UNDOCK and net.nodes[following, KIND] == EXPLORE:
         place = door(net, ENTRIES, rover, net.nodes[following, PLACE])
     elif draw(net, 4):
-        place = door(net, EXITS, rover, place)
+        place = door(net, EXITS, rover, net.nodes[net.nodes[ride, BEFORE], PLACE])
     else:
         place = pick(net, MEETINGS)
     if place < 0 or place == net.nodes[ride, PLACE]:
@@ -78,14 +83,7 @@ def reorder(net: Net) -> bool:
         if node < 0:
             node = some_node(net)
         if net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK:
-            carrier = net.nodes[node, CARRIER]
-            was = net.nodes[node, CARRIER_BEFORE]
-            unhost(net, node)
-            at = slot(net, carrier, net.nodes[node, BEFORE], net.nodes[node, AFTER], net.nodes[node, PLACE])
-            if at < 0 or at == was:
-                return False
-            host(net, node, carrier, at)
-            return True
+            return _host_again(net, node, net.nodes[node, CARRIER])
         robot = net.nodes[node, ROBOT]
         if net.nodes[node, KIND] == EXPLORE and net.robots[robot, CAPACITY] >= 0:
             was = net.nodes[node, BEFORE]
@@ -99,117 +97,173 @@ def reorder(net: Net) -> bool:
 
 
 @compiled
-def rehost(net: Net) -> bool:
-    """Have another carrier pick up a rover, and set it down again."""
-    ride = some_ride(net, DOCK)
-    if ride < 0:
-        return False
-    carrier = pick(net, CARRIERS)
-    if carrier == net.nodes[ride, CARRIER]:
-        return False
+def _host_again(net: Net, ride: int, carrier: int) -> bool:
+    """Have a carrier give a ride at some other turn."""
+    was = net.nodes[ride, CARRIER_BEFORE]
     unhost(net, ride)
-    where = slot(net, carrier, net.nodes[ride, BEFORE], net.nodes[ride, AFTER], net.nodes[ride, PLACE])
-    if where < 0:
+    at = turn(net, ride, carrier, carrier)
+    if at < 0 or at == was:
         return False
-    host(net, ride, carrier, where)
-    following = net.nodes[ride, AFTER]
-    if net.nodes[following, KIND] == UNDOCK:
-        unhost(net, following)
-        at = between(net, carrier, ride, net.nodes[following, AFTER], net.nodes[following, PLACE])
-        host(net, following, carrier, at)
+    host(net, ride, carrier, at)
     return True
 
 
 @compiled
-def _give_tail(net: Net, first: int, old: int, new: int) -> None:
-    """Make the events of a rover's chain from `first` on another rover's."""
-    node = first
-    while node != old:
-        touch(net, node)
-        net.nodes[node, ROBOT] = new
-        ask(net, node)
-        node = net.nodes[node, AFTER]
+def rehost(net: Net) -> bool:
+    """Have another carrier give a ride, and mostly one of the other kind with it, so that as many are aboard after."""
+    ride = some_ride(net, START)
+    if ride < 0:
+        return False
+    target = net.nodes[ride, BEFORE if net.nodes[ride, KIND] == DOCK else AFTER]
+    carrier = near_carrier(net, target) if net.nodes[target, KIND] == EXPLORE else pick(net, CARRIERS)
+    if carrier == net.nodes[ride, CARRIER]:
+        return False
+    partner = _partner(net, ride)
+    if partner < 0:
+        return _host_again(net, ride, carrier)
+    down, up = (partner, ride) if net.nodes[ride, KIND] == DOCK else (ride, partner)
+    unhost(net, down)
+    unhost(net, up)
+    at = turn(net, down, carrier, carrier)
+    if at < 0:
+        return False
+    host(net, down, carrier, at)
+    at = turn(net, up, carrier, down if head_of(net, up) == down else carrier)
+    if at < 0:
+        return False
+    host(net, up, carrier, at)
+    return True
 
 
 @compiled
-def swap_tails(net: Net, one: int, at_one: int, other: int, at_other: int) -> None:
-    """Let two rovers change what they do behind a node of each."""
+def _partner(net: Net, ride: int) -> Any:
+    """Return a ride of the other kind by the same carrier: of the same outing, or the next, or, now and then, -1."""
+    kind, carrier, choice = net.nodes[ride, KIND], net.nodes[ride, CARRIER], draw(net, 8)
+    if choice == 0 or (choice < 4 and not net.recover):
+        return -1
+    if choice < 6:
+        other = net.nodes[ride, BEFORE] if kind == UNDOCK else head_of(net, ride)
+        if net.nodes[other, KIND] == UNDOCK + DOCK - kind and net.nodes[other, CARRIER] == carrier:
+            return other
+    node = after(net, ride, carrier)
+    while node != carrier and net.nodes[node, KIND] != UNDOCK + DOCK - kind:
+        node = after(net, node, carrier)
+    return node if node != carrier else -1
+
+
+@compiled
+def swap_tails(net: Net, at_one: int, at_other: int) -> bool:
+    """Let two outings change what is behind a node of each; False if there is no use in that or it can't be."""
+    rover, head_one, head_other = net.nodes[at_one, ROBOT], head_of(net, at_one), head_of(net, at_other)
+    if rover != net.nodes[at_other, ROBOT] or head_one == head_other:
+        return False
     first_one, first_other = net.nodes[at_one, AFTER], net.nodes[at_other, AFTER]
-    last_one, last_other = net.nodes[one, BEFORE], net.nodes[other, BEFORE]
-    _give_tail(net, first_one, one, other)
-    _give_tail(net, first_other, other, one)
-    for node in (at_one, at_other, one, other, last_one, last_other):
-        touch(net, node)
-    net.nodes[at_one, AFTER] = first_other if first_other != other else one
-    net.nodes[at_other, AFTER] = first_one if first_one != one else other
-    net.nodes[net.nodes[at_one, AFTER], BEFORE] = at_one
-    net.nodes[net.nodes[at_other, AFTER], BEFORE] = at_other
-    if first_other != other:
-        net.nodes[one, BEFORE] = last_other
-        net.nodes[last_other, AFTER] = one
-    if first_one != one:
-        net.nodes[other, BEFORE] = last_one
-        net.nodes[last_one, AFTER] = other
-    ask(net, net.nodes[at_one, AFTER])
-    ask(net, net.nodes[at_other, AFTER])
-    ask(net, one)
-    ask(net, other)
+    last_one, last_other = net.nodes[head_one, BEFORE], net.nodes[head_other, BEFORE]
+    if first_one == head_one and first_other == head_other:
+        return False
+    if first_other == head_other:
+        link(net, at_one, head_one, rover)
+    else:
+        link(net, at_one, first_other, rover)
+        link(net, last_other, head_one, rover)
+    if first_one == head_one:
+        link(net, at_other, head_other, rover)
+    else:
+        link(net, at_other, first_one, rover)
+        link(net, last_one, head_other, rover)
+    return True
 
 
 @compiled
 def exchange(net: Net) -> bool:
-    """Let two rovers change parts from some moment on at which both are on the ground, or aboard the same carrier."""
-    if net.groups[ROVERS, 0] < 2:
+    """Let two outings change what comes after some moment."""
+    at_one, other = some_node(net), some_node(net)
+    if net.robots[net.nodes[at_one, ROBOT], CAPACITY] >= 0 or net.robots[net.nodes[other, ROBOT], CAPACITY] >= 0:
         return False
-    one = pick(net, ROVERS)
-    other = pick(net, ROVERS)
-    if one == other:
+    if net.nodes[at_one, KIND] == DOCK:
         return False
-    seen, at_one, node = 0, -1, one
-    while True:
-        seen += 1
-        if draw(net, seen) == 0:
-            at_one = node
-        node = net.nodes[node, AFTER]
-        if node == one:
-            break
-    at_other, node = other, net.nodes[other, AFTER]
-    while node != other and net.nodes[node, END] <= net.nodes[at_one, END]:
+    at_other = head_of(net, other)
+    node, head = net.nodes[at_other, AFTER], at_other
+    while node != head and net.nodes[node, KIND] == EXPLORE and net.nodes[node, END] <= net.nodes[at_one, END]:
         at_other = node
         node = net.nodes[node, AFTER]
-    if aboard(net, at_one, one) != aboard(net, at_other, other):
+    if not swap_tails(net, at_one, at_other):
         return False
-    if net.nodes[at_one, AFTER] == one and net.nodes[at_other, AFTER] == other:
-        return False
-    swap_tails(net, one, at_one, other, at_other)
+    tidy(net, at_one)
+    tidy(net, at_other)
     return True
 
 
 @compiled
+def _near_ride(net: Net, ride: int) -> Any:
+    """Return another ride of the same kind, mostly that of a target near, or -1."""
+    kind = net.nodes[ride, KIND]
+    target = net.nodes[ride, BEFORE if kind == DOCK else AFTER]
+    node = net.hints[net.nodes[target, PLACE], NEAR + draw(net, NEIGHBOURS)]
+    if draw(net, 4) and node >= 0 and net.robots[net.nodes[node, ROBOT], CAPACITY] < 0:
+        node = head_of(net, node)
+        if kind == DOCK:
+            node = net.nodes[node, BEFORE]
+        if net.nodes[node, KIND] == kind:
+            return node
+    return some_ride(net, kind)
+
+
+@compiled
 def trade(net: Net) -> bool:
-    """Let two rovers change parts from where they are set down on, each by the carrier that it is aboard."""
-    down_one = some_ride(net, UNDOCK)
-    down_other = some_ride(net, UNDOCK)
-    if down_one < 0 or down_other < 0:
+    """Let two rides change turns."""
+    one = some_ride(net, START)
+    if one < 0:
         return False
-    one, other = net.nodes[down_one, ROBOT], net.nodes[down_other, ROBOT]
-    if one == other:
+    other = _near_ride(net, one)
+    if other < 0 or one == other:
         return False
-    place_one, place_other = net.nodes[down_one, PLACE], net.nodes[down_other, PLACE]
-    swap_tails(net, one, down_one, other, down_other)
-    meet_at(net, down_one, place_other)
-    meet_at(net, down_other, place_one)
+    if net.nodes[one, CARRIER_BEFORE] == other:
+        one, other = other, one
+    carrier, carrier_other = net.nodes[one, CARRIER], net.nodes[other, CARRIER]
+    at, at_other = net.nodes[one, CARRIER_BEFORE], net.nodes[other, CARRIER_BEFORE]
+    unhost(net, one)
+    unhost(net, other)
+    host(net, other, carrier, at)
+    host(net, one, carrier_other, other if at_other == one else at_other)
+    return True
+
+
+@compiled
+def tidy(net: Net, head: int) -> bool:
+    """Take out the rides of an outing on which nothing is explored, if they are of no use; say whether they were."""
+    last = net.nodes[head, AFTER]
+    if net.nodes[head, KIND] != UNDOCK or net.nodes[head, BEFORE] != last or (net.recover and last == head):
+        return False
+    if last != head:
+        if net.nodes[last, KIND] != DOCK or (net.nodes[last, CARRIER] != net.nodes[head, CARRIER] and draw(net, 2)):
+            return False
+        take_out(net, last)
+    take_out(net, head)
     return True
 
 
 @compiled
 def rideless(net: Net) -> bool:
-    """Let a rover drive where it was carried."""
-    ride = some_ride(net, DOCK)
-    if ride < 0:
+    """Leave a rover where it was picked up, or let it drive on to an outing that another would begin.
+
+    Or leave out an outing on which nothing is explored.
+    """
+    up = some_ride(net, START)
+    if up < 0:
         return False
-    following = net.nodes[ride, AFTER]
-    if net.nodes[following, KIND] == UNDOCK:
-        take_out(net, following)
-    take_out(net, ride)
+    if net.nodes[up, KIND] == UNDOCK:
+        return tidy(net, up)
+    rover, last = net.nodes[up, ROBOT], net.nodes[up, BEFORE]
+    take_out(net, up)
+    if not net.recover and draw(net, 2):
+        return True
+    down = some_ride(net, UNDOCK)
+    if down < 0 or net.nodes[down, ROBOT] != rover or head_of(net, last) == down or net.nodes[down, AFTER] == down:
+        return False
+    head, first, end = head_of(net, last), net.nodes[down, AFTER], net.nodes[down, BEFORE]
+    link(net, last, first, rover)
+    link(net, end, head, rover)
+    link(net, down, down, rover)
+    take_out(net, down)
     return True

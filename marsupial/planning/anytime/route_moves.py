@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from marsupial.planning.anytime.choices import LONG, critical_node, detour, late_target, some_node
+from marsupial.planning.anytime.choices import LONG, critical_node, detour, late_target, near_carrier, some_node
 from marsupial.planning.anytime.encoding import (
     CAPACITY,
     CARRIERS,
     DOCK,
     EXPLORE,
     NEIGHBOURS,
-    ROVERS,
     START,
     TARGETS,
     UNDOCK,
@@ -34,22 +33,28 @@ from marsupial.planning.anytime.kernel import (
     ROBOT,
     TAKEN,
     Net,
-    aboard,
     after,
     ask,
     before,
     check_load,
     compiled,
     draw,
+    first_load,
+    head_of,
     host,
+    insert,
     pick,
+    take_out,
     touch,
     unhost,
 )
-from marsupial.planning.anytime.ride_moves import swap_tails
+from marsupial.planning.anytime.ride_moves import swap_tails, tidy
 
 LONGEST_STRING = 4
 """How many rides of a carrier are moved at once at most."""
+
+LONGEST_TURN = 12
+"""How much of a carrier's route is turned round at most."""
 
 
 @compiled
@@ -61,7 +66,7 @@ def _busy(net: Net) -> Any:
 
 @compiled
 def shift(net: Net) -> bool:
-    """Have a carrier give a few rides that follow each other at another turn."""
+    """Have a carrier give a few rides that follow each other at another turn, or another carrier."""
     first = _busy(net)
     if net.nodes[first, KIND] != DOCK and net.nodes[first, KIND] != UNDOCK:
         return False
@@ -76,12 +81,65 @@ def shift(net: Net) -> bool:
     if count < 2:
         return False
     turned = draw(net, 3) == 0
-    at = back if turned and draw(net, 2) else _other_turn(net, carrier, back, net.nodes[first, PLACE])
+    at = back
+    if draw(net, 2):
+        carrier = pick(net, CARRIERS)
+        at = _other_turn(net, carrier, back, net.nodes[first, PLACE])
+    elif not turned or draw(net, 2):
+        at = _other_turn(net, carrier, back, net.nodes[first, PLACE])
     for i in range(count):
         node = net.work[TAKEN, count - 1 - i if turned else i]
         host(net, node, carrier, at)
         at = node
     return True
+
+
+@compiled
+def turn_round(net: Net) -> bool:
+    """Turn round a part of a carrier's route; who is set down and picked up in it still is in that order."""
+    first = _busy(net)
+    if net.nodes[first, KIND] == EXPLORE and net.robots[net.nodes[first, ROBOT], CAPACITY] < 0:
+        first = head_of(net, first)
+    if net.nodes[first, KIND] == START:
+        return False
+    carrier = net.nodes[first, ROBOT] if net.nodes[first, KIND] == EXPLORE else net.nodes[first, CARRIER]
+    at, node, count, wanted = before(net, first, carrier), first, 0, 2 + draw(net, LONGEST_TURN - 1)
+    while count < wanted and node != carrier:
+        following = after(net, node, carrier)
+        _lift(net, node)
+        net.work[TAKEN, count] = node
+        count += 1
+        node = following
+    _pair(net, count)
+    for i in range(count):
+        node = net.work[TAKEN, count - 1 - i]
+        if net.nodes[node, KIND] == EXPLORE:
+            insert(net, node, carrier, at)
+        else:
+            host(net, node, carrier, at)
+        at = node
+    return count > 1
+
+
+@compiled
+def _lift(net: Net, node: int) -> None:
+    """Take a target of its own or a ride out of a carrier's route."""
+    if net.nodes[node, KIND] == EXPLORE:
+        take_out(net, node)
+    else:
+        unhost(net, node)
+
+
+@compiled
+def _pair(net: Net, count: int) -> None:
+    """Let the undock and the dock of each outing change places in what was lifted, where both were."""
+    for i in range(count):
+        node = net.work[TAKEN, i]
+        if net.nodes[node, KIND] == UNDOCK:
+            for k in range(i + 1, count):
+                if net.work[TAKEN, k] == net.nodes[node, BEFORE]:
+                    net.work[TAKEN, i], net.work[TAKEN, k] = net.work[TAKEN, k], node
+                    break
 
 
 @compiled
@@ -105,25 +163,51 @@ def _other_turn(net: Net, carrier: int, back: int, place: int) -> Any:
 
 @compiled
 def cross(net: Net) -> bool:
-    """Let two carriers change what they do from some moment on, and the rovers aboard what they do then."""
+    """Let two carriers change what they do from some moment on."""
     if net.groups[CARRIERS, 0] < 2:
         return False
     at_one = _busy(net)
     if net.nodes[at_one, KIND] == START:
         return False
     one = net.nodes[at_one, ROBOT] if net.nodes[at_one, KIND] == EXPLORE else net.nodes[at_one, CARRIER]
-    other = pick(net, CARRIERS)
+    target = net.nodes[at_one, BEFORE if net.nodes[at_one, KIND] == DOCK else AFTER]
+    other = near_carrier(net, target) if net.nodes[target, KIND] == EXPLORE else pick(net, CARRIERS)
     if one == other or net.robots[one, CAPACITY] < 0:
         return False
     if draw(net, 2):
         at_one = before(net, at_one, one)
-    at_other, node = other, after(net, other, other)
-    while node != other and net.nodes[node, END] <= net.nodes[at_one, END]:
-        at_other = node
-        node = after(net, node, other)
-    if draw(net, 2) and at_other != other:
-        at_other = before(net, at_other, other)
-    return _cross_at(net, one, at_one, other, at_other)
+    at_other = _at_the_time(net, other, net.nodes[at_one, END], _load_at(net, one, at_one))
+    if at_other < 0:
+        return False
+    return cross_at(net, one, at_one, other, at_other)
+
+
+@compiled
+def _load_at(net: Net, carrier: int, at: int) -> Any:
+    """Return how many rovers are aboard a carrier after a node."""
+    load, node = first_load(net, carrier), carrier
+    while node != at:
+        node = after(net, node, carrier)
+        if net.nodes[node, KIND] != EXPLORE:
+            load += 1 if net.nodes[node, KIND] == DOCK else -1
+    return load
+
+
+@compiled
+def _at_the_time(net: Net, carrier: int, end: int, wanted: int) -> Any:
+    """Return the last node of a carrier that ends by a time, or the first after it, with so many aboard then, or -1."""
+    load, at, node, later = first_load(net, carrier), -1, carrier, draw(net, 2)
+    while True:
+        if net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK:
+            load += 1 if net.nodes[node, KIND] == DOCK else -1
+        if load == wanted or draw(net, 8) == 0:
+            if net.nodes[node, END] <= end:
+                at = node
+            else:
+                return node if later or at < 0 else at
+        node = after(net, node, carrier)
+        if node == carrier:
+            return at
 
 
 @compiled
@@ -137,62 +221,18 @@ def splice(net: Net) -> bool:
         return False
     one, other, at_other = net.nodes[at_one, ROBOT], net.nodes[target, ROBOT], net.nodes[target, BEFORE]
     carries = net.robots[one, CAPACITY] >= 0
-    if one == other or carries != (net.robots[other, CAPACITY] >= 0):
+    if carries != (net.robots[other, CAPACITY] >= 0) or (carries and one == other):
         return False
     if carries:
-        return _cross_at(net, one, at_one, other, at_other)
-    if aboard(net, at_other, other) >= 0:
+        return cross_at(net, one, at_one, other, at_other)
+    if not swap_tails(net, at_one, at_other):
         return False
-    swap_tails(net, one, at_one, other, at_other)
+    tidy(net, at_other)
     return True
 
 
 @compiled
-def _cross_at(net: Net, one: int, at_one: int, other: int, at_other: int) -> bool:
-    """Let two carriers change what is behind a node of each, and the rovers aboard there what they do then."""
-    half = net.work.shape[1] // 2
-    count_one = _leaving(net, one, at_one, 0)
-    count_other = _leaving(net, other, at_other, half)
-    for i in range(max(count_one, count_other)):
-        from_one = net.nodes[net.work[TAKEN, i], BEFORE] if i < count_one else _idle(net, one, at_one)
-        from_other = net.nodes[net.work[TAKEN, half + i], BEFORE] if i < count_other else _idle(net, other, at_other)
-        if from_one < 0 or from_other < 0:
-            return False
-        rover_one, rover_other = net.nodes[from_one, ROBOT], net.nodes[from_other, ROBOT]
-        if rover_one == rover_other:
-            return False
-        swap_tails(net, rover_one, from_one, rover_other, from_other)
-    _swap_routes(net, one, at_one, other, at_other)
-    return True
-
-
-@compiled
-def _leaving(net: Net, carrier: int, at: int, top: int) -> Any:
-    """Note where the rovers aboard a carrier after a node are set down next; return how many are."""
-    count, node, end = 0, after(net, at, carrier), net.nodes[at, END]
-    while node != carrier:
-        if net.nodes[node, KIND] == UNDOCK:
-            previous = net.nodes[node, BEFORE]
-            if net.nodes[previous, KIND] != DOCK or net.nodes[previous, END] <= end:
-                net.work[TAKEN, top + count] = node
-                count += 1
-        node = after(net, node, carrier)
-    return count
-
-
-@compiled
-def _idle(net: Net, carrier: int, at: int) -> Any:
-    """Return the last node of a rover that stays aboard a carrier from a node on, -1 if there is none."""
-    for i in range(net.groups[ROVERS, 0]):
-        rover = net.groups[ROVERS, 1 + i]
-        last = net.nodes[rover, BEFORE]
-        if aboard(net, last, rover) == carrier and (last == rover or net.nodes[last, END] <= net.nodes[at, END]):
-            return last
-    return -1
-
-
-@compiled
-def _swap_routes(net: Net, one: int, at_one: int, other: int, at_other: int) -> None:
+def cross_at(net: Net, one: int, at_one: int, other: int, at_other: int) -> bool:
     """Let two carriers change what is behind a node of each."""
     first_one, first_other = after(net, at_one, one), after(net, at_other, other)
     last_one, last_other = net.nodes[one, BEFORE], net.nodes[other, BEFORE]
@@ -210,6 +250,7 @@ def _swap_routes(net: Net, one: int, at_one: int, other: int, at_other: int) -> 
         _join(net, at_other, other, other)
     check_load(net, one)
     check_load(net, other)
+    return True
 
 
 @compiled

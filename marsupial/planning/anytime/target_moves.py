@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from marsupial.planning.anytime.choices import TRIES, between, late_target, slot, some_node, some_target
+import numpy as np
+
+from marsupial.planning.anytime.choices import TRIES, late_target, near_carrier, some_node, some_target, turn
 from marsupial.planning.anytime.encoding import (
     CAPACITY,
     CARRIERS,
@@ -18,7 +20,6 @@ from marsupial.planning.anytime.encoding import (
     EXPLORE,
     NEIGHBOURS,
     ROVERS,
-    START,
     TYPE,
     UNDOCK,
 )
@@ -35,56 +36,20 @@ from marsupial.planning.anytime.kernel import (
     ROBOT,
     TAKEN,
     Net,
-    aboard,
-    after,
+    begin_outing,
     compiled,
     door,
     draw,
+    head_of,
     host,
     insert,
+    is_aboard,
+    link,
     new_ride,
     pick,
     take_out,
-    unhost,
 )
-from marsupial.planning.anytime.ride_moves import meet_at
-
-
-@compiled
-def _reunite(net: Net, node: int, rover: int) -> bool:
-    """Let the undock behind a node, after which a rover is aboard, be from the carrier it is aboard."""
-    following = after(net, node, rover)
-    carrier = aboard(net, node, rover)
-    if net.nodes[following, KIND] != UNDOCK or net.nodes[following, CARRIER] == carrier:
-        return True
-    unhost(net, following)
-    at = slot(net, carrier, node, net.nodes[following, AFTER], net.nodes[following, PLACE])
-    if at < 0:
-        return False
-    host(net, following, carrier, at)
-    return True
-
-
-@compiled
-def _tidy(net: Net, previous: int, robot: int) -> bool:
-    """Take out the rides of a rover around node `previous` that have become useless."""
-    while True:
-        kind, following = net.nodes[previous, KIND], net.nodes[previous, AFTER]
-        if kind == UNDOCK and net.nodes[following, KIND] == DOCK:
-            if net.nodes[following, CARRIER] != net.nodes[previous, CARRIER] and draw(net, 2):
-                return True
-            back = net.nodes[previous, BEFORE]
-            take_out(net, following)
-            take_out(net, previous)
-            if not _reunite(net, back, robot):
-                return False
-            previous = back
-        elif kind in (UNDOCK, DOCK) and net.nodes[following, KIND] == START and not net.recover:
-            back = net.nodes[previous, BEFORE]
-            take_out(net, previous)
-            previous = back
-        else:
-            return True
+from marsupial.planning.anytime.ride_moves import meet_at, tidy
 
 
 @compiled
@@ -93,8 +58,8 @@ def _explores(net: Net, node: int, robot: int) -> bool:
 
 
 @compiled
-def _take(net: Net) -> Any:
-    """Take a target, or a few that follow each other, out of the net; return how many, 0 if that fails."""
+def _take(net: Net) -> None:
+    """Take a target, or a few that follow each other, out of the net."""
     first = late_target(net)
     robot, choice = net.nodes[first, ROBOT], draw(net, 4)
     if choice == 0:  # the whole outing
@@ -112,9 +77,8 @@ def _take(net: Net) -> Any:
         if choice == 1 or choice == 2 or not _explores(net, node, robot):
             break
     net.work[0, HELD] = count
-    if previous != robot and net.nodes[previous, ROBOT] == robot and not _tidy(net, previous, robot):
-        return 0
-    return count
+    if net.robots[robot, CAPACITY] < 0:
+        tidy(net, previous)
 
 
 @compiled
@@ -132,8 +96,7 @@ def _put(net: Net, robot: int, at: int) -> Any:
 @compiled
 def relocate(net: Net) -> bool:
     """Give targets to a robot that is about anyway."""
-    if not _take(net):
-        return False
+    _take(net)
     target = net.nodes[net.work[TAKEN, 0], PLACE]
     for attempt in range(TRIES):
         at = -1
@@ -146,7 +109,7 @@ def relocate(net: Net) -> bool:
         robot, kind = net.nodes[at, ROBOT], net.nodes[at, KIND]
         if kind == DOCK or (kind == UNDOCK and draw(net, 3) == 0):
             robot = net.nodes[at, CARRIER]
-        if aboard(net, at, robot) >= 0 or net.leg[net.robots[robot, TYPE], net.nodes[at, PLACE], target] >= FAR:
+        if is_aboard(net, at, robot) or net.leg[net.robots[robot, TYPE], net.nodes[at, PLACE], target] >= FAR:
             continue
         if kind == EXPLORE and draw(net, 2) == 0:
             at = net.nodes[at, BEFORE]
@@ -156,103 +119,81 @@ def relocate(net: Net) -> bool:
 
 
 @compiled
-def _rover_for(net: Net, place: int) -> Any:
-    """Return a random rover, more often one that explores a target near a place."""
-    node = net.hints[place, NEAR + draw(net, NEIGHBOURS)]
-    if draw(net, 2) and node >= 0 and net.nodes[node, BEFORE] >= 0:
-        robot = net.nodes[node, ROBOT]
-        if net.robots[robot, CAPACITY] < 0:
-            return robot
-    return pick(net, ROVERS)
-
-
-@compiled
 def deploy(net: Net) -> bool:
-    """Take a rover to targets: set it down on the way, or pick it up elsewhere first."""
+    """Give targets an outing of their own; now and then the carrier picks up a rover elsewhere for that."""
     if not net.groups[ROVERS, 0] or not net.groups[CARRIERS, 0]:
         return False
-    if not _take(net):
-        return False
-    first = net.nodes[net.work[TAKEN, 0], PLACE]
-    rover = _rover_for(net, first)
-    entry = door(net, ENTRIES, rover, first)
-    if entry < 0:
-        return False
-    at, seen, node = -1, 0, rover
-    while True:  # any event of the rover that no target follows
-        following = net.nodes[node, AFTER]
-        if aboard(net, node, rover) >= 0 or net.nodes[following, KIND] != EXPLORE:
-            seen += 1
-            if draw(net, seen) == 0:
-                at = node
-        node = following
-        if node == rover:
-            break
-    carrier = aboard(net, at, rover)
-    if carrier >= 0:
-        return _set_down(net, rover, carrier, at, entry)
-    return _fetch(net, rover, at, entry)
-
-
-@compiled
-def _set_down(net: Net, rover: int, carrier: int, at: int, entry: int) -> bool:
-    """Set down a rover that is aboard after event `at` for the targets held; it is picked up for what follows."""
-    following = net.nodes[at, AFTER]
-    first = at if net.nodes[at, KIND] == DOCK else carrier
+    _take(net)
+    target = net.work[TAKEN, 0]
+    rover = net.nodes[pick(net, ROVERS), ROBOT]
+    entry = door(net, ENTRIES, rover, net.nodes[target, PLACE])
     down = new_ride(net, UNDOCK, entry)
-    if down < 0:
+    if entry < 0 or down < 0:
         return False
-    insert(net, down, rover, at)
-    host(net, down, carrier, between(net, carrier, first, following, entry))
-    last = _put(net, rover, down)
-    if following == rover and not net.recover:
-        return True
-    leave = entry if draw(net, 2) else door(net, EXITS, rover, net.nodes[last, PLACE])
-    if leave < 0:
-        return False
-    up = new_ride(net, DOCK, leave)
-    if up < 0:
-        return False
-    insert(net, up, rover, last)
-    if following == rover and draw(net, 3) == 0:
-        carrier = pick(net, CARRIERS)
-        where = slot(net, carrier, down, following, leave)
-        if where < 0:
+    begin_outing(net, down, rover)
+    carrier, final = near_carrier(net, target), np.int64(-1)
+    at = turn(net, down, carrier, carrier) if draw(net, 3) else -1
+    if at < 0:
+        first, final = _fetch(net, carrier, target)
+        if first < 0 or (final >= 0 and net.nodes[final, ROBOT] != rover):
             return False
-        host(net, up, carrier, where)
-    else:
-        host(net, up, carrier, between(net, carrier, down, following, leave))
+        at = turn(net, down, carrier, first)
+        if at < 0:
+            return False
+    host(net, down, carrier, at)
+    last = _put(net, rover, down)
+    if final >= 0:
+        link(net, last, final, rover)
+        link(net, final, down, rover)
+        leave = door(net, EXITS, rover, net.nodes[last, PLACE])
+        meet_at(net, final, leave)
+        return leave >= 0
+    if net.recover or draw(net, 3) == 0:
+        if draw(net, 2) == 0:
+            carrier = near_carrier(net, target)
+        return _pick_up(net, last, carrier, down if carrier == net.nodes[down, CARRIER] else carrier) >= 0
     return True
 
 
 @compiled
-def _fetch(net: Net, rover: int, at: int, entry: int) -> bool:
-    """Have a carrier bring a rover that is on the ground after event `at` to the targets held."""
-    carrier = pick(net, CARRIERS)
-    following = net.nodes[at, AFTER]
-    leave = door(net, EXITS, rover, net.nodes[at, PLACE])
-    if leave < 0:
-        return False
-    where = slot(net, carrier, at, following, leave)
-    if where < 0:
-        return False
-    up, down = new_ride(net, DOCK, leave), new_ride(net, UNDOCK, entry)
-    if up < 0 or down < 0:
-        return False
-    insert(net, up, rover, at)
-    host(net, up, carrier, where)
-    insert(net, down, rover, up)
-    where = up
-    if draw(net, 2):
-        where = between(net, carrier, up, following, entry)
-    host(net, down, carrier, where)
-    last = _put(net, rover, down)
-    if net.nodes[following, KIND] == DOCK and net.nodes[following, ROBOT] == rover:
-        leave = door(net, EXITS, rover, net.nodes[last, PLACE])
-        if leave < 0:
-            return False
-        meet_at(net, following, leave)
-    return True
+def _fetch(net: Net, carrier: int, target: int) -> Any:
+    """Have a carrier pick up some rover on the ground, more often near a target; return the ride, or -1.
+
+    And the dock that its outing ended with so far, which is now in no outing, or -1.
+    """
+    node = net.hints[net.nodes[target, PLACE], NEAR + draw(net, NEIGHBOURS)]
+    if node < 0 or net.nodes[node, BEFORE] < 0 or draw(net, 2):
+        node = some_node(net)
+    rover = net.nodes[node, ROBOT]
+    for _ in range(TRIES):
+        if net.robots[rover, CAPACITY] < 0:
+            break
+        node = some_node(net)
+        rover = net.nodes[node, ROBOT]
+    if net.robots[rover, CAPACITY] >= 0:
+        return np.int64(-1), np.int64(-1)
+    head = head_of(net, node)
+    last, final = net.nodes[head, BEFORE], np.int64(-1)
+    if net.nodes[last, KIND] == DOCK:
+        last, final = net.nodes[last, BEFORE], last
+        link(net, last, head, rover)
+    return np.int64(_pick_up(net, last, carrier, carrier)), final
+
+
+@compiled
+def _pick_up(net: Net, last: int, carrier: int, first: int) -> Any:
+    """Have a rover picked up where its outing ends, by a carrier behind node `first`; return the ride, or -1."""
+    rover = net.nodes[last, ROBOT]
+    leave = door(net, EXITS, rover, net.nodes[last, PLACE])
+    up = new_ride(net, DOCK, leave)
+    if leave < 0 or up < 0:
+        return -1
+    insert(net, up, rover, last)
+    at = turn(net, up, carrier, first)
+    if at < 0:
+        return -1
+    host(net, up, carrier, at)
+    return up
 
 
 @compiled

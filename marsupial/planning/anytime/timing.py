@@ -40,18 +40,20 @@ from marsupial.planning.anytime.kernel import (
     FAR,
     KIND,
     LATE,
+    LOAD,
     PLACE,
     QUEUE,
     QUEUED,
     REACHING,
     ROBOT,
     Net,
-    aboard,
     after,
     ask,
     compiled,
     count,
     discount,
+    first_load,
+    is_aboard,
     lateness,
     touch,
 )
@@ -101,18 +103,20 @@ def _earliest(net: Net) -> Any:
 
 @compiled
 def _overloaded(net: Net, carrier: int) -> bool:
-    load, places = 0, net.robots[carrier, CAPACITY]
-    for i in range(len(net.robots)):
-        load += net.nodes[i, CARRIER] == carrier
-    node = net.nodes[carrier, AFTER]
-    while node != carrier:
-        if net.nodes[node, KIND] == DOCK:
-            load += 1
-            if load > places:
-                return True
-        elif net.nodes[node, KIND] == UNDOCK:
-            load -= 1
-        node = after(net, node, carrier)
+    """Say whether a carrier has more rovers aboard than there is room for, or sets down one of a type it has not."""
+    total = first_load(net, carrier)
+    for kind in range(len(net.leg)):
+        load, all_load = net.robots[carrier, LOAD + kind], total
+        node = net.nodes[carrier, AFTER]
+        while node != carrier:
+            if net.nodes[node, KIND] != EXPLORE:
+                change = 1 if net.nodes[node, KIND] == DOCK else -1
+                all_load += change
+                if net.robots[net.nodes[node, ROBOT], TYPE] == kind:
+                    load += change
+                if load < 0 or all_load > net.robots[carrier, CAPACITY]:
+                    return True
+            node = after(net, node, carrier)
     return False
 
 
@@ -125,18 +129,19 @@ def _time(net: Net, node: int, latest: int) -> bool:
     previous = net.nodes[node, BEFORE]
     if previous < 0:
         return True
-    on, drive, end = aboard(net, previous, robot), np.int64(0), net.nodes[previous, END]
-    if kind != UNDOCK:
-        if on >= 0:
+    drive, end = np.int64(0), np.int64(0)
+    if kind == UNDOCK:
+        if net.recover and net.nodes[previous, KIND] != DOCK:
+            return False
+    else:
+        if is_aboard(net, previous, robot):
             return False
         drive = np.int64(net.leg[net.robots[robot, TYPE], net.nodes[previous, PLACE], place])
         if drive >= FAR:
             return False
-        end += drive
+        end = net.nodes[previous, END] + drive
     if kind != EXPLORE:
         carrier = net.nodes[node, CARRIER]
-        if carrier < 0 or (kind == UNDOCK and on != carrier):
-            return False
         previous = net.nodes[node, CARRIER_BEFORE]
         leg = np.int64(net.leg[net.robots[carrier, TYPE], net.nodes[previous, PLACE], place])
         if leg >= FAR:
@@ -156,7 +161,9 @@ def _time(net: Net, node: int, latest: int) -> bool:
     discount(net, node)
     net.nodes[node, END], net.nodes[node, DRIVE] = end, drive
     count(net, node)
-    _ask_next(net, net.nodes[node, AFTER])
+    following = net.nodes[node, AFTER]
+    if net.nodes[following, KIND] != UNDOCK or net.nodes[following, ROBOT] != robot:
+        _ask_next(net, following)
     if kind != EXPLORE:
         _ask_next(net, net.nodes[node, CARRIER_AFTER])
     return True
@@ -173,7 +180,7 @@ def _close(net: Net, robot: int, latest: int) -> bool:
     """Time the way home of a carrier, and see that a rover is aboard in the end if it has to be."""
     last = net.nodes[robot, BEFORE]
     if net.robots[robot, HOME] < 0:
-        return not net.recover or net.robots[robot, CAPACITY] >= 0 or aboard(net, last, robot) >= 0
+        return not net.recover or net.robots[robot, CAPACITY] >= 0 or net.nodes[last, KIND] == DOCK
     touch(net, robot)
     discount(net, robot)
     leg = np.int64(net.leg[net.robots[robot, TYPE], net.nodes[last, PLACE], net.robots[robot, HOME]])
@@ -191,11 +198,9 @@ def _close(net: Net, robot: int, latest: int) -> bool:
 def makespan_of(net: Net) -> Any:
     """Return when the last robot is ready, all nodes being timed."""
     makespan = np.int64(0)
-    for robot in range(len(net.robots)):
-        last = net.nodes[robot, BEFORE]
-        if last != robot:
-            makespan = max(makespan, net.nodes[last, END])
-        makespan = max(makespan, net.nodes[robot, CARRIER_BEFORE])
+    for node in range(len(net.nodes)):
+        if net.nodes[node, COUNTED]:
+            makespan = max(makespan, net.nodes[node, CARRIER_BEFORE if net.nodes[node, KIND] == START else END])
     return makespan
 
 
@@ -205,7 +210,7 @@ def set_due(net: Net, due: int) -> None:
     net.work[0, DUE] = due
     late = np.int64(0)
     for node in range(len(net.nodes)):
-        if net.nodes[node, COUNTED] and net.nodes[node, KIND] != UNDOCK:
+        if net.nodes[node, COUNTED]:
             end = net.nodes[node, END] if net.nodes[node, KIND] != START else net.nodes[node, CARRIER_BEFORE]
             late += lateness(net, end)
     net.work[0, LATE] = late
