@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from marsupial.model.planning import Engine, EngineInfo
 from marsupial.model.situation import Situation
+from marsupial.planning.aims import Aim
 from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.exact.engine import Exact
 from marsupial.planning.portfolio import Latest, Member, Portfolio
@@ -37,9 +38,17 @@ INFO = EngineInfo(
 )
 
 
-def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Portfolio:
+class Auto(Portfolio):
+    """The portfolio; with an aim, which nothing can be proven about, it is annealing alone."""
+
+    def aimed(self, aim: Aim) -> Anytime:
+        """Return the engine whose plans get better by this aim."""
+        return Anytime().aimed(aim)
+
+
+def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
     """Return the engine; `exact` makes the one that proves small situations."""
-    return Portfolio(
+    return Auto(
         INFO,
         Member(name="anytime", make=_annealing, suits=lambda situation: not _is_small(situation)),
         Member(name="anytime", make=_annealing_beside, suits=_is_small),

@@ -25,6 +25,9 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.strategy import Briefing
+from marsupial.model.unseen import Square, Unseen
+from marsupial.planning.anytime.engine import Anytime
+from marsupial.planning.auto import auto
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import Greedy, serve
 from marsupial.planning.schedule import retime
@@ -285,6 +288,26 @@ def test_a_second_rover_is_not_set_down_for_what_the_first_can_do_soon() -> None
     situation, alone, together = doors(apart_s=8)
     assert decided(situation, together, previous=alone) == alone
     assert decided(situation, alone, previous=together) == alone
+
+
+def test_engines_that_can_be_given_an_aim_plan_for_the_guess_and_robots_do_what_is_real_of_it() -> None:
+    targets, starts = {"t1": hall(10), "t2": hall(-3)}, {"c1_start": hall(9), "c2_start": hall(0)}
+    situation = situation_of([carrier(1), carrier(2)], targets, {}, starts)
+    squares = tuple(Square(name=f"{y}", x_m=10.0, y_m=y, share=1.0, draw=0.9) for y in (-25.0, 25.0))
+    unseen = Unseen(squares=squares, at_m={"t1": (10.0, 0.0)}, speed_mps={"carrier": 1.0})
+    briefing = replace(brief(situation), unseen=lambda: unseen)
+    for engine in (Anytime(), auto()):
+        plan = Temporal(engine, Budget(steps=2)).decide(briefing).plan
+        assert [(a.robot, a.place) for a in plan.actions if a.robot == "c1"] == [("c1", "t1")]
+        # without the guess the second carrier would stay where it has explored its target
+        assert [(a.robot, a.place) for a in plan.actions if a.robot == "c2"] == [("c2", "t2"), ("c2", "t1")]
+        assert Temporal(engine, Budget(steps=2)).decide(briefing).plan == plan
+
+
+def test_an_engine_that_can_be_given_an_aim_is_asked_only_about_what_can_be_served() -> None:
+    decision = Temporal(Anytime(), Budget(steps=1)).decide(brief(out_of_reach()))
+    assert names(decision.plan) == ["t1"]
+    assert decision.report.detail == "; nobody can serve t2"
 
 
 def test_with_nothing_to_do_no_engine_is_asked() -> None:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, RobotState, Situation
+from marsupial.planning.aims import Aim
 from marsupial.planning.recovery import go_home
 from marsupial.planning.score import worth as target_worth
 from marsupial.planning.timeline import Timeline
@@ -60,6 +61,8 @@ class Task(NamedTuple):
         soonest from it (`EXITS`), then -1.
     recover
         Whether all rovers have to end aboard.
+    toll
+        What setting a rover down counts as driving, in ms.
     """
 
     leg: Ints
@@ -69,21 +72,24 @@ class Task(NamedTuple):
     near: Ints
     doors: Ints
     recover: bool
+    toll: int = 0
 
     def members(self, group: int) -> Ints:
         """Return a group without its number."""
         return self.groups[group, 1 : 1 + self.groups[group, 0]]
 
 
-def encode(situation: Situation) -> Task:
-    """Return the situation as arrays."""
+def encode(situation: Situation, aim: Aim | None = None) -> Task:
+    """Return the situation as arrays; worths are in thousandths."""
     kinds = [kind.name for kind in situation.types]
     index = situation.place_index
     leg = _legs(situation)
     targets = np.array([index[target.name] for target in situation.targets], dtype=np.int64)
     meetings = np.array([index[name] for name in situation.meetings], dtype=np.int64)
     worth = np.zeros(len(index), dtype=np.int64)
-    worth[targets] = [target_worth(target) for target in situation.targets]
+    worth[targets] = [
+        target_worth(target) if aim is None else round(1000 * aim.worth[target.name]) for target in situation.targets
+    ]
     roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
@@ -96,6 +102,7 @@ def encode(situation: Situation) -> Task:
         near=_near(leg, targets, np.unique(robots[rovers, TYPE]), np.unique(robots[carriers, TYPE]), doors[ENTRIES]),
         doors=doors,
         recover=situation.goal.recover_rovers or situation.goal.return_home,
+        toll=0 if aim is None else round(aim.undocking_ms / aim.driving),
     )
 
 

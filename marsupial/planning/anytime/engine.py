@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning.aims import Aim
 from marsupial.planning.anytime.bounds import makespan_bound_ms
 from marsupial.planning.anytime.encoding import Task, encode, events_of, plan_of
 from marsupial.planning.anytime.pace import Pace
@@ -20,7 +21,7 @@ from marsupial.planning.anytime.search import can_be_carried_out
 from marsupial.planning.anytime.team import Team
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import ROUNDS, Greedy
-from marsupial.planning.score import score
+from marsupial.planning.score import Score, score
 
 STEPS_PER_ROUND, LISTING_SHARE = 5, 0.08
 """How many steps of a budget there have to be for one more round of list scheduling, and what share of the seconds all
@@ -50,8 +51,14 @@ class Anytime:
         deterministic_steps=True,
     )
 
-    def __init__(self, clock: Callable[[], float] = time.perf_counter, searches: int = SIZE) -> None:
-        self._clock, self._searches = clock, searches
+    def __init__(
+        self, clock: Callable[[], float] = time.perf_counter, searches: int = SIZE, aim: Aim | None = None
+    ) -> None:
+        self._clock, self._searches, self._aim = clock, searches, aim
+
+    def aimed(self, aim: Aim) -> Anytime:
+        """Return the engine whose plans get better by this aim instead; it proves nothing."""
+        return Anytime(self._clock, self._searches, aim)
 
     def solve(
         self, situation: Situation, budget: Budget, *, start: Plan | None = None
@@ -64,7 +71,7 @@ class Anytime:
         plans = [start] if start is not None and check(situation, start).valid else []
         for plan in plans:
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
-        told = score(situation, plans[0]) if plans else None
+        told = self._score(situation, plans[0]) if plans else None
         for event in self._listed(situation, budget):
             if isinstance(event, Finished):
                 if not plans:
@@ -72,17 +79,26 @@ class Anytime:
                     return
                 break
             plans.append(event.plan)
-            if told is None or score(situation, event.plan) < told:
-                told = score(situation, event.plan)
+            if told is None or self._score(situation, event.plan) < told:
+                told = self._score(situation, event.plan)
                 yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
-        task = encode(situation)
-        bound_ms = makespan_bound_ms(task)
+        task = encode(situation, self._aim)
+        bound_ms = makespan_bound_ms(task) if self._aim is None else 0
         pace = Pace(budget, self._clock, begun, bound_ms)
         makespan_ms = min(plan.makespan_ms for plan in plans)
         for plan in self._improvements(situation, task, plans, pace):
             makespan_ms = plan.makespan_ms
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
-        yield _finished(makespan_ms, bound_ms, self._clock() - begun)
+        if self._aim is None:
+            yield _finished(makespan_ms, bound_ms, self._clock() - begun)
+        else:
+            detail = "annealing by an aim that is not the makespan"
+            yield Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=self._clock() - begun)
+
+    def _score(self, situation: Situation, plan: Plan) -> Score:
+        """Return the score of a plan; with an aim, its cost comes first."""
+        makespan, reaching, driving = score(situation, plan)
+        return makespan if self._aim is None else round(self._aim.cost(plan)), reaching, driving
 
     def _listed(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
         """Return the plans of list scheduling, the first ones at least."""
@@ -94,12 +110,13 @@ class Anytime:
 
     def _improvements(self, situation: Situation, task: Task, plans: list[Plan], pace: Pace) -> Iterator[Plan]:
         """Yield plans better than all of `plans`, with the best of which the search begins."""
-        told = min(score(situation, plan) for plan in plans)
-        beginnings = [events_of(situation, plan) for plan in sorted(plans, key=lambda plan: score(situation, plan))]
+        plans = sorted(plans, key=lambda plan: self._score(situation, plan))
+        told = self._score(situation, plans[0])
+        beginnings = [events_of(situation, plan) for plan in plans]
         beginnings = [events for events in beginnings if can_be_carried_out(task, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches) as team:
+        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches, self._aim) as team:
             while pace.goes_on(team.score):
                 team.step(pace.used, pace.steps)
                 if pace.has_begun:

@@ -54,9 +54,10 @@ LOAD = 8
 """Column of robots: how many rovers of the first type are aboard at first; those of the other types follow."""
 
 EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED, HELD = range(7)
-REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE = range(7, 15)
+REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, TOLL = range(7, 16)
 SUMS = 16
-"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, and the time that is late."""
+"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, the time that is late, and what
+setting a rover down counts as driving."""
 
 QUEUE, CHECK, RIDES, DROP, TAKEN = range(1, 6)
 """Other rows of `work`: nodes to be timed, carriers whose load is to be checked, rides not in use, rides no longer in
@@ -108,10 +109,12 @@ def net_of(task: Task, rides: int, seed: int) -> Net:
     """Return an empty net with room for that many rides more than there could be use for."""
     robots, targets = len(task.robots), int(task.groups[TARGETS, 0])
     size = robots + targets + rides + 2 * robots + 4 * targets
+    work = np.zeros((6, max(SUMS, size)), dtype=np.int64)
+    work[0, TOLL] = task.toll
     return Net(
         nodes=np.zeros((size, WIDTH), dtype=np.int64),
         log=np.zeros((size, WIDTH + 1), dtype=np.int64),
-        work=np.zeros((6, max(SUMS, size)), dtype=np.int64),
+        work=work,
         leg=np.minimum(task.leg, FAR).astype(np.int32),
         robots=_robots(task),
         groups=task.groups,

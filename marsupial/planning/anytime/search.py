@@ -37,6 +37,7 @@ import math
 import numpy as np
 from numba import njit
 
+from marsupial.planning.aims import Aim
 from marsupial.planning.anytime.encoding import DOCK, TARGETS, UNDOCK, Ints, Task
 from marsupial.planning.anytime.kernel import (
     DRIVING,
@@ -85,6 +86,9 @@ are many, and a ms of driving."""
 AMBITION = 0.05
 """By what share of the shortest makespan less is hoped for."""
 
+MAKESPAN = 3
+"""Index in a blend."""
+
 BOUND = 3
 """Column of `best` after the parts of a score."""
 
@@ -97,7 +101,7 @@ def start(net: Net, events: Ints, best: Ints, best_nodes: Ints, blend: Ints, amb
     net.work[0, DUE] = LATEST
     if not load(net, events) or settle(net, np.inf, blend) == np.inf:
         return False
-    if _improves(net, best):
+    if _improves(net, best, blend):
         best_nodes[:] = net.nodes
     set_due(net, _hoped_for(best, ambition))
     return True
@@ -110,8 +114,9 @@ def anneal(
     """Try that many changes.
 
     `shares` is int64 (moves,): how often a move or one of those before it is tried, beside the last of them. `best` is
-    int64 (4,): the score of `best_nodes` and the least makespan that is possible. `blend` is float64 (3,):
-    what a ms late, a ms of reaching and a ms of driving cost. Costs and `temperature` are in ms.
+    int64 (4,): the score of `best_nodes` and the least makespan that is possible. `blend` is float64 (4,):
+    what a ms late, of reaching and of driving cost, and one of the makespan of what is kept as the best, or -1 if that
+    goes by the parts of a score in turn. Costs and `temperature` are in ms.
     """
     cost, targets = cost_of(net, blend), net.groups[TARGETS, 0]
     for _ in range(changes):
@@ -131,7 +136,7 @@ def anneal(
             continue
         keep(net)
         cost = found
-        if _improves(net, best):
+        if _improves(net, best, blend):
             best_nodes[:] = net.nodes
             due = _hoped_for(best, ambition)
             if due < net.work[0, DUE]:
@@ -145,10 +150,13 @@ def _hoped_for(best: Ints, ambition: float) -> int:
 
 
 @compiled
-def _improves(net: Net, best: Ints) -> bool:
+def _improves(net: Net, best: Ints, blend: Ints) -> bool:
     """Say whether the net is better than the best so far, and if so enter its score."""
     makespan, reaching, driving = makespan_of(net), net.work[0, REACHING], net.work[0, DRIVING]
-    if makespan != best[0]:
+    if blend[MAKESPAN] >= 0:
+        former = total(blend, best[0], best[1], best[2])
+        better = best[0] == LATEST or total(blend, makespan, reaching, driving) < former
+    elif makespan != best[0]:
         better = makespan < best[0]
     elif reaching != best[1]:
         better = reaching < best[1]
@@ -157,6 +165,12 @@ def _improves(net: Net, best: Ints) -> bool:
     if better:
         best[0], best[1], best[2] = makespan, reaching, driving
     return better
+
+
+@compiled
+def total(blend: Ints, makespan: int, reaching: int, driving: int) -> float:
+    """Return what parts of a score cost together, by an aim's blend."""
+    return blend[MAKESPAN] * makespan + blend[1] * reaching + blend[2] * driving
 
 
 class Annealing:
@@ -170,9 +184,13 @@ class Annealing:
         From when all robots may be ready at the earliest.
     number
         Searches with other numbers try other changes.
+    aim
+        What is to be made better instead of the parts of a score in turn; the one that `task` was made for.
     """
 
-    def __init__(self, task: Task, beginnings: list[Ints], bound_ms: int, number: int = 0) -> None:
+    def __init__(
+        self, task: Task, beginnings: list[Ints], bound_ms: int, number: int = 0, aim: Aim | None = None
+    ) -> None:
         self._task, self._beginnings = task, beginnings
         rides = max(int(np.isin(events[:, 0], (DOCK, UNDOCK)).sum()) for events in beginnings)
         self._net = net_of(task, rides, SEED + number * SEEDS & (1 << 64) - 1)
@@ -180,18 +198,18 @@ class Annealing:
         self._best = np.array([LATEST, 0, 0, bound_ms], dtype=np.int64)
         targets = int(task.groups[TARGETS, 0])
         self._shares = np.cumsum(BUSY_SHARES if rides >= max(BUSY, targets) else SHARES, dtype=np.int64)
-        reaching = max(REACHING_SHARE, REACHING_CROWDED * targets) / max(1, int(task.worth.sum()))
-        self._blend = np.array([1.0, reaching, DRIVING_SHARE], dtype=np.float64)
+        self._aim, self._blend = aim, _blend_of(task, aim)
         self._begin_at(beginnings[0])
-        self._scale_ms = float(self._best[0])
+        self._scale_ms = float(self._best[0]) * (1.0 if aim is None else aim.total_worth)
         self._hot = self._heat(0.0)
         self._runs, self._run = 1, 0
 
     @property
     def score(self) -> Score:
-        """The score of the best list."""
+        """The score of the best list; with an aim, its cost comes first instead of its makespan."""
         makespan, reaching, driving = (int(part) for part in self._best[:BOUND])
-        return makespan, reaching, driving
+        first = makespan if self._aim is None else round(total(self._blend, makespan, reaching, driving))
+        return first, reaching, driving
 
     @property
     def events(self) -> Ints:
@@ -241,6 +259,16 @@ class Annealing:
 
     def _begin_at(self, events: Ints) -> None:
         start(self._net, events, self._best, self._best_nodes, self._blend, AMBITION)
+
+
+def _blend_of(task: Task, aim: Aim | None) -> Ints:
+    """Return what things cost: see `anneal`."""
+    if aim is not None:
+        late = aim.makespan * aim.total_worth
+        return np.array([late, 1e-3, aim.driving, late], dtype=np.float64)
+    targets = int(task.groups[TARGETS, 0])
+    reaching = max(REACHING_SHARE, REACHING_CROWDED * targets) / max(1, int(task.worth.sum()))
+    return np.array([1.0, reaching, DRIVING_SHARE, -1.0], dtype=np.float64)
 
 
 def can_be_carried_out(task: Task, events: Ints) -> bool:

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
+from marsupial.planning.aims import Aim
 from marsupial.planning.anytime.encoding import Ints, Task
 from marsupial.planning.anytime.search import Annealing
 from marsupial.planning.score import Score
@@ -18,8 +19,8 @@ from marsupial.planning.score import Score
 class Team:
     """That many searches; as a context, it leaves no thread behind. See `Annealing` for the rest."""
 
-    def __init__(self, task: Task, beginnings: list[Ints], bound_ms: int, size: int) -> None:
-        self._searches = [Annealing(task, beginnings[i:] + beginnings[:i], bound_ms, i) for i in range(size)]
+    def __init__(self, task: Task, beginnings: list[Ints], bound_ms: int, size: int, aim: Aim | None = None) -> None:
+        self._searches = [Annealing(task, beginnings[i:] + beginnings[:i], bound_ms, i, aim) for i in range(size)]
         self._threads = ThreadPoolExecutor(max(1, size - 1), thread_name_prefix="anytime")
 
     def __enter__(self) -> Self:

@@ -46,6 +46,7 @@ from marsupial.planning.anytime.kernel import (
     QUEUED,
     REACHING,
     ROBOT,
+    TOLL,
     Net,
     after,
     ask,
@@ -151,6 +152,8 @@ def _time(net: Net, node: int, latest: int) -> bool:
         end += net.robots[robot, DOCKING if kind == DOCK else UNDOCKING]
     if end > latest:
         return False
+    if kind == UNDOCK:
+        drive += net.work[0, TOLL]
     if net.nodes[node, COUNTED] and net.nodes[node, END] == end:
         if net.nodes[node, DRIVE] != drive:
             touch(net, node)

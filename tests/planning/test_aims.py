@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+from situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
+
+from marsupial.model.plan import EPSILON_MS, Plan
+from marsupial.model.planning import Budget, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.aims import Aim, Aimable
+from marsupial.planning.anytime.engine import Anytime
+from marsupial.planning.checker import check
+from marsupial.planning.engines import engine
+from marsupial.planning.greedy import serve
+
+
+def aim(makespan: float = 0.001, driving: float = 0.001, undocking_ms: float = 0.0, **worth: float) -> Aim:
+    return Aim(worth=worth, makespan=makespan, driving=driving, undocking_ms=undocking_ms)
+
+
+def test_a_cost_is_the_sum_of_its_prices() -> None:
+    plan, _ = serve(one_room())
+    assert aim(makespan=0, driving=0, t1=2.0).cost(plan) == 2 * 19_003
+    assert aim(makespan=0.5, driving=0, t1=0.0, t2=2.0).cost(plan) == plan.makespan_ms
+    assert aim(makespan=0, driving=1, t1=0.0).cost(plan) == 10_000 + 4_000 + 2 * EPSILON_MS
+    assert aim(makespan=0, driving=0, undocking_ms=7.0, t1=0.0).cost(plan) == 7
+
+
+def near_and_far() -> Situation:
+    """Return: a carrier between a target 10 s to the left and one 11 s to the right, both on the way to no other."""
+    return situation_of([carrier()], {"near": hall(-10), "far": hall(11)}, {}, {"c1_start": hall(0)})
+
+
+def best(situation: Situation, by: Aim) -> Plan:
+    found = Anytime().aimed(by)
+    plans = [event.plan for event in found.solve(situation, Budget(steps=3)) if isinstance(event, Improved)]
+    costs = [by.cost(plan) for plan in plans]
+    assert costs == sorted(costs, reverse=True)
+    assert check(situation, plans[-1]).valid
+    return plans[-1]
+
+
+def places(plan: Plan) -> list[str]:
+    return [action.place for action in plan.actions]
+
+
+def test_an_aimed_engine_reaches_first_what_is_worth_more_though_it_takes_longer() -> None:
+    assert places(best(near_and_far(), aim(near=1.0, far=1.0))) == ["near", "far"]
+    assert places(best(near_and_far(), aim(near=1.0, far=2.0))) == ["far", "near"]
+    assert places(best(near_and_far(), aim(makespan=9.0, near=1.0, far=2.0))) == ["near", "far"]
+
+
+def two_doors() -> Situation:
+    """Return: one carrier with two rovers; one rover can explore both rooms, or two rovers one each and sooner."""
+    return situation_of(
+        [carrier(), rover(1, on="c1"), rover(2, on="c1")],
+        {"t1": room(20), "t2": room(35)},
+        {"m1": door(20), "m2": door(30)},
+        {"c1_start": hall(0)},
+        types=default_types(capacity=2),
+    )
+
+
+def undocks(plan: Plan) -> int:
+    return sum(action.carrier is not None for action in plan.actions)
+
+
+def test_where_setting_rovers_down_is_dear_one_goes_on_instead_of_a_second() -> None:
+    assert undocks(best(two_doors(), aim(t1=1.0, t2=1.0))) == 2
+    assert undocks(best(two_doors(), aim(undocking_ms=100_000, t1=1.0, t2=1.0))) == 1
+
+
+def test_the_same_steps_give_the_same_plan() -> None:
+    by = aim(t1=1.0, t2=1.0)
+    assert best(two_doors(), by) == best(two_doors(), by)
+
+
+def test_an_aimed_engine_proves_nothing() -> None:
+    *_, last = Anytime().aimed(aim(near=1.0, far=1.0)).solve(near_and_far(), Budget(steps=1))
+    assert not isinstance(last, Improved)
+    assert (last.outcome, last.lower_bound_ms) == (Outcome.SATISFICING, None)
+
+
+def test_marsupials_own_engines_can_be_given_an_aim_and_others_are_left_as_they_are() -> None:
+    for name in ("anytime", "auto"):
+        assert isinstance(engine(name), Aimable)
+    for name in ("exact", "greedy", "tamer", "aries"):
+        assert not isinstance(engine(name), Aimable)
