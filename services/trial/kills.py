@@ -1,4 +1,6 @@
-"""Servers and their processes are killed as by ``kill -9``, at random moments, while clients send, follow and cancel.
+"""Servers and their processes are killed as by ``kill -9``, at random moments, while clients are at work.
+
+They send, follow and cancel jobs, and one reports to missions.
 
 A server lives three kinds of lives: it is killed while it starts; it is killed before or after a commit, by a failpoint
 in its store; or it is killed at work, after some of the processes below it were.
@@ -18,6 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 from services.store.failpoints import AFTER_COMMIT, BEFORE_COMMIT, VARIABLE
+from services.trial.explorers import SEEDS, Explorer, Journeys, undisturbed
 from services.trial.house import House, NotStarted, end_strays, strays, unopened
 from services.trial.ledger import Findings, Ledger, audit
 from services.trial.rows import Judgement, Row, none_of, times
@@ -108,22 +111,25 @@ class Crowd:
 
 def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[Row]:
     """Kill so many processes, then look at every job that was acknowledged."""
-    draw, toll, ledger = random.Random(seed), Toll(), Ledger()
+    draw, toll, ledger, journeys = random.Random(seed), Toll(), Ledger(), Journeys()
+    for number in range(1, SEEDS + 1):
+        undisturbed(number)
     with unopened(OPTIONS) as house:
-        crowd = Crowd(house.port, ledger, random.Random(seed))
+        crowd, explorer = Crowd(house.port, ledger, random.Random(seed)), Explorer(house.port, journeys)
         while toll.victims.total() < kills:
             _LIVES[draw.randrange(len(_LIVES))](house, draw, toll, ledger)
             _bury(house, toll)
             if len(toll.gone_s) % 10 == 0:
-                say(f"kills: {toll.victims.total()}/{kills}, {len(ledger.jobs)} jobs acknowledged")
+                say(f"kills: {toll.victims.total()}/{kills}, {len(ledger.jobs)} jobs, {journeys.missions} missions")
         house.start()
         house.wait_ready()
         crowd.stop()
+        explorer.stop(_END_S)
         say(f"kills: looking at {len(ledger.jobs)} jobs")
         found = audit(house.port, ledger, _END_S)
         house.terminate()
         toll.strays += len(strays(_GONE_S))
-    return _report(toll, ledger, found)
+    return [*_report(toll, ledger, found), *journeys.rows(PART)]
 
 
 def _starting(house: House, draw: random.Random, toll: Toll, ledger: Ledger) -> None:
