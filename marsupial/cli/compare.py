@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-DEFAULT_STEPS = 20
+DEFAULT_STEPS = 8
 
 
 def compare(
