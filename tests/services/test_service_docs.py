@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from service_house import Server
 
-DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "service.md"
+ROOT = Path(__file__).resolve().parents[2]
 
 
-def blocks(language: str) -> list[str]:
-    text = DOCUMENT.read_text(encoding="utf-8")
+def blocks(language: str, document: str = "docs/service.md") -> list[str]:
+    text = (ROOT / document).read_text(encoding="utf-8")
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
@@ -25,8 +25,9 @@ def run(command: list[str], server: Server, folder: Path) -> str:
     return done.stdout
 
 
-def test_the_example_with_curl_works(server: Server, tmp_path: Path) -> None:
-    (script,) = blocks("sh")
+@pytest.mark.parametrize("document", ["docs/service.md", "README.md"])
+def test_the_example_with_curl_works(document: str, server: Server, tmp_path: Path) -> None:
+    (script,) = blocks("sh", document)
     assert re.fullmatch(r"(optimal|satisficing) \d+\n", run(["sh", "-euc", script], server, tmp_path))
 
 
@@ -35,6 +36,12 @@ def test_the_examples_with_python_work(server: Server, tmp_path: Path) -> None:
     assert re.fullmatch(r"revision 1: \d+\.\d s", printed[0])
     assert printed[-2] in ("optimal", "satisficing")
     assert "t_" in printed[-1]
+
+
+def test_the_example_of_the_readme_with_python_works(server: Server, tmp_path: Path) -> None:
+    (program,) = blocks("python", "README.md")
+    printed = run([sys.executable, "-c", program], server, tmp_path).splitlines()
+    assert re.fullmatch(r"\d+\.\d+ \w+ \w+ \w+", printed[0])
 
 
 @pytest.mark.parametrize("block", blocks("json"))
