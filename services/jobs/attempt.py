@@ -18,8 +18,8 @@ from services.jobs.records import JobOutcome, JobSettings
 from services.jobs.work import GAVE_UP
 from services.store import Store, StoreError
 
-_SLACK_S = 0.5
-"""What a planner that keeps its budget by itself may take longer before it is stopped."""
+_SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
+"""What a planner that keeps its budget by itself may take longer before it is stopped; ours, and an operator's."""
 
 _MOST_UNSTORED = 16
 
@@ -99,9 +99,13 @@ class Attempt:
             start=claim.start,
             score=claim.score,
         )
-        slack_s = 0.0 if claim.planner in PROCESSES else _SLACK_S
-        limits = Limits(wall_s=limit_s + slack_s, memory_bytes=settings.memory_bytes)
+        limits = Limits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.memory_bytes)
         return Job(function="services.jobs.work:solve", argument=work, limits=limits)
+
+    def _slack_s(self) -> float:
+        if self.claim.planner in PROCESSES:
+            return 0.0
+        return _COMMAND_SLACK_S if self.claim.planner in self._settings.commands else _SLACK_S
 
     def _take(self, value: object) -> None:
         claim, now_ms = self.claim, self._now_ms()
