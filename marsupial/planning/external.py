@@ -198,6 +198,7 @@ class _Child:
     def _judge_time(self) -> None:
         now = time.monotonic()
         if now >= self._kill_at:
+            self.stopped = True
             self._signal(signal.SIGKILL)
         elif now >= self._until and not self.stopped:
             self.stopped = True

@@ -29,6 +29,8 @@ TAIL_BYTES = 2000
 
 _SCAN_S = 0.05
 _PLAN_BYTES = 4 << 20
+"""How much of one plan is read."""
+
 _LINE_BYTES = 1 << 16
 
 _STEP = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?\s*:\s*\(", re.IGNORECASE)
@@ -50,6 +52,7 @@ class Printed:
         self.tail = b""
         self._line = b""
         self._steps: list[str] = []
+        self._size = 0
         self._told = 0
 
     def feed(self, chunk: bytes) -> Iterator[str]:
@@ -62,14 +65,16 @@ class Printed:
 
     def _take(self, line: str) -> Iterator[str]:
         if _STEP.match(line):
-            self._steps.append(line)
+            self._size += len(line)
+            if self._size <= _PLAN_BYTES:
+                self._steps.append(line)
             return
         if _UNSOLVABLE.search(line.strip()):
             self.claim = line.strip()
         yield from self._flush()
 
     def _flush(self) -> Iterator[str]:
-        steps, self._steps, self._told = self._steps, [], 0
+        steps, self._steps, self._size, self._told = self._steps, [], 0, 0
         if steps:
             yield "\n".join(steps)
 

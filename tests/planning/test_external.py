@@ -27,6 +27,7 @@ from marsupial.planning.checker import check
 from marsupial.planning.engines import engine, mission_engine
 from marsupial.planning.external import External
 from marsupial.planning.greedy import serve
+from marsupial.planning.planner_output import Printed
 from marsupial.planning.process_engine import Events
 from marsupial.planning.schedule import retime
 
@@ -290,6 +291,21 @@ time.sleep(1000)
     assert time.monotonic() - began < 30
     pids = [int(pid) for pid in (tmp_path / "pids").read_text().split()]
     assert not any(psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE for pid in pids)
+
+
+def test_a_planner_that_prints_steps_without_end_is_stopped_for_its_time(tmp_path: Path) -> None:
+    body = "signal.signal(signal.SIGTERM, signal.SIG_IGN)\nwhile True:\n    os.write(1, HALF.encode() * 1000)"
+    makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=1))
+    assert (makespans, end.outcome) == ([], Outcome.TIMEOUT)
+
+
+def test_of_a_plan_without_end_no_more_is_kept_than_is_read_of_a_file() -> None:
+    printed = Printed()
+    for _ in range(100):
+        assert list(printed.feed(GOOD.encode() * 1000)) == []
+    (kept,) = printed.rest()
+    assert len(kept) < 5 << 20
+    assert list(printed.feed(GOOD.encode() + b"\n")) == [GOOD.rstrip()]
 
 
 def test_what_a_finished_planner_leaves_running_is_ended(tmp_path: Path) -> None:
