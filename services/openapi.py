@@ -6,13 +6,17 @@ It is kept in ``openapi.json`` beside this file; a test holds the two together.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from enum import StrEnum
 from importlib.resources import files
 from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from services import jobs
+from services.examples import EXAMPLES
+from services.missions import values as missions
 from services.problems import KINDS, MEDIA_TYPE
 from services.schemas.answers import Problem
 
@@ -20,16 +24,18 @@ FILE = "openapi.json"
 _REF = "#/components/schemas/{model}"
 
 EVENTS = "text/event-stream"
-_EVENT = {
+_EVENT: dict[str, Any] = {
     "description": "Each event of the stream; `data` is one line of JSON.",
     "type": "object",
     "properties": {
         "id": {"type": "string", "pattern": "^[0-9]+$"},
-        "event": {"type": "string", "enum": ["state", "plan", "end"]},
+        "event": {"type": "string"},
         "data": {"type": "string", "contentMediaType": "application/json"},
     },
     "required": ["id", "event", "data"],
 }
+
+_EVENT_TYPES: Mapping[str, type[StrEnum]] = {"jobs": jobs.EventType, "missions": missions.EventType}
 
 _ALWAYS = ("not-acceptable", "invalid", "internal")
 _BODY = ("bad-json", "too-slow", "too-large", "media-type")
@@ -59,6 +65,8 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
     for path in found["paths"].values():
         for operation in path.values():
             _tidy(operation, needs_keys)
+    for name, example in EXAMPLES.items():
+        found["paths"][name]["post"]["requestBody"]["content"]["application/json"]["example"] = example()
     if needs_keys:
         found["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
     _drop_null_defaults(found)
@@ -83,12 +91,18 @@ def _tidy(operation: dict[str, Any], needs_keys: bool) -> None:
             parameter["schema"] |= variant
     responses = operation["responses"]
     if EVENTS in responses.get("200", {}).get("content", {}):
-        responses["200"]["content"][EVENTS] = {"schema": _EVENT}
+        responses["200"]["content"][EVENTS] = {"schema": _event(*operation["tags"])}
     if needs_keys and str(KINDS["no-key"].status) in responses:
         operation["security"] = [{"key": []}]
     elif not needs_keys:
         for name in ("no-key", "no-scope"):
             responses.pop(str(KINDS[name].status), None)
+
+
+def _event(tag: str) -> dict[str, Any]:
+    """Return the schema of the events of jobs or missions."""
+    kinds = {"type": "string", "enum": [kind.value for kind in _EVENT_TYPES[tag]]}
+    return {**_EVENT, "properties": {**_EVENT["properties"], "event": kinds}}
 
 
 def _drop_null_defaults(node: object) -> None:
