@@ -28,10 +28,10 @@ from services.trial.talk import ACCEPTED, BROKEN, BUSY, Talk, frames
 from services.trial.tasks import short_jobs
 
 OPTIONS = ("--limit", "queue=100", "--limit", "kept_jobs=1000000", "--limit", "streams=500")
-FOLLOWERS = 3
+SENDERS, FOLLOWERS = 2, 3
 _GONE_S = 5.0
 _END_S = 600.0
-_STARTING_S = 1.0
+_STARTING_S = 3.0
 _ARMED_S = 15.0
 _LAST_COMMIT = 40
 _WORK_S = 1.5
@@ -59,7 +59,7 @@ class Crowd:
         self._port = port
         self._draw = draw
         self._over = threading.Event()
-        acts = [self._send, *[self._follow] * FOLLOWERS]
+        acts = [self._send] * SENDERS + [self._follow] * FOLLOWERS
         self._threads = [threading.Thread(target=self._repeat, args=(act,), daemon=True) for act in acts]
         for thread in self._threads:
             thread.start()
