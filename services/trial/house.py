@@ -69,6 +69,11 @@ class House:
         """Whether the server that was started last still runs."""
         return self._process is not None and self._process.poll() is None
 
+    @property
+    def ended_by_itself(self) -> bool:
+        """Whether the server that was started last has ended, and not because it was killed."""
+        return self._process is not None and self._process.poll() not in (None, -signal.SIGKILL)
+
     def start(self, environment: Mapping[str, str] | None = None) -> None:
         """Start a server; returns at once."""
         place = ["--port", str(self.port), "--data", str(self.data)]

@@ -44,9 +44,13 @@ PART = "kills"
 
 @dataclass(slots=True)
 class Toll:
-    """Kills by victim, processes left behind, and how long the last one stayed after its server, in s."""
+    """Kills by victim, processes left behind, and how long the last one stayed after its server, in s.
+
+    `failed` counts servers that ended by themselves.
+    """
 
     victims: Counter[str] = field(default_factory=Counter)
+    failed: int = 0
     strays: int = 0
     gone_s: list[float] = field(default_factory=list)
 
@@ -150,8 +154,10 @@ def _committing(house: House, draw: random.Random, toll: Toll, ledger: Ledger) -
 def _working(house: House, draw: random.Random, toll: Toll, ledger: Ledger) -> None:
     """Kill some of the processes below it, then it, at random moments of its work."""
     house.start()
-    with suppress(NotStarted):
+    try:
         house.wait_ready()
+    except NotStarted:
+        return
     for _ in range(draw.randint(0, 4)):
         time.sleep(draw.uniform(0, _WORK_S / 3))
         (depth,) = draw.choices(list(_DEPTHS), _SHARES)
@@ -168,6 +174,7 @@ _LIVES = (_starting, _committing, _working)
 
 def _bury(house: House, toll: Toll) -> None:
     """Kill the server if it still runs, and see how long anything of it stays."""
+    toll.failed += house.ended_by_itself
     house.kill()
     toll.victims["server"] += 1
     begun = time.monotonic()
@@ -196,6 +203,7 @@ def _report(toll: Toll, ledger: Ledger, found: Findings) -> list[Row]:
             PART, "resumed streams unlike an uninterrupted one", found.streams_differ, f" of {len(ledger.streams)}"
         ),
         none_of(PART, "requests answered as they should not be", ledger.odd.total(), _words(ledger.odd)),
+        none_of(PART, "servers that ended by themselves", toll.failed, f" of {toll.victims['server']}"),
         none_of(PART, "processes left 5 s after their server", toll.strays),
         times(PART, "last process gone after its server", toll.gone_s),
         Row(part=PART, requirement="how jobs ended", figure=outcomes, judgement=Judgement.NOTED, values=found.outcomes),
