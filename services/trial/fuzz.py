@@ -41,7 +41,7 @@ def rows(minutes: float, seed: int, say: Callable[[str], None]) -> list[Row]:
         code, printed = _run(program, Path(folder), house.port, minutes, seed)
         alive = house.runs
     failures, cases, titles = read(printed, code)
-    of = f" of {cases} cases in {minutes:g} minutes" + "".join(f"; {title}" for title in titles)
+    of = f" of {cases} cases in {minutes:g} min" + "".join(f"; {title}" for title in titles)
     if cases == 0:
         say(printed[-3000:])
     elif failures:

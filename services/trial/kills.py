@@ -27,7 +27,7 @@ from services.trial.rows import Judgement, Row, none_of, times
 from services.trial.talk import ACCEPTED, BROKEN, BUSY, Talk, frames
 from services.trial.tasks import short_jobs
 
-OPTIONS = ("--limit", "queue=100", "--limit", "kept_jobs=1000000", "--limit", "streams=500")
+OPTIONS = ("--limit", "queue=600", "--limit", "kept_jobs=1000000", "--limit", "streams=500")
 SENDERS, FOLLOWERS = 2, 3
 _GONE_S = 5.0
 _END_S = 600.0
@@ -98,8 +98,8 @@ class Crowd:
         talk.close()
 
     def _follow(self) -> None:
-        """Follow the newest job to its end, through all breaks."""
-        job = self.ledger.newest()
+        """Follow some job to its end, through all breaks."""
+        job = self.ledger.any_job(self._draw)
         if job is None or job in self.ledger.streams:
             time.sleep(_PAUSE_S)
             return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import threading
 import time
 from collections import Counter
@@ -77,10 +78,11 @@ class Ledger:
         with self.lock:
             self.odd[what] += 1
 
-    def newest(self) -> str | None:
-        """Return the id of the job that was acknowledged last."""
+    def any_job(self, draw: random.Random) -> str | None:
+        """Return the id of some job that was acknowledged."""
         with self.lock:
-            return next(reversed(self.jobs.values()), None)
+            known = list(self.jobs.values())
+        return draw.choice(known) if known else None
 
 
 @dataclass(slots=True)
