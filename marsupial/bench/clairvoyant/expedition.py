@@ -56,6 +56,7 @@ class Expedition:
         self._left = int(np.count_nonzero(self._reachable))
         self._revision = 0
         self._exploration_ms: int | None = None
+        self._points: dict[str, MapMeeting] = {}
 
     def run(
         self,
@@ -66,6 +67,7 @@ class Expedition:
         cancelled: Callable[[], bool] | None = None,
     ) -> MissionEnded:
         """Carry `plan` out, then what else the mission wants; `poses` says where its places are."""
+        self._points = {point.name: point for point in meetings}
         self._take_in(self._world.advance(0))
         self._adopt("start", plan, poses, targets, meetings)
         while True:
@@ -101,8 +103,12 @@ class Expedition:
         return None
 
     def _bring_back(self) -> bool:
-        """Follow a plan for what the mission asks for besides exploring; return whether there is something to do."""
-        survey = self._surveyor.survey(self._world.robots(), self._world.now_ms)
+        """Follow a plan for what the mission asks for besides exploring; return whether there is something to do.
+
+        Rovers can always be picked up where they were set down: those meeting points are kept.
+        """
+        keep = [self._points[name] for name in sorted(self._points.keys() & self._executor.deployed_at.values())]
+        survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep)
         plan, _ = serve(survey.situation)
         self._adopt("explored", plan, survey.poses, (), survey.meetings)
         return bool(plan.actions)

@@ -213,3 +213,17 @@ def scenarios(draw: st.DrawFn) -> Scenario:
 def test_any_small_map_is_explored_whole(scenario: Scenario) -> None:
     ended = flown(scenario)[0].ended
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
+
+
+def test_a_rover_can_go_back_to_where_it_was_set_down() -> None:
+    """Another carrier's meeting point is nearer to where it ends, but that carrier is full."""
+    rows = ["......", ".~..~#", ".~.#.#", ".~~..~"]
+    codes = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH}
+    cells = np.array([[codes[c] for c in row] for row in rows], dtype=np.uint8)
+    scenario = Scenario(
+        name="full",
+        grid=Grid(cells=cells, resolution_m=1.0),
+        robot_types=tuple(kinds_of(capacity=2, carrier_range_m=0.5, rover_range_m=0.5).values()),
+        team=team((0, 0), (4, 3), rovers=2),
+    )
+    assert flown(scenario)[0].ended.status is Status.COMPLETE
