@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
 from marsupial.model.situation import Situation
+from marsupial.planning.timeline import free_at_ms
 
 
 def duration_ms(situation: Situation, action: Action) -> int | None:
@@ -29,7 +30,7 @@ def retime(situation: Situation, actions: Iterable[Action]) -> Plan:
     Only names and places of the actions are used. An action without a path keeps its own duration, for the checker to
     refuse.
     """
-    ready = {robot.name: robot.free_at_ms for robot in situation.robots}
+    ready = {robot.name: free_at_ms(situation, robot) for robot in situation.robots}
     timed: list[Action] = []
     for action in actions:
         start = max(ready[robot] for robot in action.robots)

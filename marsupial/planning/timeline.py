@@ -35,7 +35,7 @@ class Timeline:
             situation=situation,
             at={robot.name: robot.place for robot in robots},
             on={robot.name: robot.carrier for robot in robots},
-            ready_ms={robot.name: _free_at_ms(situation, robot) for robot in robots},
+            ready_ms={robot.name: free_at_ms(situation, robot) for robot in robots},
             cargo={robot.name: tuple(r.name for r in robots if r.carrier == robot.name) for robot in robots},
             actions=[],
         )
@@ -152,5 +152,6 @@ def replay(situation: Situation, plan: Plan) -> Timeline:
     return timeline
 
 
-def _free_at_ms(situation: Situation, robot: RobotState) -> int:
+def free_at_ms(situation: Situation, robot: RobotState) -> int:
+    """Return when a robot can act first; one that is aboard is bound to its carrier's time."""
     return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms

@@ -51,3 +51,9 @@ def test_a_valid_plan_stays_valid_and_gets_no_longer(situation: Situation) -> No
             plan = retime(situation, late)
             assert check(situation, plan).valid
             assert plan.makespan_ms <= event.plan.makespan_ms
+
+
+def test_a_rover_aboard_is_free_when_its_carrier_is() -> None:
+    situation = one_room()
+    late = tuple(replace(r, free_at_ms=10**6) if r.carrier is not None else r for r in situation.robots)
+    assert retime(replace(situation, robots=late), ONE_ROOM) == retime(situation, ONE_ROOM)
