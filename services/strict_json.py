@@ -1,4 +1,8 @@
-"""JSON as it is meant: UTF-8, no field twice, no NaN, no half of a surrogate pair, nothing endless."""
+"""JSON as it is meant: UTF-8, no field twice, no NaN, no half of a surrogate pair, nothing endless.
+
+JSON has one kind of number: ``1.0`` and ``1e0`` are read as ``1`` is, so that both are taken where a whole number is
+asked, and requests that differ in nothing else are the same request.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,9 @@ def parse(data: bytes) -> Any:
         If it is no such text.
     """
     try:
-        value = json.loads(data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant)
+        value = json.loads(
+            data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number
+        )
         if b"\\u" in data:
             json.dumps(value, ensure_ascii=False).encode("utf-8")
     except HttpProblem:
@@ -43,6 +49,12 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
         raise HttpProblem("bad-json", f"field {twice!r} is given twice")
     return fields
+
+
+def _number(text: str) -> float:
+    """Return an int where the number is whole."""
+    value = float(text)
+    return int(value) if value.is_integer() else value
 
 
 def _no_constant(word: str) -> NoReturn:
