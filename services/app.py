@@ -53,6 +53,7 @@ def create_app(settings: Settings) -> FastAPI:
         openapi_url=None,
         redoc_url=None,
         redirect_slashes=False,
+        generate_unique_id_function=lambda route: route.name,
     )
     limits = settings.limits
     app.state.service = State(

@@ -20,7 +20,7 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["catalogue"])
 
 
 @router.get("/planners", response_model=answers.Planners, responses=errors())
-async def planners(state: Service) -> Response:
+async def list_planners(state: Service) -> Response:
     """List the planners, and why some can't be used here."""
     found = [
         {
@@ -48,7 +48,7 @@ async def planners(state: Service) -> Response:
 
 
 @router.get("/demo-data", response_model=answers.DemoList, responses=errors())
-async def demo_data() -> Response:
+async def list_demo_data() -> Response:
     """List ready requests for /v1/jobs."""
     items = [
         {"name": name, "kind": demo.kind, "summary": demo.summary, "href": f"/v1/demo-data/{name}"}
@@ -58,7 +58,7 @@ async def demo_data() -> Response:
 
 
 @router.get("/demo-data/{name}", response_model=answers.DemoJob, responses=errors("not-found"))
-async def demo(name: Annotated[str, Path(description="Name of a demo.")]) -> Response:
+async def get_demo(name: Annotated[str, Path(description="Name of a demo.")]) -> Response:
     """Return a ready request for /v1/jobs."""
     if name not in DEMOS:
         raise HttpProblem("not-found", f"there is no demo {name!r}; there are {', '.join(DEMOS)}")
@@ -66,7 +66,7 @@ async def demo(name: Annotated[str, Path(description="Name of a demo.")]) -> Res
 
 
 @router.get("/limits", response_model=answers.LimitList, responses=errors())
-async def limits(state: Service) -> Response:
+async def get_limits(state: Service) -> Response:
     """Return every limit and what it limits."""
     held = state.settings.limits
     return json_answer(

@@ -56,7 +56,7 @@ _ACCEPTED = {
         202: _ACCEPTED,
     },
 )
-async def submit(
+async def submit_job(
     state: Service,
     owner: Owner,
     sent: Json,
@@ -137,19 +137,19 @@ async def list_jobs(
 
 
 @router.get("/{job}", response_model=answers.Job, responses=errors("not-found"))
-async def look(job: JobOfPath) -> Response:
+async def get_job(job: JobOfPath) -> Response:
     """Return a job with its best plan so far."""
     return json_answer(job_document(job))
 
 
 @router.post("/{job}/cancel", response_model=answers.Job, responses=errors("not-found", "not-ready"))
-async def cancel(state: Service, job: JobOfPath) -> Response:
+async def cancel_job(state: Service, job: JobOfPath) -> Response:
     """End a job early; it keeps its best plan. A job that is over stays as it is."""
     return json_answer(job_document(await state.running().cancel(job.id)))
 
 
 @router.get("/{job}/plans", response_model=answers.Plans, responses=errors("not-found"))
-async def plans(state: Service, job: JobOfPath) -> Response:
+async def list_plans(state: Service, job: JobOfPath) -> Response:
     """Return every plan found so far, each better than the one before."""
     found = await state.running().plans(job.id)
     return json_answer({"plans": [plan_document(plan) for plan in found]})
@@ -163,13 +163,13 @@ async def plans(state: Service, job: JobOfPath) -> Response:
         200: {"description": "Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."},
     },
 )
-async def events(state: Service, owner: Owner, job: JobOfPath, last_event_id: LastEventId = None) -> Response:
+async def follow_job(state: Service, owner: Owner, job: JobOfPath, last_event_id: LastEventId = None) -> Response:
     """Stream the events of a job as they come, the stored ones first."""
     return stream(state, owner, state.running().follow(job.id, int(last_event_id or 0)))
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituation, responses=errors("not-found"))
-async def situation(state: Service, job: JobOfPath) -> Response:
+async def get_situation(state: Service, job: JobOfPath) -> Response:
     """Return what the planner is asked; for a map state once that has been analysed."""
     analysis = await state.running().analysis(job.id)
     if analysis is not None:

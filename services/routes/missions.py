@@ -128,7 +128,7 @@ MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
         201: _CREATED,
     },
 )
-async def create(
+async def create_mission(
     state: Service, owner: Owner, sent: Json, body: MissionBody, idempotency_key: IdempotencyKey = None
 ) -> Response:
     """Store a mission and begin it: its first commands ask for the first report."""
@@ -159,7 +159,7 @@ async def list_missions(
 
 
 @router.get("/{mission}", response_model=Mission, responses=errors("not-found"))
-async def look(mission: MissionOfPath) -> Response:
+async def get_mission(mission: MissionOfPath) -> Response:
     """Return a mission."""
     return json_answer(_document(mission))
 
@@ -179,19 +179,19 @@ async def report(state: Service, mission: MissionOfPath, sent: Json, body: Repor
 
 
 @router.post("/{mission}/pause", response_model=Mission, responses=errors("not-found", "conflict", "not-ready"))
-async def pause(state: Service, mission: MissionOfPath) -> Response:
+async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
     """Let the robots that drive stop, and give no commands until the mission is resumed."""
     return await _wish(state, mission, Wish.PAUSE)
 
 
 @router.post("/{mission}/resume", response_model=Mission, responses=errors("not-found", "conflict", "not-ready"))
-async def resume(state: Service, mission: MissionOfPath) -> Response:
+async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
     """Let a paused mission go on."""
     return await _wish(state, mission, Wish.RESUME)
 
 
 @router.post("/{mission}/cancel", response_model=Mission, responses=errors("not-found", "conflict", "not-ready"))
-async def cancel(state: Service, mission: MissionOfPath) -> Response:
+async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     """End a mission, with its stop report. One that is over stays as it is."""
     return await _wish(state, mission, Wish.CANCEL)
 
@@ -204,19 +204,21 @@ async def cancel(state: Service, mission: MissionOfPath) -> Response:
         200: {"description": "Events `log`, `decision`, `commands`, `state` and `end`, with ids from 1."},
     },
 )
-async def events(state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None) -> Response:
+async def follow_mission(
+    state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None
+) -> Response:
     """Stream what a mission commands and decides as it comes, what is stored first; ends after `end`."""
     return stream(state, owner, state.flying().follow(mission.id, int(last_event_id or 0)))
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
-async def log(state: Service, mission: MissionOfPath) -> Response:
+async def get_log(state: Service, mission: MissionOfPath) -> Response:
     """Return the mission log so far, as `marsupial replay` reads it; of a changed map, since the change."""
     return LogAnswer(await state.flying().log(mission), headers={"Cache-Control": "no-store"})
 
 
 @router.get("/{mission}/map", response_model=KnownMap, responses=errors("not-found"))
-async def known_map(state: Service, mission: MissionOfPath) -> Response:
+async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
     missions = state.flying()
     grid, ledger = (await missions.brief(mission)).grid, await missions.ledger(mission)

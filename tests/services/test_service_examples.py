@@ -19,7 +19,7 @@ def test_the_document_says_which_events_there_are(http: httpx.Client) -> None:
     found = {
         tag: set(schema["properties"]["event"]["enum"])
         for tag, path in (("jobs", "/v1/jobs/{job}/events"), ("missions", "/v1/missions/{mission}/events"))
-        for schema in [paths[path]["get"]["responses"]["200"]["content"]["text/event-stream"]["schema"]]
+        for schema in [paths[path]["get"]["responses"]["200"]["content"]["text/event-stream"]["itemSchema"]]
     }
     assert found == {
         "jobs": {"state", "plan", "end"},

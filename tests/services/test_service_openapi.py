@@ -13,7 +13,7 @@ from services.settings import Settings
 
 def test_the_document_kept_is_the_one_served_where_keys_are_needed(tmp_path: Path) -> None:
     app = create_app(Settings(data=tmp_path, keys=True))
-    assert text_of(app.openapi()) == kept_text(), "write services/openapi.json anew: see docs/service.md"
+    assert text_of(app.openapi()) == kept_text(), "write text_of(app.openapi()) to services/openapi.json"
 
 
 def test_without_keys_none_are_asked_for(http: httpx.Client) -> None:
