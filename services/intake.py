@@ -71,8 +71,8 @@ def read_situation(body: Mapping[str, Any], limits: Limits) -> Situation:
         return situation_from_fields(situation)
 
 
-def read_budget(body: Mapping[str, Any], limits: Limits, planner: EngineInfo | None) -> Budget:
-    """Return the budget of a request; `planner` is None for one that can't count steps.
+def read_budget(body: Mapping[str, Any], limits: Limits, planner: EngineInfo) -> Budget:
+    """Return the budget of a request for a planner.
 
     Raises
     ------
@@ -84,8 +84,8 @@ def read_budget(body: Mapping[str, Any], limits: Limits, planner: EngineInfo | N
         if budget["seconds"] > limits.budget_s:
             raise refuse("/budget/seconds", f"must be at most {limits.budget_s:g}, got {budget['seconds']:g}")
         return Budget(seconds=float(budget["seconds"]))
-    if planner is None or not planner.deterministic_steps:
-        raise refuse("/budget/steps", f"planner {body['planner']} can't count steps: give it a budget in seconds")
+    if not planner.deterministic_steps:
+        raise refuse("/budget/steps", f"planner {planner.name} can't count steps: give it a budget in seconds")
     if budget["steps"] > limits.budget_steps:
         raise refuse("/budget/steps", f"must be at most {limits.budget_steps}, got {budget['steps']}")
     return Budget(steps=budget["steps"])

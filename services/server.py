@@ -13,6 +13,7 @@ from marsupial.errors import UsageError
 from services import logs
 from services.app import create_app
 from services.keys import KeyFile
+from services.planners import planner_infos
 from services.settings import Settings
 from services.state import state_of
 from services.store import Store, StoreError
@@ -52,8 +53,10 @@ def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> boo
     Raises
     ------
     UsageError
-        If the address can't be listened at, the folder can't be used, or keys are needed and there is none.
+        If the address can't be listened at, the folder can't be used, keys are needed and there is none, or a planner
+        of the operator's can't be offered.
     """
+    planner_infos(settings.planners)
     if settings.needs_keys and not KeyFile(settings.data).all():
         raise UsageError(
             f"API keys are needed to listen at {settings.host}: make one with "

@@ -78,7 +78,7 @@ class Desk(Observer):
     """Gathers what the mission does into turns, and fetches the inputs."""
 
     def __init__(self, brief: Brief, line: socket.socket) -> None:
-        self._grid = brief.grid
+        self._brief = brief
         self._line = line
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []
@@ -106,10 +106,15 @@ class Desk(Observer):
             text = self._decisions.popleft()
             decision = documents.decision_of(text)
         else:
-            decision = inner.decide(briefing)
+            decision = self._told(inner.decide(briefing))
             text = documents.decision(decision)
         self._tell(EventType.DECISION, text)
         return decision
+
+    def _told(self, decision: Decision) -> Decision:
+        """Return a decision that names the planner as the client does."""
+        say, report = self._brief.without_command, decision.report
+        return replace(decision, report=replace(report, planner=say(report.planner), detail=say(report.detail)))
 
     def begin_anew(self) -> None:
         """Count revisions on from here."""
@@ -120,7 +125,7 @@ class Desk(Observer):
         action = None if stop else self._action
         revision = self._revision if action is None else action.revision
         place = None if action is None else action.action.place
-        self._commands.append(documents.command(order, revision, place, self._grid, stop=stop))
+        self._commands.append(documents.command(order, revision, place, self._brief.grid, stop=stop))
 
     def exchange(self, until_ms: int) -> Input:
         """Send everything there is, to be answered by `until_ms`, and wait for the next input."""

@@ -50,7 +50,7 @@ def read_brief(body: Mapping[str, Any], limits: Limits, commands: Mapping[str, s
     try:
         strategy(brief.strategy, planner=engine, budget=budget)
     except (UsageError, EngineUnavailable) as error:
-        raise refuse("/planner", str(error)) from error
+        raise refuse("/planner", brief.without_command(str(error))) from error
     return brief
 
 

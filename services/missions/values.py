@@ -47,6 +47,10 @@ class Brief:
     planning_time: PlanningTime
     reachable: Mask | None = None
 
+    def without_command(self, text: str) -> str:
+        """Return what is said of the planner by the name the client has for it."""
+        return text.replace(self.engine, self.planner)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotNote:

@@ -7,10 +7,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 
-from marsupial.planning.engines import engine_infos
 from services.answers import json_answer
 from services.demo import DEMOS
 from services.openapi import errors
+from services.planners import planner_infos
 from services.problems import HttpProblem
 from services.routes.parameters import Service
 from services.routing import PlanRoute
@@ -33,18 +33,9 @@ async def list_planners(state: Service) -> Response:
             "proves_optimality": info.proves_optimality,
             "deterministic_steps": info.deterministic_steps,
         }
-        for info in engine_infos()
+        for info in planner_infos(state.settings.planners).values()
     ]
-    own = {
-        "summary": "external planner",
-        "licence": "that of the program",
-        "available": True,
-        "missing": None,
-        "anytime": True,
-        "proves_optimality": False,
-        "deterministic_steps": False,
-    }
-    return json_answer({"planners": found + [{"name": name, **own} for name in sorted(state.settings.planners)]})
+    return json_answer({"planners": found})
 
 
 @router.get("/demo-data", response_model=answers.DemoList, responses=errors())

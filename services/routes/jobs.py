@@ -12,13 +12,13 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Query, Response
 
 from marsupial.model.planning import EngineInfo
-from marsupial.planning.engines import ENGINES
 from services.answers import is_over, job_document, job_path, json_answer, plan_document, summary_document
 from services.events import EventStream, stream
 from services.intake import read_budget, read_situation, refuse
 from services.intake_map import read_map_state
 from services.jobs import JobRequest, JobState, KeyReused, QueueFull, Submitted
 from services.openapi import errors
+from services.planners import planner_infos
 from services.problems import HttpProblem
 from services.routes.parameters import (
     IdempotencyKey,
@@ -103,14 +103,11 @@ def _request(sent: Mapping[str, Any], settings: Settings) -> JobRequest:
     )
 
 
-def _planner(name: str, settings: Settings) -> EngineInfo | None:
-    """Return what there is to say of a planner; None of one the operator has configured."""
-    if name in settings.planners:
-        return None
-    if name not in ENGINES:
-        known = ", ".join(sorted([*ENGINES, *settings.planners]))
-        raise refuse("/planner", f"unknown planner {name!r}; there are {known}")
-    info = ENGINES[name]().info
+def _planner(name: str, settings: Settings) -> EngineInfo:
+    infos = planner_infos(settings.planners)
+    if name not in infos:
+        raise refuse("/planner", f"unknown planner {name!r}; there are {', '.join(sorted(infos))}")
+    info = infos[name]
     if info.missing is not None:
         raise refuse("/planner", f"{name} can't be used here: {info.missing}")
     return info
