@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
 from situations import (
     Spot,
     carrier,
@@ -14,23 +13,15 @@ from situations import (
     full_carrier,
     hall,
     out_of_reach,
-    relay,
     room,
     rover,
     rover_left_behind,
     situation_of,
 )
-from strategy_briefings import assert_possible, brief, briefings, robot_by_robot, torn_briefings
+from strategy_briefings import brief, robot_by_robot
 
-from marsupial.bench.simulate import simulate
-from marsupial.maps.builtin import builtin_scenario
-from marsupial.model.mission import Status
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.planning import Budget
+from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing
-from marsupial.planning.greedy import serve
-from marsupial.planning.schedule import retime
 from marsupial.strategies.assignment import Assignment
 
 
@@ -54,23 +45,6 @@ def test_a_robot_that_is_busy_arrives_later(busy_ms: int, rover_name: str) -> No
         {"c1_start": hall(0), "c2_start": hall(-5)},
     )
     assert decide(situation)[-1] == f"(explore {rover_name} m1 t1)"
-
-
-@pytest.mark.parametrize(("far", "explorer"), [(18, "c1"), (20, "r1")])
-def test_undocking_and_the_rovers_drive_count(far: int, explorer: str) -> None:
-    # the rover would be at its target after 10 + 5 + 4 seconds
-    situation = situation_of(
-        [carrier(), rover(on="c1")], {"in": room(12), "out": hall(far)}, {"m1": door(10)}, {"c1_start": hall(0)}
-    )
-    plan = Assignment().decide(brief(situation)).plan
-    assert [a.robot for a in plan.actions if a.name is ActionName.EXPLORE] == [explorer]
-
-
-def test_a_rover_is_set_down_where_it_gets_to_the_target_soonest_not_at_the_nearest_meeting() -> None:
-    situation = situation_of(
-        [carrier(), rover(on="c1")], {"t1": room(20)}, {"near": door(5), "far": door(19)}, {"c1_start": hall(0)}
-    )
-    assert decide(situation) == ["(move c1 c1_start far)", "(undock r1 c1 far)", "(explore r1 far t1)"]
 
 
 def test_a_carrier_without_a_rover_fetches_one_from_the_ground() -> None:
@@ -125,76 +99,7 @@ def test_a_rover_of_a_type_that_can_not_explore_the_target_stays_aboard() -> Non
     assert [action for action in decide(situation) if "undock" in action] == ["(undock r2 c1 m1)"]
 
 
-def test_a_target_that_takes_two_rides_is_explored_when_there_is_no_other() -> None:
-    assert decide(relay())[-1] == "(explore r1 m3 t1)"
-
-
 def test_what_nobody_can_explore_is_named_once_there_is_nothing_else() -> None:
     lonely = out_of_reach().restricted(targets=frozenset({"t2"}))
     decision = Assignment().decide(brief(lonely))
     assert (decision.plan.actions, decision.report.detail) == ((), "no way to explore t2")
-
-
-@pytest.mark.parametrize("target", ["t1", "t2"])
-def test_between_equals_a_robot_keeps_its_target(target: str) -> None:
-    situation = situation_of([carrier()], {"t1": hall(10), "t2": hall(-10)}, {}, {"c1_start": hall(0)})
-    whole, _ = serve(situation)
-    previous = retime(situation, [replace(whole.actions[0], origin="c1_start", place=target)])
-    assert decide(situation, previous) == [f"(explore c1 c1_start {target})"]
-
-
-def test_a_carrier_without_a_target_goes_where_another_explores() -> None:
-    situation = situation_of(
-        [carrier(1), carrier(2)], {"t1": hall(30)}, {}, {"c1_start": hall(0), "c2_start": hall(10)}
-    )
-    assert decide(situation) == ["(explore c1 c1_start t1)", "(explore c2 c2_start t1)"]
-
-
-def test_a_carrier_without_a_target_waits_where_it_would_set_its_rover_down() -> None:
-    situation = situation_of(
-        [carrier(1), carrier(2), rover(1, "c1"), rover(2, "c2")],
-        {"t1": room(32)},
-        {"m1": door(30)},
-        {"c1_start": hall(0), "c2_start": hall(10)},
-    )
-    assert decide(situation) == ["(move c1 c1_start m1)", "(move c2 c2_start m1)", *decide(situation)[2:]]
-    assert decide(situation)[2:] == ["(undock r2 c2 m1)", "(explore r2 m1 t1)"]
-
-
-def test_a_rover_without_a_target_waits_at_the_nearest_meeting() -> None:
-    situation = situation_of(
-        [carrier(), rover()],
-        {"t1": hall(30)},
-        {"m1": door(10), "m2": door(2)},
-        {"c1_start": hall(20), "r1_start": room(5)},
-    )
-    assert decide(situation) == ["(explore c1 c1_start t1)", "(move r1 r1_start m2)"]
-    there = situation_of(
-        [carrier(), rover()], {"t1": hall(30)}, {"m1": door(10)}, {"c1_start": hall(20), "r1_start": room(10)}
-    )
-    assert decide(there) == ["(explore c1 c1_start t1)"]
-
-
-@given(briefings())
-def test_every_plan_can_be_carried_out(briefing: Briefing) -> None:
-    assert_possible(briefing.situation, Assignment().decide(briefing).plan)
-
-
-@given(torn_briefings())
-def test_every_plan_can_be_carried_out_where_ways_lead_in_one_direction_only(briefing: Briefing) -> None:
-    assert_possible(briefing.situation, Assignment().decide(briefing).plan)
-
-
-@given(briefings())
-def test_something_is_explored_whenever_a_planner_could(briefing: Briefing) -> None:
-    plan = Assignment().decide(briefing).plan
-    assert bool(plan.explored) == bool(serve(briefing.situation)[0].explored)
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_mission_where_rovers_can_drive_everywhere_completes(seed: int) -> None:
-    summary = simulate(
-        builtin_scenario("rooms"), strategy_name="greedy", planner="greedy", budget=Budget(steps=1), seed=seed
-    )
-    ended = summary.ended
-    assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
