@@ -135,7 +135,7 @@ def ratio_table(outcome: Outcome, scenario: str) -> Table:
         title=f"Competitive ratio: {scenario}",
         caption="Exploration time as a multiple of that of the clairvoyant, who plans with the whole map known: mean "
         "over the missions that both completed ± half of the 95 % confidence interval. The clairvoyant's plan is the "
-        "best found, not proven best, so the true ratio may be a little greater.",
+        "best one that a local search found, not proven best: the ratio to an optimum may be greater.",
         heads=("team", *map(str, outcome.strategies)),
         scenario=scenario,
     )
