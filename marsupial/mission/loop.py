@@ -180,7 +180,7 @@ class Mission:
         survey = self._survey()
         self._note_explored(survey.targets)
         if not survey.targets and self._satisfied(survey):
-            return Status.COMPLETE, "no reachable target is left" + self._wishes()
+            return Status.COMPLETE, "no reachable target is left" + wishes(self._assignment.goal)
         self._fruitless = self._fruitless + 1 if self._world.now_ms == self._planned_ms else 0
         if self._fruitless > MAX_FRUITLESS:
             return Status.STALLED, "replanning over and over takes nobody anywhere"
@@ -298,19 +298,12 @@ class Mission:
         aboard = all(r.carrier is not None for r in robots if self._kinds[r.type].role is Role.ROVER)
         return (aboard or not goal.recover_rovers) and (home or not goal.return_home)
 
-    def _wishes(self) -> str:
-        goal = self._assignment.goal
-        if goal.return_home:
-            return ", the team is home"
-        return ", all rovers are aboard" if goal.recover_rovers else ""
-
     def _end(self, status: Status, reason: str) -> MissionEnded:
         robots = self._world.robots()
         targets = () if status is Status.COMPLETE else self._surveyor.targets(robots)
         area = self._world.grid.cell_area_m2
         known = self._world.grid.cells != UNKNOWN
         reachable = known if self._assignment.reachable is None else self._assignment.reachable
-        seconds = self._world.now_ms / 1000
         ended = MissionEnded(
             t_ms=self._world.now_ms,
             status=status,
@@ -319,7 +312,7 @@ class Mission:
             explored_area_m2=round(int(np.count_nonzero(known & reachable)) * area, 6),
             reachable_area_m2=round(int(np.count_nonzero(reachable)) * area, 6),
             distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),
-            energy_j=tuple((r.name, self._energy_j(r.name, self._kinds[r.type], seconds)) for r in robots),
+            energy_j=energy_j(self._world, self._kinds),
             deployments=self._executor.deployments,
             retrievals=self._executor.retrievals,
             replans=self._revision,
@@ -331,10 +324,6 @@ class Mission:
         self._observer.event(ended)
         return ended
 
-    def _energy_j(self, name: str, kind: RobotType, seconds: float) -> float:
-        driving = self._world.driving_ms(name) / 1000
-        return round(kind.energy.idle_w * seconds + kind.energy.drive_w * driving, 3)
-
 
 def _setbacks(news: News) -> str:
     """Say who failed and who was lost, if anybody."""
@@ -345,6 +334,23 @@ def _setbacks(news: News) -> str:
 def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:
     """Return the cell of each carrier."""
     return {r.name: r.cell for r in robots if r.cell is not None and kinds[r.type].role is Role.CARRIER}
+
+
+def wishes(goal: Goal) -> str:
+    """Return what else a complete mission has done, to be added to its reason."""
+    if goal.return_home:
+        return ", the team is home"
+    return ", all rovers are aboard" if goal.recover_rovers else ""
+
+
+def energy_j(world: World, kinds: Mapping[str, RobotType]) -> tuple[tuple[str, float], ...]:
+    """Return the energy in J that each robot has used so far."""
+
+    def used(robot: RobotReport) -> float:
+        energy, driving_s = kinds[robot.type].energy, world.driving_ms(robot.name) / 1000
+        return round(energy.idle_w * (world.now_ms / 1000) + energy.drive_w * driving_s, 3)
+
+    return tuple((robot.name, used(robot)) for robot in world.robots())
 
 
 def runs_of(indices: npt.NDArray[np.int64], cells: npt.NDArray[np.uint8]) -> tuple[int, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 from marsupial.maps.territory import Territory
 from marsupial.mission.carryover import shifted
 from marsupial.mission.executor import Executor
-from marsupial.mission.loop import Assignment, runs_of
+from marsupial.mission.loop import Assignment, energy_j, homes_of, runs_of, wishes
 from marsupial.mission.observer import Observer
 from marsupial.mission.survey import Poses, Surveyor
 from marsupial.model.grid import Grid
@@ -47,9 +47,7 @@ class Expedition:
     ) -> None:
         self._world, self._kinds = world, kinds
         self._assignment, self._observer = assignment, observer
-        self._homes = {
-            r.name: r.cell for r in world.robots() if r.cell is not None and kinds[r.type].role is Role.CARRIER
-        }
+        self._homes = homes_of(world.robots(), kinds)
         self._surveyor = Surveyor(Territory(truth.solid(), tuple(kinds.values())), self._homes, assignment.goal)
         self._executor = Executor(world, self._surveyor.route, observer)
         self._reachable = np.zeros_like(truth.cells) if assignment.reachable is None else assignment.reachable
@@ -99,7 +97,7 @@ class Expedition:
             if not self._satisfied() and not self._bring_back():
                 return Status.STALLED, "not every rover can be brought back"
         if self._exploration_ms is not None and self._executor.idle and self._satisfied():
-            return Status.COMPLETE, "all of the reachable area is known" + self._wishes()
+            return Status.COMPLETE, "all of the reachable area is known" + wishes(self._assignment.goal)
         return None
 
     def _bring_back(self) -> bool:
@@ -142,16 +140,9 @@ class Expedition:
         home = all(r.cell == self._homes[r.name] for r in robots if r.name in self._homes)
         return (aboard or not (goal.recover_rovers or goal.return_home)) and (home or not goal.return_home)
 
-    def _wishes(self) -> str:
-        goal = self._assignment.goal
-        if goal.return_home:
-            return ", the team is home"
-        return ", all rovers are aboard" if goal.recover_rovers else ""
-
     def _end(self, status: Status, reason: str) -> MissionEnded:
         world, area = self._world, self._world.grid.cell_area_m2
-        robots, seconds = world.robots(), world.now_ms / 1000
-        reachable = int(np.count_nonzero(self._reachable))
+        robots, reachable = world.robots(), int(np.count_nonzero(self._reachable))
         known = Surveyor(Territory(world.grid, tuple(self._kinds.values())), {}, self._assignment.goal)
         targets = known.targets(robots)
         left = f"still open when the mission ended: {reason}" if self._left else "nothing reachable is behind it"
@@ -163,7 +154,7 @@ class Expedition:
             explored_area_m2=round((reachable - self._left) * area, 6),
             reachable_area_m2=round(reachable * area, 6),
             distance_m=tuple((r.name, round(world.distance_m(r.name), 3)) for r in robots),
-            energy_j=tuple((r.name, self._energy_j(r.name, self._kinds[r.type], seconds)) for r in robots),
+            energy_j=energy_j(self._world, self._kinds),
             deployments=self._executor.deployments,
             retrievals=self._executor.retrievals,
             replans=self._revision,
@@ -174,7 +165,3 @@ class Expedition:
         )
         self._observer.event(ended)
         return ended
-
-    def _energy_j(self, name: str, kind: RobotType, seconds: float) -> float:
-        driving = self._world.driving_ms(name) / 1000
-        return round(kind.energy.idle_w * seconds + kind.energy.drive_w * driving, 3)
