@@ -172,10 +172,8 @@ def _unknown_job(request: Request, error: Exception) -> Response:
     return answer(HttpProblem("not-found", "there is no such job, or no longer"), request.url.path)
 
 
-def _not_stored(request: Request, error: Exception) -> Response:
-    return answer(
-        HttpProblem("not-ready", f"nothing was stored: {error}", headers={"Retry-After": "5"}), request.url.path
-    )
+def _store_fails(request: Request, error: Exception) -> Response:
+    return answer(HttpProblem("not-ready", str(error), headers={"Retry-After": "5"}), request.url.path)
 
 
 _HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
@@ -185,5 +183,5 @@ _HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
     HTTPException: _http,
     UnknownJob: _unknown_job,
     UnknownMission: _unknown_mission,
-    StoreError: _not_stored,
+    StoreError: _store_fails,
 }

@@ -117,30 +117,40 @@ class Keeper:
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended."""
+        failure = await self._go_on()
+        while failure is not None:
+            try:
+                return await self._give_up(failure)
+            except StoreError as error:
+                await self._pause(error)
+
+    async def _go_on(self) -> str | None:
+        """Follow one process after the other; return why that leads nowhere, None if the mission has ended."""
         deaths = 0
         while True:
             before = self.turns
             try:
                 ended = await self._live()
             except StoreError as error:
-                log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
-                await asyncio.sleep(_RETRY_S)
+                await self._pause(error)
                 continue
             except Exception as error:
                 log.exception("a mission failed", extra={"mission": self.id})
-                await self._give_up(str(error))
-                return
+                return str(error)
             if ended is None:
-                return
+                return None
             log.warning("the process of a mission ended", extra={"mission": self.id, "reason": ended.detail})
             deaths = 1 if self.turns > before else deaths + 1
             if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
-                await self._give_up(ended.detail)
-                return
+                return ended.detail
             await asyncio.sleep(_PAUSE_S * (deaths - 1))
 
     async def _give_up(self, reason: str) -> None:
         await self._write(lambda tx: table.fail(tx, self.id, reason, self._now_ms()))
+
+    async def _pause(self, error: StoreError) -> None:
+        log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
+        await asyncio.sleep(_RETRY_S)
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
