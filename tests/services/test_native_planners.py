@@ -1,0 +1,130 @@
+"""Planners in processes of their own, in jobs and in missions: they answer, and leave nothing behind."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import psutil
+import pytest
+from launcher_tree import below_launcher
+from service_house import Server, client, serving
+
+from marsupial.errors import UsageError
+from marsupial.formats.situation import situation_from_fields
+from marsupial.maps.builtin import builtin_scenario
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import Status
+from marsupial.model.planning import Budget, Outcome
+from marsupial.model.strategy import PlanningReport
+from marsupial.planning.checker import check
+from marsupial.planning.engines import engine
+from services.client import Client, simulate_by
+from services.intake import read_plan
+
+ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)
+
+
+@pytest.fixture(params=["tamer", "aries"])
+def planner(request: pytest.FixtureRequest) -> str:
+    missing = engine(request.param).info.missing
+    if missing is not None:
+        pytest.skip(f"{request.param}: {missing}")
+    return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with serving(tmp_path_factory.mktemp("service")) as found, client(found) as http:
+        assert http.get("/readyz").status_code == 200
+        yield found
+
+
+@pytest.fixture
+def http(running: Server) -> Iterator[httpx.Client]:
+    with client(running) as found:
+        yield found
+
+
+class Reports(Observer):
+    """Keeps what is told of each planning."""
+
+    def __init__(self) -> None:
+        self.all: list[PlanningReport] = []
+
+    def planned(self, report: PlanningReport) -> None:
+        self.all.append(report)
+
+
+@contextmanager
+def leaving_nothing() -> Iterator[set[psutil.Process]]:
+    """Give the processes that are seen below the service during the block, and see that they have ended after it."""
+    seen: set[psutil.Process] = set()
+    over = threading.Event()
+
+    def watch() -> None:
+        while not over.wait(0.05):
+            seen.update(below_launcher())
+
+    watching = threading.Thread(target=watch)
+    watching.start()
+    try:
+        yield seen
+    finally:
+        over.set()
+        watching.join()
+    assert seen
+    assert not psutil.wait_procs(list(seen), 5)[1]
+
+
+def explore(server: Server, planner: str, reports: Reports, cancelled: Callable[[], bool]) -> Status:
+    return simulate_by(
+        Client(server.url),
+        builtin_scenario("lobby"),
+        strategy_name="temporal",
+        planner=planner,
+        budget=Budget(seconds=0.4),
+        seed=1,
+        observer=reports,
+        cancelled=cancelled,
+    ).ended.status
+
+
+def test_a_job_is_given_a_valid_plan(http: httpx.Client, planner: str) -> None:
+    body = {**http.get("/v1/demo-data/yard").json(), "planner": planner, "budget": {"seconds": 60}}
+    with leaving_nothing():
+        links = http.post("/v1/jobs", json=body).json()["links"]
+        with http.stream("GET", links["events"]) as answer:
+            assert any(line == "event: plan" for line in answer.iter_lines())
+        job = http.post(links["cancel"]).json()
+    assert (job["state"] in ("succeeded", "cancelled"), job["planner"]) == (True, planner)
+    situation = situation_from_fields(http.get(job["links"]["situation"]).json()["situation"])
+    assert check(situation, read_plan({"plan": {"actions": job["best"]["actions"]}}, situation)).valid
+
+
+def test_a_mission_is_planned_with_it(running: Server, planner: str) -> None:
+    reports = Reports()
+    with leaving_nothing():
+        assert explore(running, planner, reports, lambda: len(reports.all) >= 2) is Status.CANCELLED
+    assert {report.planner for report in reports.all} == {planner}
+    assert all(report.outcome in ANSWERS and not report.refused for report in reports.all), reports.all
+
+
+@pytest.mark.slow
+def test_nothing_of_a_mission_outlives_a_server_that_is_killed(
+    tmp_path: Path, planner: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("services.client._PATIENCE_S", 0.1)
+    reports = Reports()
+    with serving(tmp_path) as server, leaving_nothing():
+
+        def kill() -> bool:
+            if reports.all:
+                server.process.kill()
+            return False
+
+        with pytest.raises(UsageError, match="can't be reached"):
+            explore(server, planner, reports, kill)
