@@ -9,22 +9,24 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_missions import ANNEX, TWO_ANNEXES, Watcher, drawn_grid, kinds_of
+from simulated_missions import STEP, drawn_scenario, team_at, watched
+from small_missions import ANNEX, TWO_ANNEXES, kinds_of
 
+from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.simulate import PlanningStats, reachable_area, simulate
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.missionlog import encode_event
 from marsupial.maps.builtin import builtin_scenario
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid
-from marsupial.model.mission import MissionEnded, MissionStarted, Status
-from marsupial.model.planning import Budget, Outcome
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid
+from marsupial.model.mission import MissionStarted, Status
+from marsupial.model.planning import Outcome
 from marsupial.model.robots import TeamMember, uniform_team
 from marsupial.model.scenario import Goal, Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.strategies.registry import STRATEGIES
 
-STEP = Budget(steps=1)
+EVERYBODY = [*STRATEGIES, CLAIRVOYANT]
 
 LOG = """
 import sys
@@ -41,22 +43,6 @@ class Printer(Observer):
 simulate(builtin_scenario("lobby"), strategy_name=sys.argv[1], planner="greedy", budget=Budget(steps=2), seed=4,
          observer=Printer())
 """
-
-
-def drawn_scenario(
-    *lines: str, team: tuple[TeamMember, ...] = uniform_team(1, 1), goal: Goal | None = None
-) -> Scenario:
-    kinds = kinds_of(capacity=2)
-    return Scenario(
-        name="drawn", grid=drawn_grid(*lines), robot_types=tuple(kinds.values()), team=team, goal=goal or Goal()
-    )
-
-
-def watched(scenario: Scenario, strategy: str, seed: int) -> tuple[MissionEnded, Watcher]:
-    kinds = {kind.name: kind for kind in scenario.robot_types}
-    watcher = Watcher(scenario.grid, kinds, place_team(scenario, seed))
-    summary = simulate(scenario, strategy_name=strategy, planner="greedy", budget=STEP, seed=seed, observer=watcher)
-    return summary.ended, watcher
 
 
 def report(wall_s: float, first_plan_s: float | None = None) -> PlanningReport:
@@ -112,7 +98,7 @@ def test_unknown_strategies_and_planners_are_refused() -> None:
         simulate(drawn_scenario(*ANNEX), strategy_name="temporal", planner="nope", budget=STEP, seed=1)
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("strategy", EVERYBODY)
 def test_the_same_mission_is_the_same_bytes_in_another_process(strategy: str) -> None:
     logs = []
     for seed in ("1", "2"):
@@ -124,7 +110,7 @@ def test_the_same_mission_is_the_same_bytes_in_another_process(strategy: str) ->
     assert logs[0].count(b"\n") > 20
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("strategy", EVERYBODY)
 def test_the_same_mission_is_the_same_bytes_in_the_same_process(strategy: str) -> None:
     first, second = (
         [encode_event(event) for event in watched(drawn_scenario(*TWO_ANNEXES), strategy, 2)[1].events] for _ in "ab"
@@ -141,7 +127,7 @@ def test_robots_do_what_robots_can_do(name: str, strategy: str) -> None:
     assert len(ended.aboard) == 4
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("strategy", EVERYBODY)
 def test_teams_of_several_carrier_and_rover_types_work_together(strategy: str) -> None:
     scenario = builtin_scenario("lobby")
     carrier, rover = scenario.robot_types
@@ -173,25 +159,22 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     cells[rng.integers(size[0]), rng.integers(size[1])] = FLOOR
     floor = np.argwhere(cells == FLOOR)
     carriers, rovers = min(draw(st.integers(1, 2)), len(floor)), draw(st.integers(0, 2))
-    chosen = rng.permutation(len(floor))[:carriers]
-    team: list[TeamMember] = []
-    for i, (y, x) in enumerate(floor[chosen], 1):
-        team.append(TeamMember(name=f"c{i}", type="carrier", start=Cell(int(x), int(y))))
-        team += [TeamMember(name=f"r{i}_{j}", type="rover", carrier=f"c{i}") for j in range(rovers)]
+    starts = [(int(x), int(y)) for y, x in floor[rng.permutation(len(floor))[:carriers]]]
     reach = {"carrier_range_m": draw(st.sampled_from([0.5, 3.0])), "rover_range_m": draw(st.sampled_from([0.5, 2.0]))}
     return Scenario(
         name="random",
         grid=Grid(cells=cells, resolution_m=1.0),
-        robot_types=tuple(kinds_of(capacity=max(1, rovers), **reach).values()),
-        team=tuple(team),
+        robot_types=tuple(kinds_of(capacity=draw(st.integers(max(1, rovers), 2)), **reach).values()),
+        team=team_at(*starts, rovers=rovers),
         goal=Goal(recover_rovers=draw(st.booleans()), return_home=draw(st.booleans())),
     )
 
 
-@settings(max_examples=40, deadline=None)
-@given(scenarios(), st.sampled_from(sorted(STRATEGIES)))
-def test_any_small_map_is_explored_whole_and_no_rover_left_behind(scenario: Scenario, strategy: str) -> None:
-    ended, watcher = watched(scenario, strategy, 1)
+@pytest.mark.parametrize("strategy", EVERYBODY)
+@settings(max_examples=20, deadline=None)
+@given(scenarios())
+def test_any_small_map_is_explored_whole_and_no_rover_left_behind(strategy: str, scenario: Scenario) -> None:
+    ended, watcher = watched(scenario, strategy)
     assert watcher.faults == []
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
     if scenario.goal.recover_rovers or scenario.goal.return_home:

@@ -1,0 +1,55 @@
+"""Whole missions from a scenario, by a strategy or the clairvoyant, beside a watcher of what robots physically do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from small_missions import Watcher, drawn_grid, kinds_of
+
+from marsupial.bench.clairvoyant import CLAIRVOYANT
+from marsupial.bench.simulate import simulate
+from marsupial.mission.placement import place_team
+from marsupial.model.grid import Cell, Grid
+from marsupial.model.mission import MissionEnded, PlacedRobot, Revealed
+from marsupial.model.planning import Budget
+from marsupial.model.robots import RobotType, TeamMember, uniform_team
+from marsupial.model.scenario import Goal, Scenario
+
+STEP = Budget(steps=1)
+
+
+class Insider(Watcher):
+    """Holds robots to the truth, not to what they have seen: they may drive where nobody has looked."""
+
+    def __init__(self, grid: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
+        super().__init__(grid, kinds, robots)
+        self._known = grid.solid().cells
+
+    def _reveal(self, event: Revealed) -> None:
+        pass
+
+
+def team_at(*carriers: tuple[int, int], rovers: int = 0) -> tuple[TeamMember, ...]:
+    """Return carriers ``c1``, ``c2``... at these cells, with `rovers` docked rovers each: ``r1_1``, ``r1_2``..."""
+    team: list[TeamMember] = []
+    for i, at in enumerate(carriers, 1):
+        team.append(TeamMember(name=f"c{i}", type="carrier", start=Cell(*at)))
+        team += [TeamMember(name=f"r{i}_{j}", type="rover", carrier=f"c{i}") for j in range(1, rovers + 1)]
+    return tuple(team)
+
+
+def drawn_scenario(
+    *lines: str, team: tuple[TeamMember, ...] = uniform_team(1, 1), goal: Goal | None = None
+) -> Scenario:
+    """Return the scenario of a drawing, with carriers that hold two rovers."""
+    kinds = tuple(kinds_of(capacity=2).values())
+    return Scenario(name="drawn", grid=drawn_grid(*lines), robot_types=kinds, team=team, goal=goal or Goal())
+
+
+def watched(scenario: Scenario, strategy: str, seed: int = 1) -> tuple[MissionEnded, Watcher]:
+    """Run a mission with a step for each planning; return its end and who watched it."""
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    kind_of_watcher = Insider if strategy == CLAIRVOYANT else Watcher
+    watcher = kind_of_watcher(scenario.grid, kinds, place_team(scenario, seed))
+    summary = simulate(scenario, strategy_name=strategy, planner="greedy", budget=STEP, seed=seed, observer=watcher)
+    return summary.ended, watcher
