@@ -93,6 +93,27 @@ def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
     return np.logical_or.reduce(list(reach.by_type.values()))
 
 
+def _started(
+    scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy_name: str, planner: str, seed: int
+) -> MissionStarted:
+    grid = scenario.grid
+    return MissionStarted(
+        t_ms=0,
+        scenario=scenario.name,
+        strategy=strategy_name,
+        planner=planner,
+        seed=seed,
+        width=grid.width,
+        height=grid.height,
+        resolution_m=grid.resolution_m,
+        origin_m=grid.origin_m,
+        terrains=grid.terrains,
+        types=scenario.robot_types,
+        robots=robots,
+        goal=scenario.goal,
+    )
+
+
 def simulate(
     scenario: Scenario,
     *,
@@ -120,23 +141,7 @@ def simulate(
     chosen = None if strategy_name == CLAIRVOYANT else strategy(strategy_name, planner=planner, budget=budget)
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
-    watcher.event(
-        MissionStarted(
-            t_ms=0,
-            scenario=scenario.name,
-            strategy=strategy_name,
-            planner=planner,
-            seed=seed,
-            width=scenario.grid.width,
-            height=scenario.grid.height,
-            resolution_m=scenario.grid.resolution_m,
-            origin_m=scenario.grid.origin_m,
-            terrains=scenario.grid.terrains,
-            types=scenario.robot_types,
-            robots=robots,
-            goal=scenario.goal,
-        )
-    )
+    watcher.event(_started(scenario, robots, strategy_name, planner, seed))
     assignment = Assignment(
         goal=scenario.goal,
         limits=scenario.limits,

@@ -9,6 +9,15 @@ import typer
 
 DEFAULT_STEPS = 8
 
+Workers = Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")]
+RayAddress = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
+]
+RetryFailed = Annotated[
+    bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
+]
+
 
 def compare(
     scenarios: Annotated[
@@ -29,15 +38,10 @@ def compare(
     ] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds for each planning instead: not reproducible.")] = None,
     time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")] = None,
-    ray: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
-    ] = None,
+    workers: Workers = None,
+    ray: RayAddress = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write to; one begun before is gone on with.")] = None,
-    retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
-    ] = False,
+    retry_failed: RetryFailed = False,
     report: Annotated[
         Path | None, typer.Option(help="Only write tables, figures and report of this folder anew.")
     ] = None,
@@ -48,11 +52,9 @@ def compare(
 
     Example: marsupial compare office maze --carriers 1-3 --rovers 1-2 --runs 10 --out office-maze
     """
-    import math
-
     from marsupial.bench.compare.plan import Comparison
     from marsupial.cli import comparing
-    from marsupial.cli.missions import budget_of
+    from marsupial.cli.missions import budget_of, limits_of
     from marsupial.errors import UsageError
 
     if report is not None:
@@ -64,16 +66,15 @@ def compare(
         raise UsageError("needs a SCENARIO, or --report with a folder")
     if out is None:
         raise UsageError("needs --out with the folder to write to")
-    if time_limit is not None and not (time_limit > 0 and math.isfinite(time_limit)):
-        raise UsageError(f"--time-limit: must be positive, got {time_limit:g}")
+    limits = limits_of(time_limit)
     chosen = budget_of(budget, DEFAULT_STEPS if steps is None and budget is None else steps)
     comparison = Comparison(
         contenders=comparing.contenders(strategies, planner, chosen),
         scenarios=comparing.cases(
             scenarios,
-            None if carriers is None else comparing.numbers(carriers, "--carriers", at_least=1),
-            None if rovers is None else comparing.numbers(rovers, "--rovers", at_least=0),
-            time_limit,
+            comparing.numbers(carriers, "--carriers", at_least=1),
+            comparing.numbers(rovers, "--rovers", at_least=0),
+            limits,
         ),
         runs=runs,
         budget=chosen,

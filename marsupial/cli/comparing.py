@@ -38,14 +38,16 @@ from marsupial.strategies.registry import STRATEGIES
 MOST_CASES = 10_000
 
 
-def numbers(text: str, option: str, *, at_least: int) -> tuple[int, ...]:
-    """Return the numbers that an option like ``1-3,6`` names, in order.
+def numbers(text: str | None, option: str, *, at_least: int) -> tuple[int, ...] | None:
+    """Return the numbers that an option like ``1-3,6`` names, in order; None where it is not given.
 
     Raises
     ------
     UsageError
         If it names none, or one below `at_least`.
     """
+    if text is None:
+        return None
     found: set[int] = set()
     for part in text.split(","):
         match = re.fullmatch(r"\s*(\d{1,4})\s*(?:-\s*(\d{1,4})\s*)?", part)
@@ -86,9 +88,9 @@ def _contender(text: str, planner: str, budget: Budget) -> Contender:
 
 
 def cases(
-    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, time_limit_s: float | None
+    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: Limits | None
 ) -> dict[Case, Scenario]:
-    """Return the scenarios that these options name, by case; None takes the team that a scenario has.
+    """Return the scenarios that these options name, by case; None takes the team or limits that a scenario has.
 
     Raises
     ------
@@ -99,7 +101,7 @@ def cases(
         raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
     found: dict[Case, Scenario] = {}
     for source in dict.fromkeys(sources):
-        of_source = _cases_of(source, carriers, rovers, time_limit_s)
+        of_source = _cases_of(source, carriers, rovers, limits)
         if not found.keys().isdisjoint(of_source):  # several files called map.yaml
             of_source = {replace(case, scenario=source): scenario for case, scenario in of_source.items()}
         found |= of_source
@@ -107,7 +109,7 @@ def cases(
 
 
 def _cases_of(
-    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, time_limit_s: float | None
+    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: Limits | None
 ) -> dict[Case, Scenario]:
     found: dict[Case, Scenario] = {}
     grid = None
@@ -118,9 +120,7 @@ def _cases_of(
                 warn(text)
             grid = scenario.grid if grid is None else grid  # one for all teams: it travels to each worker once
             scenario = prepared(replace(scenario, grid=grid))
-            if time_limit_s is not None:
-                scenario = replace(scenario, limits=Limits(time_ms=max(1, round(1000 * time_limit_s))))
-            found[_case(scenario)] = scenario
+            found[_case(scenario)] = scenario if limits is None else replace(scenario, limits=limits)
     if any(map(has_fixed_starts, found.values())):
         warn(f"{source}: all starts are fixed: every run of it is the same mission")
     return found

@@ -103,6 +103,21 @@ def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DE
     return Budget(seconds=seconds, steps=steps)
 
 
+def limits_of(time_limit_s: float | None) -> Limits | None:
+    """Return the limits that ``--time-limit`` asks for; None for those of the scenario.
+
+    Raises
+    ------
+    UsageError
+        If it is not positive and finite.
+    """
+    if time_limit_s is None:
+        return None
+    if not (time_limit_s > 0 and math.isfinite(time_limit_s)):
+        raise UsageError(f"--time-limit: must be positive, got {time_limit_s:g}")
+    return Limits(time_ms=max(1, round(1000 * time_limit_s)))
+
+
 def _planner(request: Request, budget: Budget) -> str:
     if request.strategy not in PLANNING_STRATEGIES:
         if request.planner is not None:
@@ -126,11 +141,8 @@ def _changed(scenario: Scenario, request: Request) -> Scenario:
         if request.planning_time not in list(PlanningTime):
             raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")
         scenario = replace(scenario, planning_time=PlanningTime(request.planning_time))
-    if request.time_limit_s is not None:
-        if not (request.time_limit_s > 0 and math.isfinite(request.time_limit_s)):
-            raise UsageError(f"--time-limit: must be positive, got {request.time_limit_s:g}")
-        scenario = replace(scenario, limits=Limits(time_ms=max(1, round(1000 * request.time_limit_s))))
-    return scenario
+    limits = limits_of(request.time_limit_s)
+    return scenario if limits is None else replace(scenario, limits=limits)
 
 
 class _Log(Observer):

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.compare import DEFAULT_STEPS
+from marsupial.cli.compare import DEFAULT_STEPS, RayAddress, RetryFailed, Workers
 
 
 def reproduce(
@@ -18,14 +18,9 @@ def reproduce(
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = DEFAULT_STEPS,
-    workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")] = None,
-    ray: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
-    ] = None,
-    retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
-    ] = False,
+    workers: Workers = None,
+    ray: RayAddress = None,
+    retry_failed: RetryFailed = False,
 ) -> None:
     """Carry out the experiment of a paper.
 
