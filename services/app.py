@@ -30,7 +30,7 @@ from services.problems import KINDS, Detail, HttpProblem, answer, kind_of
 from services.routes import analyses, catalogue, jobs, missions, operations
 from services.settings import Settings
 from services.state import State, state_of
-from services.store import Store, StoreError
+from services.store import KeyReused, Store, StoreError
 
 DESCRIPTION = (
     "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
@@ -164,12 +164,13 @@ def _methods(request: Request) -> Sequence[str]:
     return sorted(found)
 
 
-def _unknown_mission(request: Request, error: Exception) -> Response:
-    return answer(HttpProblem("not-found", "there is no such mission, or no longer"), request.url.path)
+def _unknown(request: Request, error: Exception) -> Response:
+    noun = "job" if isinstance(error, UnknownJob) else "mission"
+    return answer(HttpProblem("not-found", f"there is no such {noun}, or no longer"), request.url.path)
 
 
-def _unknown_job(request: Request, error: Exception) -> Response:
-    return answer(HttpProblem("not-found", "there is no such job, or no longer"), request.url.path)
+def _key_reused(request: Request, error: Exception) -> Response:
+    return answer(HttpProblem("key-reused", "send another key, or the same request"), request.url.path)
 
 
 def _store_fails(request: Request, error: Exception) -> Response:
@@ -181,7 +182,8 @@ _HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
     MarsupialError: _refused,
     RequestValidationError: _misshaped,
     HTTPException: _http,
-    UnknownJob: _unknown_job,
-    UnknownMission: _unknown_mission,
+    UnknownJob: _unknown,
+    UnknownMission: _unknown,
+    KeyReused: _key_reused,
     StoreError: _store_fails,
 }

@@ -8,8 +8,6 @@ from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, gene
 
 from services.jobs import Metrics
 
-CONTENT_TYPE = "text/plain"
-
 
 class HttpMetrics:
     """Counts of one service."""

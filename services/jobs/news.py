@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+
+from services.store import Store
 
 
 class News:
@@ -30,6 +32,16 @@ class News:
             bells.discard(event)
             if not bells:
                 del self._bells[topic]
+
+    def attend(self, store: Store) -> None:
+        """Ring for whatever is committed from now on; called in the event loop."""
+        loop = asyncio.get_running_loop()
+
+        def pass_on(topics: frozenset[str]) -> None:  # in the thread that writes, also after the loop has ended
+            with suppress(RuntimeError):
+                loop.call_soon_threadsafe(self.ring, topics)
+
+        store.listen(pass_on)
 
     def ring(self, topics: frozenset[str]) -> None:
         """Ring the bells of these topics."""

@@ -237,9 +237,5 @@ class QueueFull(Exception):
         self.retry_after_s = retry_after_s
 
 
-class KeyReused(Exception):
-    """An idempotency key came again with another request."""
-
-
 class UnknownJob(Exception):
     """There is no such job, or no longer."""

@@ -90,7 +90,7 @@ class Jobs:
         StoreError
             If that can't be stored.
         """
-        self._store.listen(partial(self._pass_on, asyncio.get_running_loop()))
+        self._news.attend(self._store)
         await self._write(lambda tx: table.recover(tx, self._settings, self._now_ms()))
         await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
         self._tasks = [asyncio.create_task(self._slot()) for _ in range(self._settings.slots)]
@@ -219,11 +219,6 @@ class Jobs:
             slots_in_use=len(self._attempts),
             following=self._news.listening,
         )
-
-    def _pass_on(self, loop: asyncio.AbstractEventLoop, topics: frozenset[str]) -> None:
-        """Ring for news; called by the store's thread that writes, also after the loop has ended."""
-        with suppress(RuntimeError):
-            loop.call_soon_threadsafe(self._news.ring, topics)
 
     async def _existing(self, job: str) -> JobRecord:
         return lookup.existing(await self._read(lambda source: lookup.job(source, job)), job)

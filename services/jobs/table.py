@@ -23,12 +23,11 @@ from services.jobs.records import (
     JobRecord,
     JobSettings,
     JobState,
-    KeyReused,
     QueueFull,
     Submitted,
     UnknownJob,
 )
-from services.store import Transaction
+from services.store import Transaction, entries
 
 _LONGEST_RETRY_S = 60
 _REMOVED_AT_ONCE = 100
@@ -66,14 +65,9 @@ class Claim:
 
 def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> Submitted:
     """Store a job, or find the one that the same request made before. Raises KeyReused, QueueFull."""
-    if job.key is not None:
-        known = tx.execute(
-            "SELECT id, digest FROM jobs WHERE owner = ? AND idempotency_key = ?", (job.owner, job.key)
-        ).fetchone()
-        if known is not None:
-            if known["digest"] != job.digest:
-                raise KeyReused(f"the idempotency key {job.key!r} was used for another request")
-            return Submitted(job=_record(tx, known["id"]), replayed=True)
+    known = entries.made_before(tx, "jobs", job.owner, job.key, job.digest)
+    if known is not None:
+        return Submitted(job=_record(tx, known), replayed=True)
     _find_room(tx, settings)
     number = tx.execute(
         "INSERT INTO jobs (id, owner, idempotency_key, digest, planner, seconds, steps, state, created_ms, queued_ms)"
@@ -199,18 +193,11 @@ def recover(tx: Transaction, settings: JobSettings, now_ms: int) -> None:
 
 def remove_old(tx: Transaction, settings: JobSettings, now_ms: int) -> int:
     """Remove some finished jobs that are too old or too many, if there are any, and return how many."""
-    rows = tx.execute(
-        "SELECT number, id FROM jobs WHERE finished_ms < ?"
-        " OR number IN (SELECT number FROM jobs WHERE finished_ms IS NOT NULL"
-        " ORDER BY finished_ms DESC, number DESC LIMIT -1 OFFSET ?) LIMIT ?",
-        (now_ms - round(1000 * settings.retention_s), settings.kept_jobs, _REMOVED_AT_ONCE),
-    ).fetchall()
-    for number, job in rows:
-        tx.execute("DELETE FROM jobs WHERE number = ?", (number,))
-        tx.news.add(job)
-    if rows:
+    before_ms = now_ms - round(1000 * settings.retention_s)
+    removed = entries.remove_old(tx, "jobs", before_ms, settings.kept_jobs, _REMOVED_AT_ONCE)
+    if removed:
         tx.execute(f"PRAGMA incremental_vacuum({_FREED_PAGES})").fetchall()
-    return len(rows)
+    return removed
 
 
 def _record(tx: Transaction, job: str) -> JobRecord:

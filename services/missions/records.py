@@ -85,9 +85,5 @@ class TooMany(Exception):
     """No more missions, or no more reports, are taken at the moment."""
 
 
-class KeyReused(Exception):
-    """An idempotency key came again with another request."""
-
-
 class UnknownMission(Exception):
     """There is no such mission, or no longer."""

@@ -58,7 +58,7 @@ class Missions:
         StoreError
             If they can't be read.
         """
-        self._store.listen(partial(self._pass_on, asyncio.get_running_loop()))
+        self._news.attend(self._store)
         await self._exchange.start()
         await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
         for mission in await self._read(table.open_missions):
@@ -233,11 +233,6 @@ class Missions:
                 removed = await self._write(lambda tx: table.remove_old(tx, self._settings, self._now_ms()))
             if not removed:
                 await asyncio.sleep(_SWEEP_S)
-
-    def _pass_on(self, loop: asyncio.AbstractEventLoop, topics: frozenset[str]) -> None:
-        """Ring for news; called by the store's thread that writes, also after the loop has ended."""
-        with suppress(RuntimeError):
-            loop.call_soon_threadsafe(self._news.ring, topics)
 
     def _write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
         return asyncio.wrap_future(self._store.write(write))

@@ -13,7 +13,6 @@ from services.jobs.lookup import Source
 from services.missions import documents
 from services.missions.ledger import Conflict, Ledger
 from services.missions.records import (
-    KeyReused,
     MissionEventRecord,
     MissionRecord,
     MissionSettings,
@@ -22,7 +21,7 @@ from services.missions.records import (
     UnknownMission,
 )
 from services.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
-from services.store import Transaction
+from services.store import Transaction, entries
 
 _REMOVED_AT_ONCE = 20
 _COLUMNS = ", ".join(field.name.replace("_at_ms", "_ms") for field in fields(MissionRecord))
@@ -50,14 +49,9 @@ class NewMission:
 
 def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int) -> tuple[MissionRecord, bool]:
     """Store a mission, or find the one that the same request made before (True). Raises KeyReused, TooMany."""
-    if new.key is not None:
-        row = tx.execute(
-            "SELECT id, digest FROM missions WHERE owner = ? AND idempotency_key = ?", (new.owner, new.key)
-        ).fetchone()
-        if row is not None:
-            if row["digest"] != new.digest:
-                raise KeyReused(f"the idempotency key {new.key!r} was used for another request")
-            return existing(tx, row["id"]), True
+    known = entries.made_before(tx, "missions", new.owner, new.key, new.digest)
+    if known is not None:
+        return existing(tx, known), True
     (count,) = tx.execute("SELECT count(*) FROM missions WHERE finished_ms IS NULL").fetchone()
     if count >= settings.missions:
         raise TooMany(f"there are {count} open missions, more are not allowed at a time")
@@ -125,16 +119,8 @@ def fail(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
 
 def remove_old(tx: Transaction, settings: MissionSettings, now_ms: int) -> int:
     """Remove some missions that ended and are too old or too many, if there are any, and return how many."""
-    rows = tx.execute(
-        "SELECT number, id FROM missions WHERE finished_ms < ?"
-        " OR number IN (SELECT number FROM missions WHERE finished_ms IS NOT NULL"
-        " ORDER BY finished_ms DESC, number DESC LIMIT -1 OFFSET ?) LIMIT ?",
-        (now_ms - round(1000 * settings.retention_s), settings.kept_missions, _REMOVED_AT_ONCE),
-    ).fetchall()
-    for number, mission in rows:
-        tx.execute("DELETE FROM missions WHERE number = ?", (number,))
-        tx.news.add(mission)
-    return len(rows)
+    before_ms = now_ms - round(1000 * settings.retention_s)
+    return entries.remove_old(tx, "missions", before_ms, settings.kept_missions, _REMOVED_AT_ONCE)
 
 
 def find(source: Source, mission: str, owner: str | None = None) -> MissionRecord | None:

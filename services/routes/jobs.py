@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import json
 import logging
 from collections.abc import Mapping
@@ -16,7 +15,7 @@ from services.answers import is_over, job_document, job_path, json_answer, plan_
 from services.events import EventStream, stream
 from services.intake import read_budget, read_situation, refuse
 from services.intake_map import read_map_state
-from services.jobs import JobRequest, JobState, KeyReused, QueueFull, Submitted
+from services.jobs import JobRequest, JobState, QueueFull, Submitted
 from services.openapi import errors
 from services.planners import planner_infos
 from services.problems import HttpProblem
@@ -28,6 +27,7 @@ from services.routes.parameters import (
     Owner,
     Prefer,
     Service,
+    digest_of,
     wait_seconds,
 )
 from services.routing import PlanRoute
@@ -70,8 +70,6 @@ async def submit_job(
         submitted = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
     except QueueFull as full:
         raise HttpProblem("too-many", str(full), headers={"Retry-After": str(full.retry_after_s)}) from full
-    except KeyReused:
-        raise HttpProblem("key-reused", "send another key, or the same request") from None
     log.info("job taken", extra={"job": submitted.job.id, "owner": owner, "planner": submitted.job.planner})
     return await _answer(state, submitted, prefer)
 
@@ -98,7 +96,7 @@ def _request(sent: Mapping[str, Any], settings: Settings) -> JobRequest:
         planner=planner,
         budget=budget,
         task=read(sent, settings.limits),
-        digest=hashlib.sha256(json.dumps(sent, sort_keys=True).encode()).digest(),
+        digest=digest_of(sent),
         source=sent,
     )
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import hashlib
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
@@ -18,12 +16,12 @@ from services.jobs.documents import timestamp
 from services.keys import Scope
 from services.missions.ledger import Conflict
 from services.missions.reading import read_brief, read_report
-from services.missions.records import KeyReused, MissionRecord, TooMany
+from services.missions.records import MissionRecord, TooMany, UnknownMission
 from services.missions.values import Wish, runs_in
 from services.openapi import errors
 from services.pointers import of_path
 from services.problems import Detail, HttpProblem
-from services.routes.parameters import IdempotencyKey, Json, LastEventId, Owner, Service
+from services.routes.parameters import IdempotencyKey, Json, LastEventId, Owner, Service, digest_of
 from services.routing import Route
 from services.schemas.base import Answer
 from services.schemas.missions import MissionBody, ReportBody
@@ -111,7 +109,7 @@ async def _mission(
 ) -> MissionRecord:
     found = await state.flying().get(mission, owner)
     if found is None:
-        raise HttpProblem("not-found", "there is no such mission, or no longer")
+        raise UnknownMission(mission)
     return found
 
 
@@ -136,7 +134,7 @@ async def create_mission(
     brief = await asyncio.to_thread(read_brief, sent, settings.limits, settings.planners)
     with _refusing(sent):
         record, replayed = await state.flying().create(
-            brief, _digest(sent), owner=owner, idempotency_key=idempotency_key
+            brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key
         )
     headers = {"Location": _path(record)}
     if replayed:
@@ -174,7 +172,7 @@ async def report(state: Service, mission: MissionOfPath, sent: Json, body: Repor
     missions = state.flying()
     read = await asyncio.to_thread(read_report, sent, await missions.brief(mission))
     with _refusing(sent):
-        taken = await missions.report(mission, read, _digest(sent))
+        taken = await missions.report(mission, read, digest_of(sent))
     return json_answer({"n": read.n, "t_ms": read.t_ms, "revision": taken.revision})
 
 
@@ -251,12 +249,6 @@ def _refusing(body: object) -> Iterator[None]:
         raise HttpProblem("conflict", errors=details) from conflict
     except TooMany as refusal:
         raise HttpProblem("too-many", str(refusal), headers={"Retry-After": "1"}) from refusal
-    except KeyReused:
-        raise HttpProblem("key-reused", "send another key, or the same request") from None
-
-
-def _digest(sent: Any) -> bytes:
-    return hashlib.sha256(json.dumps(sent, sort_keys=True).encode()).digest()
 
 
 def _path(record: MissionRecord) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Request
 
-from services.jobs import JobRecord
-from services.problems import HttpProblem
+from services.jobs import JobRecord, UnknownJob
 from services.state import State, state_of
 
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?:;.*)?", re.IGNORECASE)
@@ -51,11 +52,16 @@ async def _job(
 ) -> JobRecord:
     found = await state.running().get(job, owner)
     if found is None:
-        raise HttpProblem("not-found", "there is no such job, or no longer")
+        raise UnknownJob(job)
     return found
 
 
 JobOfPath = Annotated[JobRecord, Depends(_job)]
+
+
+def digest_of(sent: Any) -> bytes:
+    """Return what tells requests apart: the same for bodies that say the same."""
+    return hashlib.sha256(json.dumps(sent, sort_keys=True).encode()).digest()
 
 
 def wait_seconds(prefer: str | None, limit: float) -> float | None:

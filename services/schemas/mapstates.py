@@ -139,8 +139,8 @@ class DriveBody(Request):
 ActionInProgressBody = Annotated[DockBody | UndockBody | DriveBody, Field(discriminator="name")]
 
 
-class RobotBody(Request):
-    """A robot. Where it is free next: its pose in metres or its cell, or the carrier it is on."""
+class PlacedBody(Request):
+    """A robot and its place."""
 
     model_config = ConfigDict(json_schema_extra=one_of("pose_m", "cell", "carrier"))
 
@@ -149,6 +149,11 @@ class RobotBody(Request):
     pose_m: Maybe[PointM] = None
     cell: Maybe[CellXY] = None
     carrier: Maybe[RobotName] = None
+
+
+class RobotBody(PlacedBody):
+    """A robot. Where it is free next: its pose in metres or its cell, or the carrier it is on."""
+
     action: Maybe[ActionInProgressBody] = None
     home_m: Maybe[PointM] = None
     home_cell: Maybe[CellXY] = None

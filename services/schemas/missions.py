@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field, StringConstraints
+from pydantic import Field, StringConstraints
 
-from services.schemas.base import CellXY, Maybe, Milliseconds, Name, PointM, Request, RobotName, one_of
-from services.schemas.mapstates import Origin, Resolution, RobotTypeBody, TerrainBody
+from services.schemas.base import CellXY, Maybe, Milliseconds, Name, PointM, Request, RobotName
+from services.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypeBody, TerrainBody
 from services.schemas.requests import BudgetBody
 from services.schemas.situations import GoalBody
 
@@ -30,16 +30,8 @@ class FrameBody(Request):
     known: RunsBody = Field(default=[])
 
 
-class MemberBody(Request):
+class MemberBody(PlacedBody):
     """A robot at the start: its pose in metres or its cell, or the carrier it is on."""
-
-    model_config = ConfigDict(json_schema_extra=one_of("pose_m", "cell", "carrier"))
-
-    name: RobotName
-    type: RobotName
-    pose_m: Maybe[PointM] = None
-    cell: Maybe[CellXY] = None
-    carrier: Maybe[RobotName] = None
 
 
 class MissionBody(Request):

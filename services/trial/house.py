@@ -86,19 +86,12 @@ class House:
                 stderr=log,
             )
 
-    def wait_answering(self, within_s: float = _START_S) -> None:
-        """Wait until requests are answered. Raises NotStarted."""
-        self._wait("/healthz", within_s)
-
     def wait_ready(self, within_s: float = _START_S) -> None:
         """Wait until it can plan. Raises NotStarted."""
-        self._wait("/readyz", within_s)
-
-    def _wait(self, path: str, within_s: float) -> None:
         until = time.monotonic() + within_s
         while time.monotonic() < until and self.runs:
             with suppress(*talk.BROKEN):
-                if talk.ask(self.port, "GET", path).status == 200:
+                if talk.ask(self.port, "GET", "/readyz").status == 200:
                     return
             time.sleep(_POLL_S)
         raise NotStarted(self.log.read_text(errors="replace")[-2000:])

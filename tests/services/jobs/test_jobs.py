@@ -16,8 +16,8 @@ from marsupial.formats.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
 from marsupial.planning.checker import check
 from marsupial.planning.score import score
-from services.jobs import FINAL, STATE_OF, EventType, JobOutcome, JobState, KeyReused, QueueFull, UnknownJob
-from services.store import StoreError, failpoints
+from services.jobs import FINAL, STATE_OF, EventType, JobOutcome, JobState, QueueFull, UnknownJob
+from services.store import KeyReused, StoreError, failpoints
 
 MIB = 1 << 20
 

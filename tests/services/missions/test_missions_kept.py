@@ -13,9 +13,10 @@ from marsupial.formats.missionlog import MissionLog, parse_log
 from marsupial.maps.builtin import builtin_scenario
 from marsupial.model.mission import Status
 from services.missions.reading import read_brief
-from services.missions.records import KeyReused, TooMany
+from services.missions.records import TooMany
 from services.missions.values import Wish, runs_in
 from services.settings import Limits
+from services.store import KeyReused
 from services.store.store import FILE
 
 
