@@ -14,13 +14,11 @@ from marsupial.errors import InputError
 from marsupial.formats.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_fields
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import Budget, EngineInfo
+from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from services.pointers import of_path
 from services.problems import Detail, HttpProblem
 from services.settings import Limits
-
-DEFAULT_BUDGET_S = 5.0
 
 
 @contextmanager
@@ -71,24 +69,19 @@ def read_situation(body: Mapping[str, Any], limits: Limits) -> Situation:
         return situation_from_fields(situation)
 
 
-def read_budget(body: Mapping[str, Any], limits: Limits, planner: EngineInfo) -> Budget:
-    """Return the budget of a request for a planner.
+def read_budget(body: Mapping[str, Any], limits: Limits, default_s: float) -> Budget:
+    """Return the budget of a request, `default_s` seconds if it says nothing.
 
     Raises
     ------
     HttpProblem
-        If it is beyond the limits, or of a kind that the planner can't keep.
+        If it is beyond the limits.
     """
-    budget = body.get("budget", {"seconds": min(DEFAULT_BUDGET_S, limits.budget_s)})
-    if "seconds" in budget:
-        if budget["seconds"] > limits.budget_s:
-            raise refuse("/budget/seconds", f"must be at most {limits.budget_s:g}, got {budget['seconds']:g}")
-        return Budget(seconds=float(budget["seconds"]))
-    if not planner.deterministic_steps:
-        raise refuse("/budget/steps", f"planner {planner.name} can't count steps: give it a budget in seconds")
-    if budget["steps"] > limits.budget_steps:
-        raise refuse("/budget/steps", f"must be at most {limits.budget_steps}, got {budget['steps']}")
-    return Budget(steps=budget["steps"])
+    budget = body.get("budget", {"seconds": min(default_s, limits.budget_s)})
+    kind, most = ("seconds", limits.budget_s) if "seconds" in budget else ("steps", limits.budget_steps)
+    if budget[kind] > most:
+        raise refuse(f"/budget/{kind}", f"must be at most {most:g}, got {budget[kind]:g}")
+    return Budget(**{kind: budget[kind]})
 
 
 def read_plan(body: Mapping[str, Any], situation: Situation) -> Plan:

@@ -61,7 +61,7 @@ def _read(top: Fields, limits: Limits) -> MapState | None:
     goal = read_goal(top.part("goal", required=False))
     if grid is None or top.problems:
         return None
-    _check_radii(top, kinds, grid)
+    check_radii(top, kinds, grid.resolution_m)
     robots = read_robots(top, kinds, grid)
     return MapState(
         grid=grid,
@@ -153,7 +153,8 @@ def _masked(grid: Grid, fields: Fields, terrains: tuple[Terrain, ...], limits: L
         return None
 
 
-def _check_radii(top: Fields, kinds: Kinds, grid: Grid) -> None:
+def check_radii(top: Fields, kinds: Kinds, resolution_m: float) -> None:
+    """Note robot types that are too big for the cells."""
     for i, kind in enumerate(kinds.values()):
-        if kind is not None and kind.radius_m > MOST_RADIUS_CELLS * grid.resolution_m:
+        if kind is not None and kind.radius_m > MOST_RADIUS_CELLS * resolution_m:
             top.wrong(f"robot_types[{i}].radius_m", f"must be at most {MOST_RADIUS_CELLS} cells of the map")

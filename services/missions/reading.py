@@ -21,8 +21,8 @@ from marsupial.model.robots import TeamMember
 from marsupial.model.scenario import Goal, PlanningTime
 from marsupial.model.scenario import Limits as MissionLimits
 from marsupial.strategies.registry import STRATEGIES, strategy
-from services.intake import check_count, refuse, refusing
-from services.intake_map import MOST_RADIUS_CELLS
+from services.intake import check_count, read_budget, refuse, refusing
+from services.intake_map import check_radii
 from services.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
 from services.settings import Limits
 
@@ -41,7 +41,7 @@ def read_brief(body: Mapping[str, Any], limits: Limits, commands: Mapping[str, s
     check_count("/robot_types", len(body["robot_types"]), limits.robots, "robot types")
     frame = body["frame"]
     check_count("/frame", frame["width"] * frame["height"], limits.cells, "cells")
-    budget, engine = _read_budget(body, limits), _read_planner(body, commands)
+    budget, engine = read_budget(body, limits, DEFAULT_BUDGET_S), _read_planner(body, commands)
     problems: list[Problem] = []
     with refusing("", body):
         brief = _read(Fields(body, "", problems), body, budget, engine)
@@ -65,14 +65,6 @@ def _read_planner(body: Mapping[str, Any], commands: Mapping[str, str]) -> str:
     return name
 
 
-def _read_budget(body: Mapping[str, Any], limits: Limits) -> Budget:
-    budget = body.get("budget", {"seconds": min(DEFAULT_BUDGET_S, limits.budget_s)})
-    kind, most = ("seconds", limits.budget_s) if "seconds" in budget else ("steps", limits.budget_steps)
-    if budget[kind] > most:
-        raise refuse(f"/budget/{kind}", f"must be at most {most:g}, got {budget[kind]:g}")
-    return Budget(**{kind: budget[kind]})
-
-
 def _read(top: Fields, body: Mapping[str, Any], budget: Budget, engine: str) -> Brief | None:
     frame = body["frame"]
     size = frame["width"] * frame["height"]
@@ -81,9 +73,7 @@ def _read(top: Fields, body: Mapping[str, Any], budget: Budget, engine: str) -> 
     codes = frozenset(terrain.code for terrain in terrains)
     _check_runs(top, "frame.known", frame.get("known", ()), size, codes)
     _check_runs(top, "area", body.get("area", ()), size, frozenset(range(256)))
-    for i, kind in enumerate(kinds.values()):
-        if kind is not None and kind.radius_m > MOST_RADIUS_CELLS * frame["resolution_m"]:
-            top.wrong(f"robot_types[{i}].radius_m", f"must be at most {MOST_RADIUS_CELLS} cells of the map")
+    check_radii(top, kinds, frame["resolution_m"])
     goal = read_goal(top.part("goal", required=False))
     if top.problems:
         return None

@@ -35,6 +35,8 @@ from services.schemas import answers
 from services.schemas.requests import JobBody
 from services.settings import Settings
 
+DEFAULT_BUDGET_S = 5.0
+
 log = logging.getLogger("marsupial.service")
 
 router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
@@ -90,7 +92,9 @@ def _request(sent: Mapping[str, Any], settings: Settings) -> JobRequest:
     """Read the body; in a thread of its own, as maps may be large."""
     planner = sent.get("planner", "auto")
     info = _planner(planner, settings)
-    budget = read_budget({"planner": planner, **sent}, settings.limits, info)
+    budget = read_budget(sent, settings.limits, DEFAULT_BUDGET_S)
+    if budget.steps is not None and not info.deterministic_steps:
+        raise refuse("/budget/steps", f"planner {planner} can't count steps: give it a budget in seconds")
     read = read_situation if "situation" in sent else read_map_state
     return JobRequest(
         planner=planner,
