@@ -107,15 +107,33 @@ def test_failed_missions_are_kept_with_their_reason_and_done_again_only_if_asked
 
 
 @pytest.mark.parametrize(
+    "grown",
+    [
+        lobby(runs=3),
+        lobby(runs=2, carriers=(2, 1)),
+        lobby(runs=2, contenders=(HEURISTIC, Contender("greedy"), GREEDY)),
+        replace(lobby(runs=2), paper="wurm2010"),
+    ],
+)
+def test_a_folder_can_grow_and_what_is_done_is_not_done_again(tmp_path: Path, grown: Comparison) -> None:
+    run(lobby(runs=2), tmp_path / "small")
+    run(grown, tmp_path / "at once")
+    assert set(run(grown, tmp_path / "small").asked) == set(grown.trials()) - set(lobby(runs=2).trials())
+    assert contents(tmp_path / "small") == contents(tmp_path / "at once")
+    assert read_header(tmp_path / "small") == read_header(tmp_path / "at once")
+    assert run(grown, tmp_path / "small").asked == []
+
+
+@pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda c: replace(c, runs=3), "runs: the folder has 2, asked for is 3"),
+        (lambda c: replace(c, runs=1), "runs: the folder has 2, asked for is 1"),
         (
             lambda c: replace(c, budget=Budget(steps=2)),
             "budget: the folder has {'steps': 1}, asked for is {'steps': 2}",
         ),
         (lambda c: replace(c, contenders=(GREEDY,)), "contenders: the folder has ['temporal (greedy)', 'heuristic']"),
-        (lambda c: replace(c, scenarios=lobby(carriers=(1, 2)).scenarios), "cases: the folder has lobby 1x1, asked"),
+        (lambda c: replace(c, scenarios=lobby(carriers=(2,)).scenarios), "cases: the folder has lobby 1x1, asked"),
         (
             lambda c: replace(
                 c, scenarios={k: replace(s, goal=Goal(return_home=True)) for k, s in c.scenarios.items()}

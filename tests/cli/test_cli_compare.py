@@ -79,8 +79,8 @@ def test_what_is_done_can_be_shown_again_and_is_not_done_again(done: Path, capsy
 
 
 def test_a_folder_with_another_comparison_is_refused(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert compare("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "3", "--out", str(done)) == 2
-    assert "runs: the folder has 2, asked for is 3" in capsys.readouterr().err
+    assert compare("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "1", "--out", str(done)) == 2
+    assert "runs: the folder has 2, asked for is 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -91,11 +91,12 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
     path.mkdir(parents=True, exist_ok=True)
     with _locked(path):
         if (path / HEADER).exists():
-            head.demand_same(read_header(path), header, str(path / HEADER))
+            there = read_header(path)
+            head.demand_part(there, header, str(path / HEADER))
+            header = {**header, "made_with": there["made_with"]}
         elif any((path / name).exists() for name in FILES):
             raise UsageError(f"{path}: has rows but no {HEADER}: choose another --out")
-        else:
-            replace_file(path / HEADER, head.written(header).encode())
+        replace_file(path / HEADER, head.written(header).encode())
         done = [row.trial for row in read_rows(path) if row.status not in drop]
         for name, lines in FILES.items():
             _rewrite(path / name, lines, done)

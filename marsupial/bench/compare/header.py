@@ -1,6 +1,7 @@
 """The head of a comparison's folder, ``comparison.json``: what it compares, by which missions of it can be told apart.
 
-All that the rows depend on is in it, so that a folder is only ever continued by the same comparison.
+All that the rows depend on is in it, so that a folder is only ever continued by the same comparison, or by one that
+has all its missions and more.
 """
 
 from __future__ import annotations
@@ -82,9 +83,19 @@ def budget_text(header: Mapping[str, Any]) -> str:
     return f"{amount:g} {unit if amount != 1 else unit.removesuffix('s')}"
 
 
-def demand_same(there: Mapping[str, Any], asked: Mapping[str, Any], source: str) -> None:
-    """Raise a `UsageError` that names every difference between a folder's head and what is asked for."""
-    names = [name for name in asked if name != "made_with" and there.get(name) != asked[name]]
+def demand_part(there: Mapping[str, Any], asked: Mapping[str, Any], source: str) -> None:
+    """Raise a `UsageError` that names what a folder's head has that is not part of what is asked for.
+
+    More cases, contenders and runs may be asked for; another base of comparison and another paper, too, as no mission
+    depends on them.
+    """
+    grown = {
+        "cases": all(case in asked["cases"] for case in there["cases"]),
+        "contenders": all(contender in asked["contenders"] for contender in there["contenders"]),
+        "runs": there["runs"] <= asked["runs"],
+    }
+    same = (name for name in ("marsupial", "budget") if there.get(name) != asked[name])
+    names = [*same, *(name for name, fits in grown.items() if not fits)]
     if names:
         problems = [Problem(name, _difference(name, there.get(name), asked[name])) for name in names]
         lines = [f"{source}: {problem}" for problem in problems]
@@ -94,9 +105,9 @@ def demand_same(there: Mapping[str, Any], asked: Mapping[str, Any], source: str)
 def _difference(name: str, there: Any, asked: Any) -> str:
     if name == "cases":
         before, now = ({_case_name(case): case["digest"] for case in cases} for cases in (there, asked))
-        if before.keys() == now.keys():
-            changed = [name for name in now if before[name] != now[name]]
-            return f"another map, team or goal under the same name: {', '.join(changed) or 'in another order'}"
+        changed = [name for name in now if name in before and before[name] != now[name]]
+        if changed:
+            return f"another map, team or goal under the same name: {', '.join(changed)}"
         there, asked = ", ".join(before), ", ".join(now)
     if name == "contenders":
         there, asked = ([str(Contender(*pair)) for pair in pairs] for pairs in (there, asked))
