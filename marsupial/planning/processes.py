@@ -37,6 +37,7 @@ PRELOAD = (
     "marsupial.planning.aries",
     "marsupial.planning.external",
 )
+_TRIES = 3
 _START_S = 120.0
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
@@ -66,7 +67,7 @@ class Launcher:
                 pass_fds=(theirs.fileno(),),
                 start_new_session=True,
             )
-        self._ready = False
+        self._ready = self._given_up = False
 
     @property
     def pid(self) -> int:
@@ -83,20 +84,32 @@ class Launcher:
         Raises
         ------
         InternalError
-            If it ends or takes minutes.
+            If it ends, was ended, or takes minutes.
         """
         with self._lock:
             if self._ready:
                 return
+            if self._line.fileno() < 0:
+                raise InternalError("the process that starts planners has been ended")
             self._line.settimeout(_START_S)
             try:
                 self._ready = self._line.recv(1) == zygote.READY
             except TimeoutError:
-                self._process.kill()
+                self._give_up()
             if not self._ready:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(_SLACK_S)
                 self._stderr.seek(0)
-                text = self._stderr.read().decode(errors="replace")[-2000:]
+                text = self._stderr.read().decode(errors="replace")[-2000:] or f"exit code {self._process.returncode}"
                 raise InternalError(f"the process that starts planners can't be started: {text}")
+
+    def was_killed(self) -> bool:
+        """Say whether somebody else has killed it."""
+        return not self._given_up and (self._process.poll() or 0) < 0
+
+    def _give_up(self) -> None:
+        self._given_up = True
+        self._process.kill()
 
     def connect(self) -> socket.socket:
         """Have a supervisor forked and return the socket to it."""
@@ -111,8 +124,8 @@ class Launcher:
             self._line.close()
             self._stderr.close()
             return
-        if not self._ready:  # nothing runs below it yet, and it would notice only after its imports
-            self._process.kill()
+        if not self._ready and self._process.poll() is None:
+            self._give_up()  # nothing runs below it yet, and it would notice only after its imports
         with self._lock:
             self._line.close()
             self._stderr.close()
@@ -261,12 +274,17 @@ def run(job: Job) -> Run:
 
 
 def _start(job: Job) -> socket.socket:
-    """Send the job to a new supervisor; a launcher that has died is replaced once."""
+    """Send the job to a new supervisor; a launcher that was killed is replaced, unless that happens over and over."""
     spec = (job.function, job.limits, pickle.dumps(job.argument), sys.path)
     data = frames.pack(frames.START, pickle.dumps(spec))
-    for _ in range(2):
+    for left in reversed(range(_TRIES)):
         launcher = _current()
-        launcher.wait_ready()
+        try:
+            launcher.wait_ready()
+        except InternalError:
+            if not left or not launcher.was_killed():
+                raise
+            continue
         with contextlib.suppress(OSError):
             control = launcher.connect()
             try:
@@ -275,4 +293,4 @@ def _start(job: Job) -> socket.socket:
             except OSError:
                 control.close()
         launcher.close()
-    raise InternalError("the process that starts planners has ended twice in a row")
+    raise InternalError(f"the process that starts planners has ended {_TRIES} times in a row")

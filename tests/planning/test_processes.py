@@ -12,6 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from marsupial.errors import InternalError
 from marsupial.planning import frames, processes
 from marsupial.planning.jobs import Ended, Ending, Job, Limits, Message, death, ending_of
 
@@ -226,6 +227,35 @@ def test_when_the_launcher_is_killed_its_jobs_end_and_a_new_one_is_started() -> 
     assert ended.ending is Ending.KILLED
     assert gone(int(str(message.value)))
     assert result("count", 1)[0] == [0]
+
+
+def killed_while_starting(times: int) -> tuple[list[object], Ended]:
+    """Return the result of a job whose launcher is killed that many times before it is ready."""
+    processes.shutdown()
+    killed: set[int] = set()
+
+    def kill() -> None:
+        while len(killed) < times:
+            for process in psutil.Process().children():
+                if process.pid not in killed and "marsupial.planning.zygote" in " ".join(process.cmdline()):
+                    killed.add(process.pid)
+                    process.kill()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        return result("count", 1)
+    finally:
+        killer.join()
+
+
+def test_a_launcher_killed_before_it_is_ready_is_replaced() -> None:
+    assert killed_while_starting(times=2)[0] == [0]
+
+
+def test_a_launcher_killed_over_and_over_is_said_not_to_start() -> None:
+    with pytest.raises(InternalError, match="can't be started: exit code -9"):
+        killed_while_starting(times=3)
 
 
 def test_shutdown_ends_everything_and_the_next_job_starts_anew() -> None:
