@@ -91,7 +91,8 @@ def _tidy(operation: dict[str, Any], needs_keys: bool) -> None:
             parameter["schema"] |= variant
     responses = operation["responses"]
     if EVENTS in responses.get("200", {}).get("content", {}):
-        responses["200"]["content"][EVENTS] = {"schema": {"type": "string"}, "itemSchema": _event(*operation["tags"])}
+        # beside `itemSchema`, `schema` is of the whole stream, which some tools read as text and others as an array
+        responses["200"]["content"][EVENTS] = {"schema": {}, "itemSchema": _event(*operation["tags"])}
     if needs_keys and str(KINDS["no-key"].status) in responses:
         operation["security"] = [{"key": []}]
     elif not needs_keys:
