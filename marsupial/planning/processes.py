@@ -114,8 +114,12 @@ class Launcher:
     def connect(self) -> socket.socket:
         """Have a supervisor forked and return the socket to it."""
         ours, theirs = socket.socketpair()
-        with theirs, self._lock:
-            socket.send_fds(self._line, [zygote.NEW_JOB], [theirs.fileno()])
+        try:
+            with theirs, self._lock:
+                socket.send_fds(self._line, [zygote.NEW_JOB], [theirs.fileno()])
+        except BaseException:
+            ours.close()
+            raise
         return ours
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ import secrets
 import sqlite3
 import tempfile
 from collections.abc import Awaitable, Callable
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
@@ -158,7 +158,7 @@ class Keeper:
         call = Call(address=self._exchange.address, token=token, brief=self.brief)
         limits = Limits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
         job = Job(function="services.missions.host:run", argument=call, limits=limits)
-        run = await asyncio.to_thread(processes.run, job)
+        run = await self._started(job)
         ended = asyncio.get_running_loop().run_in_executor(self._threads, _last, run)
         talk = asyncio.create_task(self._talk(line))
         try:
@@ -173,6 +173,15 @@ class Keeper:
         if error is not None and not isinstance(error, EOFError | OSError):
             raise error
         return None if error is None else await ended
+
+    async def _started(self, job: Job) -> processes.Run:
+        """Start a process; if that is cancelled meanwhile, the process is ended as soon as it is there."""
+        starting = self._threads.submit(processes.run, job)
+        try:
+            return await asyncio.wrap_future(starting)
+        except asyncio.CancelledError:
+            starting.add_done_callback(_close)
+            raise
 
     async def _talk(self, line: Awaitable[Line]) -> None:
         """Hand out inputs and take turns, until the last one."""
@@ -225,6 +234,11 @@ class Keeper:
 
     def _read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
         return asyncio.wrap_future(self._store.read(read))
+
+
+def _close(starting: Future[processes.Run]) -> None:
+    if not starting.cancelled() and starting.exception() is None:
+        starting.result().close()
 
 
 def _last(run: processes.Run) -> Ended:

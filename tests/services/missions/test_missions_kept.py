@@ -3,6 +3,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import sqlite3
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,8 @@ from mission_house import Driver, body, brief, open_missions, run, send, started
 from marsupial.formats.missionlog import MissionLog, parse_log
 from marsupial.maps.builtin import builtin_scenario
 from marsupial.model.mission import Status
+from marsupial.planning import processes
+from marsupial.planning.jobs import Job
 from services.missions.reading import read_brief
 from services.missions.records import TooMany
 from services.missions.values import Wish, runs_in
@@ -55,6 +58,32 @@ def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(tm
             return [await missions.log(record) for record in records]
 
     assert set(run(fly())) == {undisturbed("lobby")}
+
+
+def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, stopped, closed = threading.Event(), threading.Event(), threading.Event()
+
+    class Late:
+        def close(self) -> None:
+            closed.set()
+
+    def start(job: Job) -> Late:
+        begun.set()
+        stopped.wait(10)
+        return Late()
+
+    monkeypatch.setattr(processes, "run", start)
+
+    async def stop_early() -> None:
+        async with open_missions(tmp_path) as missions:
+            await started(missions)
+            assert await asyncio.to_thread(begun.wait, 10)
+
+    run(stop_early())
+    stopped.set()
+    assert closed.wait(10)
 
 
 def test_the_same_idempotency_key_gives_the_same_mission(tmp_path: Path) -> None:
