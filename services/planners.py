@@ -10,19 +10,28 @@ from dataclasses import replace
 
 from marsupial.errors import UsageError
 from marsupial.model.planning import EngineInfo
-from marsupial.planning.engines import engine, engine_infos
+from marsupial.planning.engines import ENGINES, engine
 
 
-def planner_infos(commands: Mapping[str, str]) -> Mapping[str, EngineInfo]:
-    """Return what there is to say of every planner, by name: ours first, then those of `commands`.
+def planner_names(commands: Mapping[str, str]) -> list[str]:
+    """Return the names of all planners: ours first, then those of `commands`."""
+    return [*sorted(ENGINES), *sorted(commands)]
+
+
+def planner_info(name: str, commands: Mapping[str, str]) -> EngineInfo:
+    """Return what there is to say of the planner of that name, which is one of `planner_names`."""
+    return replace(engine(commands.get(name, name)).info, name=name)
+
+
+def planner_infos(commands: Mapping[str, str]) -> tuple[EngineInfo, ...]:
+    """Return what there is to say of every planner, in the order of `planner_names`.
 
     Raises
     ------
     UsageError
         If a command is called like a planner of ours, or has no places for the files.
     """
-    ours = {info.name: info for info in engine_infos()}
-    taken = sorted(set(ours) & set(commands))
+    taken = sorted(ENGINES.keys() & commands.keys())
     if taken:
         raise UsageError(f"--planner: {taken[0]} is a planner already, give the command another name")
-    return ours | {name: replace(engine(commands[name]).info, name=name) for name in sorted(commands)}
+    return tuple(planner_info(name, commands) for name in planner_names(commands))

@@ -33,7 +33,7 @@ async def list_planners(state: Service) -> Response:
             "proves_optimality": info.proves_optimality,
             "deterministic_steps": info.deterministic_steps,
         }
-        for info in planner_infos(state.settings.planners).values()
+        for info in planner_infos(state.settings.planners)
     ]
     return json_answer({"planners": found})
 

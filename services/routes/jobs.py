@@ -17,7 +17,7 @@ from services.intake import read_budget, read_situation, refuse
 from services.intake_map import read_map_state
 from services.jobs import JobRequest, JobState, QueueFull, Submitted
 from services.openapi import errors
-from services.planners import planner_infos
+from services.planners import planner_info, planner_names
 from services.problems import HttpProblem
 from services.routes.parameters import (
     IdempotencyKey,
@@ -106,10 +106,10 @@ def _request(sent: Mapping[str, Any], settings: Settings) -> JobRequest:
 
 
 def _planner(name: str, settings: Settings) -> EngineInfo:
-    infos = planner_infos(settings.planners)
-    if name not in infos:
-        raise refuse("/planner", f"unknown planner {name!r}; there are {', '.join(sorted(infos))}")
-    info = infos[name]
+    names = planner_names(settings.planners)
+    if name not in names:
+        raise refuse("/planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
+    info = planner_info(name, settings.planners)
     if info.missing is not None:
         raise refuse("/planner", f"{name} can't be used here: {info.missing}")
     return info

@@ -14,6 +14,8 @@ def made_before(tx: Transaction, table: str, owner: str, key: str | None, digest
     KeyReused
         If that request was another one.
     """
+    if key is None:
+        return None
     row = tx.execute(f"SELECT id, digest FROM {table} WHERE owner = ? AND idempotency_key = ?", (owner, key)).fetchone()
     if row is None:
         return None
