@@ -338,16 +338,17 @@ def test_finished_jobs_are_removed_when_too_old_or_too_many(tmp_path: Path) -> N
     assert len(asyncio.run(run(retention_s=0.0))) == 3
 
 
-def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
     async def run() -> None:
         async with open_jobs(tmp_path) as jobs:
-            await ended(jobs, await submit(jobs))
+            job = await submit(jobs, request(Waits(tmp_path)))
+            await pid_in(tmp_path)  # the only slot is taken: nobody else writes
             jobs._store._writer._points = failpoints.failpoints({failpoints.VARIABLE: "before_commit=disk_full@1"})
             with pytest.raises(StoreError, match="disk is full"):
                 await submit(jobs)
             assert len(await jobs.list("me")) == 1
+            (tmp_path / "go").touch()
+            await ended(jobs, job)
             await ended(jobs, await submit(jobs))
 
     asyncio.run(run())
