@@ -104,9 +104,9 @@ def guess(briefing: Briefing) -> Guess:
         return Guess(situation=begun, worth=worth, real=real, gates={})
     rovers = frozenset(kind.name for kind in real.types if kind.role is Role.ROVER)
     share = unseen.rovers_only if any(robot.type in rovers for robot in real.robots) else 0.0
-    is_room = np.array([square.draw < share for square in unseen.squares])
-    order = np.argsort(is_room, kind="stable")
-    halls, rooms = ([s for s, room in zip(unseen.squares, is_room, strict=True) if room == kind] for kind in (0, 1))
+    rooms = [square for square in unseen.squares if square.draw < share]
+    halls = [square for square in unseen.squares if square.draw >= share]
+    order = [unseen.squares.index(square) for square in halls + rooms]
     apart, between = BEND * unseen.from_gates_m[:, order].T, BEND * unseen.between_m[np.ix_(order, order)]
     situation = _grown(begun, halls, rooms, (carriers, rovers), unseen.gates, apart, between, unseen.speed_mps)
     worth |= {_job(square): WORTH * square.share for square in unseen.squares}
