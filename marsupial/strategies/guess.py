@@ -2,7 +2,7 @@
 
 Every square of the unknown (`marsupial.maps.unseen`) is taken for one more job. In as many squares as there has been
 ground for rovers only so far it is a room: a rover has to be set down there. The others are for a carrier to see. The
-way to a square leads over a target that carriers can explore, then through the unknown, with an allowance for walls.
+way to a square leads over a target that carriers can explore, then straight on, with some allowance for walls.
 
 A plan for the guess spreads carriers over the unknown, keeps rovers aboard that will be needed there, ends tours
 where more work may turn up. Of such a plan robots do what is real, up to the first thing that is not: instead of going
@@ -11,30 +11,36 @@ to a square they go to the target on the way there, even if another robot explor
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, Situation, TargetInfo, TravelTable
 from marsupial.model.strategy import Briefing
-from marsupial.model.unseen import Metres, Square
+from marsupial.model.unseen import Square
 from marsupial.planning.schedule import retime
 
 WORTH = 0.5
 """What a square all of which is unknown counts as beside a target."""
 
-BEND = 1.5
-"""How much longer than the shortest the ways are that lead through the unknown: there are walls in it."""
+BEND = 2.0
+"""How much longer than straight the ways are, walls being where nobody has seen any yet."""
 
 ROOM_MS = 6000
 """How long a rover takes from the door of a guessed room to what there is to see."""
 
+MOST_SQUARES = 40
+"""How many squares are planned for: those nearest to a target."""
+
 HEAD_START_MS = 2000
 """By how much the way is shortened that a robot is on already: the price of another plan for it."""
+
+
+Metres = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +94,7 @@ class _Gate:
         options = [
             (travel + 1000 * metres / self.speed_mps[kind], target)
             for target, metres in zip(self.targets, self.metres, strict=True)
-            if metres < math.inf and (travel := situation.travel(kind, origin, target)) is not None
+            if (travel := situation.travel(kind, origin, target)) is not None
         ]
         return min(options)[1] if options else None
 
@@ -100,19 +106,23 @@ def guess(briefing: Briefing) -> Guess:
     begun = _with_head_starts(real, briefing.previous)
     carriers = frozenset(kind.name for kind in real.types if kind.role is Role.CARRIER)
     unseen = briefing.unseen()
-    if not unseen.squares:
+    gates = tuple(t.name for t in real.targets if t.explorers & carriers and t.name in unseen.at_m)
+    if not gates or not unseen.squares:
         return Guess(situation=begun, worth=worth, real=real, gates={})
+    where = np.array([unseen.at_m[name] for name in gates])
+    apart = _apart(np.array([(s.x_m, s.y_m) for s in unseen.squares]), where)
+    nearest = np.sort(np.argsort(apart.min(axis=1), kind="stable")[:MOST_SQUARES])
+    chosen, apart = [unseen.squares[i] for i in nearest.tolist()], apart[nearest]
     rovers = frozenset(kind.name for kind in real.types if kind.role is Role.ROVER)
     share = unseen.rovers_only if any(robot.type in rovers for robot in real.robots) else 0.0
-    rooms = [square for square in unseen.squares if square.draw < share]
-    halls = [square for square in unseen.squares if square.draw >= share]
-    order = [unseen.squares.index(square) for square in halls + rooms]
-    apart, between = BEND * unseen.from_gates_m[:, order].T, BEND * unseen.between_m[np.ix_(order, order)]
-    situation = _grown(begun, halls, rooms, (carriers, rovers), unseen.gates, apart, between, unseen.speed_mps)
-    worth |= {_job(square): WORTH * square.share for square in unseen.squares}
+    rooms = [square for square in chosen if square.draw < share]
+    halls = [square for square in chosen if square.draw >= share]
+    order = [chosen.index(square) for square in halls + rooms]
+    situation = _grown(begun, halls, rooms, (carriers, rovers), gates, apart[order], unseen.speed_mps)
+    worth |= {_job(square): WORTH * square.share for square in chosen}
     ways = {
-        name: _Gate(targets=unseen.gates, metres=tuple(row), speed_mps=unseen.speed_mps)
-        for name, row in zip(_ends(halls, rooms), apart.tolist(), strict=True)
+        name: _Gate(targets=gates, metres=tuple(row), speed_mps=unseen.speed_mps)
+        for name, row in zip(_ends(halls, rooms), apart[order].tolist(), strict=True)
     }
     return Guess(situation=situation, worth=worth, real=real, gates=ways)
 
@@ -147,6 +157,11 @@ def _ends(halls: Iterable[Square], rooms: Iterable[Square]) -> list[str]:
     return [_job(square) for square in halls] + [_door(square) for square in rooms]
 
 
+def _apart(some: Metres, others: Metres) -> Metres:
+    """Return the length of the ways between positions, in metres."""
+    return BEND * np.hypot(some[:, None, 0] - others[:, 0], some[:, None, 1] - others[:, 1])
+
+
 def _grown(
     situation: Situation,
     halls: Sequence[Square],
@@ -154,12 +169,11 @@ def _grown(
     kinds: tuple[frozenset[str], frozenset[str]],
     gates: Sequence[str],
     apart: Metres,
-    between: Metres,
     speed_mps: Mapping[str, float],
 ) -> Situation:
     """Return the situation with these squares added; `kinds` are the carriers' and the rovers' types.
 
-    `apart` is (squares, gates) and `between` (squares, squares), in metres, halls before rooms.
+    `apart` is (squares, gates), in metres, halls before rooms.
     """
     targets = [TargetInfo(name=_job(square), explorers=kinds[0]) for square in halls]
     targets += [TargetInfo(name=_job(square), explorers=kinds[1]) for square in rooms]
@@ -169,6 +183,8 @@ def _grown(
     index = {name: i for i, name in enumerate(names)}
     old = np.array([index[name] for name in situation.places])
     new = np.array([index[name] for name in _ends(halls, rooms)])
+    middles = np.array([(square.x_m, square.y_m) for square in [*halls, *rooms]])
+    between = _apart(middles, middles)
     via = np.array([situation.place_index[name] for name in gates])
     travel = {}
     for kind in situation.types:
@@ -179,7 +195,7 @@ def _grown(
             beyond = 1000 * apart / speed_mps[kind.name]
             table[np.ix_(old, new)] = _least(known[:, via][:, None, :] + beyond, known[:, via][:, None, :])
             table[np.ix_(new, old)] = _least(beyond[:, None, :] + known[via].T, known[via].T[None])
-            table[np.ix_(new, new)] = _times(1000 * between / speed_mps[kind.name])
+            table[np.ix_(new, new)] = 1000 * between / speed_mps[kind.name]
         else:
             for square in rooms:
                 door, job = index[_door(square)], index[_job(square)]
@@ -196,9 +212,5 @@ def _grown(
 
 def _least(times: Metres, known: TravelTable) -> TravelTable:
     """Return the least of the times along the last axis, of those whose known part is a path."""
-    return _times(np.where(known == UNREACHABLE, np.inf, times).min(axis=-1))
-
-
-def _times(times: Metres) -> TravelTable:
-    """Return times (inf where there is no path) as they are in a situation."""
-    return np.where(np.isfinite(times), times, UNREACHABLE).astype(np.int64)
+    best = np.where(known == UNREACHABLE, np.inf, times).min(axis=-1)
+    return np.where(np.isfinite(best), best, UNREACHABLE).astype(np.int64)

@@ -2,9 +2,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from situations import carrier, door, hall, one_hall, room, rover, situation_of
+from situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of
 
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
@@ -13,32 +12,21 @@ from marsupial.model.unseen import Square, Unseen
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import serve
 from marsupial.planning.timeline import Timeline
-from marsupial.strategies.guess import BEND, HEAD_START_MS, ROOM_MS, WORTH, Guess, guess
+from marsupial.strategies.guess import BEND, HEAD_START_MS, MOST_SQUARES, ROOM_MS, WORTH, Guess, guess
 
 SPEED_MPS = {"carrier": 1.0, "rover": 0.5}
 
 
-def square(name: str, x_m: float, *, share: float = 1.0, draw: float = 0.9) -> tuple[Square, float]:
-    return Square(name=name, share=share, draw=draw), x_m
+def square(name: str, x_m: float, *, share: float = 1.0, draw: float = 0.9) -> Square:
+    return Square(name=name, x_m=x_m, y_m=0.0, share=share, draw=draw)
 
 
 def guessed(
-    situation: Situation,
-    *squares: tuple[Square, float],
-    previous: Plan | None = None,
-    rovers_only: float = 0.5,
-    **at_m: float,
+    situation: Situation, *squares: Square, previous: Plan | None = None, rovers_only: float = 0.5, **at_m: float
 ) -> Guess:
-    """Return the guess with squares, and targets for carriers, at these positions on a line."""
-    middles, gates = np.array([x_m for _, x_m in squares]), np.array(list(at_m.values()))
-    unseen = Unseen(
-        squares=tuple(found for found, _ in squares),
-        gates=tuple(at_m),
-        from_gates_m=np.abs(gates[:, None] - middles),
-        between_m=np.abs(middles[:, None] - middles),
-        rovers_only=rovers_only,
-        speed_mps=SPEED_MPS,
-    )
+    """Return the guess with targets at these positions on a line."""
+    positions = {name: (x, 0.0) for name, x in at_m.items()}
+    unseen = Unseen(squares=squares, at_m=positions, rovers_only=rovers_only, speed_mps=SPEED_MPS)
     return guess(
         Briefing(
             situation=situation,
@@ -94,6 +82,17 @@ def test_in_as_many_squares_as_there_is_ground_for_rovers_only_a_rover_has_to_be
 
 def test_without_rovers_there_is_no_room_in_any_square() -> None:
     assert guessed(one_hall(), square("a", 40, draw=0.1), t1=10, t2=30).situation.meetings == ()
+
+
+def test_where_no_carrier_can_get_to_the_unknown_nothing_is_guessed() -> None:
+    situation = one_room()
+    assert guessed(situation, square("a", 20), t1=12).situation == situation
+
+
+def test_of_many_squares_the_nearest_are_planned_for() -> None:
+    squares = [square(f"s{i}", 100 - i) for i in range(MOST_SQUARES + 10)]
+    found = guessed(one_hall(), *squares, t1=10, t2=30)
+    assert {name for name in found.worth if name.startswith("?")} == {f"?s{i}" for i in range(10, MOST_SQUARES + 10)}
 
 
 def exploring(situation: Situation, *targets: str, robot: str = "c1") -> Plan:

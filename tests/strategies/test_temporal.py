@@ -3,7 +3,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from situations import (
@@ -294,13 +293,8 @@ def test_a_second_rover_is_not_set_down_for_what_the_first_can_do_soon() -> None
 def test_engines_that_can_be_given_an_aim_plan_for_the_guess_and_robots_do_what_is_real_of_it() -> None:
     targets, starts = {"t1": hall(10), "t2": hall(-3)}, {"c1_start": hall(9), "c2_start": hall(0)}
     situation = situation_of([carrier(1), carrier(2)], targets, {}, starts)
-    unseen = Unseen(
-        squares=(Square(name="left", share=1.0, draw=0.9), Square(name="right", share=1.0, draw=0.9)),
-        gates=("t1",),
-        from_gates_m=np.array([[25.0, 25.0]]),
-        between_m=np.array([[0.0, 50.0], [50.0, 0.0]]),
-        speed_mps={"carrier": 1.0},
-    )
+    squares = tuple(Square(name=f"{y}", x_m=10.0, y_m=y, share=1.0, draw=0.9) for y in (-25.0, 25.0))
+    unseen = Unseen(squares=squares, at_m={"t1": (10.0, 0.0)}, speed_mps={"carrier": 1.0})
     briefing = replace(brief(situation), unseen=lambda: unseen)
     for engine in (Anytime(), auto()):
         plan = Temporal(engine, Budget(steps=2)).decide(briefing).plan
