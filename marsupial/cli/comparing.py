@@ -183,8 +183,12 @@ def report(out: Path) -> None:
     say("writing tables and figures ...")
     with writing(out):
         (out / "figures").mkdir(exist_ok=True)
+        stale = {*out.glob("checklist.md"), *out.glob("figures/*.svg"), *out.glob("figures/*.png")}
         for name, data in documents(outcome):
             replace_file(out / name, data)
+            stale.discard(out / name)
+        for file in stale:  # of what the folder held before it grew, and can't be true of what it holds now
+            file.unlink()
     table = headline_table(outcome)
     print_table(table.heads, [[cell.text for cell in row] for row in table.rows], right=range(1, len(table.heads)))
     missing = outcome.planned - len(outcome.rows)

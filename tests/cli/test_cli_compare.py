@@ -78,6 +78,15 @@ def test_what_is_done_can_be_shown_again_and_is_not_done_again(done: Path, capsy
     assert bytes_of(done) == before
 
 
+def test_documents_of_what_the_folder_held_before_it_grew_are_removed(done: Path) -> None:
+    figures = {figure.name for figure in (done / "figures").iterdir()}
+    for name in ("checklist.md", "figures/figure-6.svg", "figures/figure-6.png"):
+        (done / name).write_text("of the paper's experiment alone")
+    assert compare("--report", str(done)) == 0
+    assert not (done / "checklist.md").exists()
+    assert {figure.name for figure in (done / "figures").iterdir()} == figures
+
+
 def test_a_folder_with_another_comparison_is_refused(done: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert compare("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "1", "--out", str(done)) == 2
     assert "runs: the folder has 2, asked for is 1" in capsys.readouterr().err
