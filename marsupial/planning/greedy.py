@@ -65,7 +65,7 @@ class Greedy:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
             return
         best, complaint = start, ""
-        rounds = islice(_drafts(situation), min(ROUNDS, budget.steps or ROUNDS))
+        rounds = islice(Listing(situation).drafts(), min(ROUNDS, budget.steps or ROUNDS))
         for n, draft in enumerate(rounds, 1):
             elapsed = self._clock() - begun
             complaint = complaint or draft.complaint
@@ -82,18 +82,55 @@ class Greedy:
 
 
 def serve(situation: Situation, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
-    """Return a plan that does what it can, and the names of the targets it leaves out.
+    """Return a plan that does what it can, and the names of the targets it leaves out: see `Listing.serve`."""
+    return Listing(situation).serve(start)
 
-    The plan can be carried out (`check` with the targets it explores finds nothing wrong), though of the rest of the
-    goal it reaches only what it can: some rovers may stay on the ground, some carriers away from home.
 
-    Parameters
-    ----------
-    start
-        A plan that can be carried out: it is kept, and what it leaves is added at its end.
-    """
-    draft = next(_drafts(situation, start))
-    return draft.plan, frozenset(target.name for target in situation.targets) - draft.plan.explored
+class Listing:
+    """List scheduling in one situation; the tables it looks things up in are made once."""
+
+    def __init__(self, situation: Situation) -> None:
+        self._detours = Detours(situation)
+        self._costs = Costs(self._detours.situation)
+
+    def serve(self, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
+        """Return a plan that does what it can, and the names of the targets it leaves out.
+
+        The plan can be carried out (`check` with the targets it explores finds nothing wrong), though of the rest of
+        the goal it reaches only what it can: some rovers may stay on the ground, some carriers away from home.
+
+        Parameters
+        ----------
+        start
+            A plan that can be carried out: it is kept, and what it leaves is added at its end.
+        """
+        plan = next(self.drafts(start)).plan
+        return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored
+
+    def drafts(self, start: Plan | None = None) -> Iterator[_Draft]:
+        """Yield one plan per round without end, all with the actions of `start` first.
+
+        Each round gives the target that came last a head start.
+        """
+        situation, costs = self._detours.situation, self._costs
+        begun = Timeline.of(situation) if start is None else replay(situation, start)
+        names = [target.name for target in situation.targets]
+        head_start_ms = np.zeros(len(names), dtype=np.int64)
+        while True:
+            timeline, left = _explore(begun.copy(), costs, head_start_ms)
+            last = names.index(left[0] if left else _last_explored(timeline)) if names else None
+            complaint = _why_left(situation, left)
+            goal = situation.goal
+            if goal.recover_rovers or goal.return_home:
+                timeline, trouble = recover(timeline, costs)
+                complaint = complaint or trouble
+            if goal.return_home:
+                trouble = go_home(timeline)
+                complaint = complaint or trouble
+            yield _Draft(plan=self._detours.told(timeline.plan), complaint=complaint)
+            if last is None:
+                return
+            head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,34 +139,6 @@ class _Draft:
 
     plan: Plan
     complaint: str
-
-
-def _drafts(situation: Situation, start: Plan | None = None) -> Iterator[_Draft]:
-    """Yield one plan per round without end, all with the actions of `start` first.
-
-    Each round gives the target that came last a head start.
-    """
-    detours = Detours(situation)
-    situation = detours.situation
-    begun = Timeline.of(situation) if start is None else replay(situation, start)
-    costs = Costs(situation)
-    names = [target.name for target in situation.targets]
-    head_start_ms = np.zeros(len(names), dtype=np.int64)
-    while True:
-        timeline, left = _explore(begun.copy(), costs, head_start_ms)
-        last = names.index(left[0] if left else _last_explored(timeline)) if names else None
-        complaint = _why_left(situation, left)
-        goal = situation.goal
-        if goal.recover_rovers or goal.return_home:
-            timeline, trouble = recover(timeline, costs)
-            complaint = complaint or trouble
-        if goal.return_home:
-            trouble = go_home(timeline)
-            complaint = complaint or trouble
-        yield _Draft(plan=detours.told(timeline.plan), complaint=complaint)
-        if last is None:
-            return
-        head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
 
 
 def _why_left(situation: Situation, left: list[str]) -> str:

@@ -29,7 +29,7 @@ from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
 from marsupial.planning.aims import Aim, Aimable
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import serve
+from marsupial.planning.greedy import Listing
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 
@@ -90,15 +90,16 @@ class Temporal:
             plan, unserved = served
             return len(unserved), aim.cost(plan)
 
+        listing = Listing(situation)
         previous, baseline = _given(briefing.previous), _given(_baseline(briefing))
-        kept, others = _served(situation, previous), [*_served(situation, baseline), serve(situation)]
+        kept, others = _served(listing, previous), [*_served(listing, baseline), listing.serve()]
         plan, unserved = min(kept + others, key=rank)
         if isinstance(self._engine, Aimable):
             answer.take(self._engine.aimed(aim), _without(situation, unserved), self._budget, plan)
         else:
             known = briefing.situation
             answer.take(self._engine, known, self._budget, _shortest(known, previous + baseline))
-        plan, unserved = min(kept + _served(situation, answer.plans[-1:]) + others, key=rank)
+        plan, unserved = min(kept + _served(listing, answer.plans[-1:]) + others, key=rank)
         return guessed.real_part(plan), unserved & briefing.situation.target_by_name.keys()
 
     def _finish(self, briefing: Briefing, answer: _Answer) -> Served:
@@ -107,7 +108,8 @@ class Temporal:
         previous = _given(briefing.previous)
         if situation.goal.recover_rovers or situation.goal.return_home:
             answer.take(self._engine, situation, self._budget, _shortest(situation, previous))
-        found = [*_served(situation, previous + answer.plans[-1:]), serve(situation)]
+        listing = Listing(situation)
+        found = [*_served(listing, previous + answer.plans[-1:]), listing.serve()]
         return min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
 
 
@@ -144,14 +146,14 @@ def _given(plan: Plan | None) -> list[Plan]:
     return [] if plan is None else [plan]
 
 
-def _served(situation: Situation, plans: Iterable[Plan]) -> list[Served]:
+def _served(listing: Listing, plans: Iterable[Plan]) -> list[Served]:
     """Return the plans with what they leave of the goal added at their ends, as far as can be."""
-    return [serve(situation, plan) for plan in plans]
+    return [listing.serve(plan) for plan in plans]
 
 
 def _shortest(situation: Situation, plans: Iterable[Plan]) -> Plan | None:
     """Return the shortest of the plans that, completed, reach the whole goal, if any does."""
-    whole = (plan for plan, _ in _served(situation, plans) if check(situation, plan).valid)
+    whole = (plan for plan, _ in _served(Listing(situation), plans) if check(situation, plan).valid)
     return min(whole, key=lambda plan: plan.makespan_ms, default=None)
 
 

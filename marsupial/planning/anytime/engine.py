@@ -65,14 +65,16 @@ class Anytime:
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if it is valid, or list scheduling's plan, better ones, then `Finished`; see `Engine`.
 
-        A `start` that the checker refuses is passed over. The first plan and one step come however small the budget.
+        A `start` that the checker refuses is passed over. With another aim than the makespan, list scheduling is asked
+        only where there is no start: it knows nothing of that aim. The first plan and one step come however small the
+        budget.
         """
         begun = self._clock()
         plans = [start] if start is not None and check(situation, start).valid else []
         for plan in plans:
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         told = self._score(situation, plans[0]) if plans else None
-        for event in self._listed(situation, budget):
+        for event in self._listed(situation, budget) if self._aim is None or not plans else ():
             if isinstance(event, Finished):
                 if not plans:
                     yield event

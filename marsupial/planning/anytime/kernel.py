@@ -38,7 +38,7 @@ from marsupial.planning.anytime.encoding import (
     Task,
 )
 
-compiled = njit(cache=True, nogil=True, _nrt=False)
+compiled = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
 """For functions that only compiled functions call and that make no arrays: nobody counts references to those passed."""
 
 FREE = 4
