@@ -157,6 +157,8 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
     """Add the exploring of every target that can be served; return the timeline and the names of the others."""
     names = [target.name for target in timeline.situation.targets]
     explored = timeline.explored
+    if explored.issuperset(names):
+        return timeline, []
     ways = Ways(timeline, costs, np.array([name not in explored for name in names], dtype=np.bool_))
     while ways.left.any():
         done, numbers = ways.soonest()

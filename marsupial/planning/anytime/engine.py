@@ -36,7 +36,7 @@ class Anytime:
     `search.STEP` changes.
 
     The first call in a process takes up to half a second more, to load compiled code: a service had better make one
-    before a robot waits. The first call ever compiles, for half a minute.
+    before a robot waits. The first call ever compiles, for up to a minute.
 
     Plans get better in their makespan, then in the mean time at which targets are reached, those that reveal more
     counting more, then in the time spent driving.
@@ -119,14 +119,16 @@ class Anytime:
         if not beginnings or len(beginnings[0]) == 0:
             return
         with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches, self._aim) as team:
-            while pace.goes_on(team.score):
+            best = team.score
+            while pace.goes_on(best):
                 team.step(pace.used, pace.steps)
                 if pace.has_begun:
                     team.expect(pace.expected)
-                if team.score < told and pace.is_due(team.score, told):
-                    told = team.score
+                best = team.score
+                if best < told and pace.is_due(best, told):
+                    told = best
                     yield plan_of(situation, team.events)
-            if team.score < told:
+            if best < told:
                 yield plan_of(situation, team.events)
 
 

@@ -12,7 +12,7 @@ POLISH_STEPS, POLISH_S = 50, 0.1
 """Effort still made where the makespan can't get shorter."""
 
 PAUSE_STEPS, PAUSE_S = 10, 0.02
-"""Least effort between two plans, unless the makespan gets a hundredth shorter."""
+"""Least effort between two plans; in seconds, only unless the plan gets a hundredth better: somebody may be waiting."""
 
 TURN_S, TURN_SHARE = 0.01, 0.05
 """How long the clock is not looked at, at most, and as a share of the budget."""
@@ -69,7 +69,7 @@ class Pace:
     def is_due(self, score: Score, told: Score) -> bool:
         """Say whether to tell of a better plan now, and if so note it."""
         pause = PAUSE_S if self._timed else PAUSE_STEPS
-        due = score[0] < 0.99 * told[0] or self._spent - self._told >= pause
+        due = self._spent - self._told >= pause or (self._timed and score[0] < 0.99 * told[0])
         if due:
             self._told = self._spent
         return due
