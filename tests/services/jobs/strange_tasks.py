@@ -118,6 +118,7 @@ async def pid_in(folder: Path) -> int:
     """Return the process id that a task wrote, once it has."""
     import asyncio
 
-    while not (folder / "pid").exists():
-        await asyncio.sleep(0.01)
+    async with asyncio.timeout(60):
+        while not (folder / "pid").exists():
+            await asyncio.sleep(0.01)
     return int((folder / "pid").read_text())

@@ -238,7 +238,7 @@ def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(tmp_path: Path) -> 
 def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, planner: str) -> None:
     async def run() -> None:
         async with open_jobs(tmp_path) as jobs:
-            job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=0.5))
+            job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=3))
             grandchild = await pid_in(tmp_path)
             done = await ended(jobs, job)
             assert (done.state, done.outcome) == (JobState.FAILED, JobOutcome.TIMEOUT)
