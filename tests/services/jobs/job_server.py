@@ -24,7 +24,8 @@ async def serve(folder: Path, what: str) -> None:
             print(job, flush=True)
             await asyncio.sleep(600)
         for number in range(10**6):
-            wanted = request(one_hall()) if number % 2 else request(many_rooms(2, 1, 6, 3), "anytime", seconds=0.2)
+            longer = request(many_rooms(2, 1, 6, 3), "anytime", seconds=None, steps=150)
+            wanted = request(one_hall()) if number % 2 else longer
             try:
                 print(await submit(jobs, wanted), flush=True)
             except QueueFull:
