@@ -98,18 +98,19 @@ class Temporal:
             answer.take(self._engine.aimed(aim), _without(situation, unserved), self._budget, plan)
         else:
             known = briefing.situation
-            answer.take(self._engine, known, self._budget, _shortest(known, previous + baseline))
+            served = _served(Listing(known), previous + baseline)
+            answer.take(self._engine, known, self._budget, _shortest(known, served))
         plan, unserved = min(kept + _served(listing, answer.plans[-1:]) + others, key=rank)
         return guessed.real_part(plan), unserved & briefing.situation.target_by_name.keys()
 
     def _finish(self, briefing: Briefing, answer: _Answer) -> Served:
         """Return the shortest plan that recovers rovers and brings carriers home, as far as that is asked for."""
         situation = briefing.situation
-        previous = _given(briefing.previous)
-        if situation.goal.recover_rovers or situation.goal.return_home:
-            answer.take(self._engine, situation, self._budget, _shortest(situation, previous))
         listing = Listing(situation)
-        found = [*_served(listing, previous + answer.plans[-1:]), listing.serve()]
+        kept = _served(listing, _given(briefing.previous))
+        if situation.goal.recover_rovers or situation.goal.return_home:
+            answer.take(self._engine, situation, self._budget, _shortest(situation, kept))
+        found = [*kept, *_served(listing, answer.plans[-1:]), listing.serve()]
         return min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
 
 
@@ -151,9 +152,9 @@ def _served(listing: Listing, plans: Iterable[Plan]) -> list[Served]:
     return [listing.serve(plan) for plan in plans]
 
 
-def _shortest(situation: Situation, plans: Iterable[Plan]) -> Plan | None:
-    """Return the shortest of the plans that, completed, reach the whole goal, if any does."""
-    whole = (plan for plan, _ in _served(Listing(situation), plans) if check(situation, plan).valid)
+def _shortest(situation: Situation, served: Iterable[Served]) -> Plan | None:
+    """Return the shortest of the plans that reach the whole goal, if any does."""
+    whole = (plan for plan, _ in served if check(situation, plan).valid)
     return min(whole, key=lambda plan: plan.makespan_ms, default=None)
 
 

@@ -36,7 +36,7 @@ class Anytime:
     `search.STEP` changes.
 
     The first call in a process takes up to half a second more, to load compiled code: a service had better make one
-    before a robot waits. The first call ever compiles, for up to a minute.
+    before a robot waits. The first call ever compiles, for about a minute.
 
     Plans get better in their makespan, then in the mean time at which targets are reached, those that reveal more
     counting more, then in the time spent driving.

@@ -39,7 +39,10 @@ from marsupial.planning.anytime.encoding import (
 )
 
 compiled = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
-"""For functions that only compiled functions call and that make no arrays: nobody counts references to those passed."""
+"""For functions that only compiled functions call and that make no arrays: nobody counts references to those passed.
+
+They become part of whoever calls them, since a call would copy the whole `Net`.
+"""
 
 FREE = 4
 """Kind of a ride that is not in use."""

@@ -47,7 +47,6 @@ from marsupial.planning.anytime.kernel import (
     REACHING,
     ROBOT,
     TOLL,
-    WORTH,
     Net,
     after,
     ask,
@@ -162,16 +161,9 @@ def _time(net: Net, node: int, latest: int) -> bool:
             net.nodes[node, DRIVE] = drive
         return True
     touch(net, node)
-    if net.nodes[node, COUNTED]:
-        former = net.nodes[node, END]
-        net.work[0, DRIVING] += drive - net.nodes[node, DRIVE]
-        if kind == EXPLORE:
-            net.work[0, REACHING] += net.hints[place, WORTH] * (end - former)
-        net.work[0, LATE] += lateness(net, end) - lateness(net, former)
-        net.nodes[node, END], net.nodes[node, DRIVE] = end, drive
-    else:
-        net.nodes[node, END], net.nodes[node, DRIVE] = end, drive
-        count(net, node)
+    discount(net, node)
+    net.nodes[node, END], net.nodes[node, DRIVE] = end, drive
+    count(net, node)
     following = net.nodes[node, AFTER]
     if net.nodes[following, KIND] != UNDOCK or net.nodes[following, ROBOT] != robot:
         _ask_next(net, following)
