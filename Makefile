@@ -3,17 +3,16 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-FRESH  := $(VENV)/.fresh
 
 .PHONY: demo test slow check lint types contract clean
 
-demo: $(FRESH)
+demo: $(STAMP)
 	@$(BIN)/marsupial demo --out demo
 
-test: $(FRESH)
+test: $(STAMP)
 	$(BIN)/python -m pytest -n 2 -m "not slow"
 
-slow: $(FRESH)
+slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow
 
 check: lint types contract test
@@ -33,11 +32,6 @@ $(STAMP): pyproject.toml
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
 	@touch $(STAMP)
-
-# Compiled code, kept beside its source, does not see that what it calls in other files has changed.
-$(FRESH): $(STAMP) $(wildcard marsupial/planning/*/*.py marsupial/maps/*.py)
-	@find marsupial -name '*.nb[ic]' -delete
-	@touch $(FRESH)
 
 clean:
 	rm -rf $(VENV) build dist demo .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

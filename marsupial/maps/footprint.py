@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.robots import RobotType
+from marsupial.native import native
 
 
 def disc(radius_cells: float) -> npt.NDArray[np.int64]:
@@ -83,7 +83,7 @@ def standable(grid: Grid, kind: RobotType) -> Mask:
     return footprint.standable
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _close_outside(offsets: Any, closed: Any, possible: Any) -> None:
     height, width = closed.shape
     reach = np.abs(offsets).max()
@@ -98,7 +98,7 @@ def _close_outside(offsets: Any, closed: Any, possible: Any) -> None:
             possible[y, x] = closed[y, x] == 0
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _reveal(
     indices: Any, cells: Any, drivable: Any, offsets: Any,
     barred: Any, closed: Any, standable: Any, possible: Any, opened: Any,

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -19,6 +18,7 @@ from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
 from marsupial.model.grid import Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType, Role
+from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
 Indices = npt.NDArray[np.int64]
@@ -146,7 +146,7 @@ class _Dock:
         return fresh
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _grow(allowed: Any, starts: Any, opened: Any, out: Any, queue: Any) -> int:
     height, width = allowed.shape
     tail = 0

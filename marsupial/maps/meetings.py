@@ -18,7 +18,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -29,6 +28,7 @@ from marsupial.maps.window import Window
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.robots import Role
+from marsupial.native import native
 from marsupial.paths.fields import grow
 
 STRETCH_M = 6.0
@@ -255,7 +255,7 @@ def _spread(cells: Indices, taken: Sequence[int], stretch: float, width: int) ->
     return chosen
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _beside_wanted(
     areas: Any, dock: Any, wanted: Any, bottom: int, top: int, left: int, right: int, cells: Any, labels: Any
 ) -> int:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from marsupial.maps.footprint import standable
 from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.robots import RobotType
+from marsupial.native import native
 
 __all__ = ["flood", "groups", "largest_reach", "parts", "standable"]
 
@@ -77,7 +77,7 @@ def flood_indices(mask: Mask, starts: Indices) -> Mask:
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _group(left: Any, cells: Any, width: int, found: Any, ends: Any) -> int:
     head = tail = count = 0
     for cell in cells:
@@ -100,7 +100,7 @@ def _group(left: Any, cells: Any, width: int, found: Any, ends: Any) -> int:
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _label(mask: Any, labels: Any, queue: Any) -> int:
     height, width = mask.shape
     count = 0
@@ -114,7 +114,7 @@ def _label(mask: Any, labels: Any, queue: Any) -> int:
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _flood(mask: Any, starts: Any, out: Any, queue: Any) -> None:
     width = mask.shape[1]
     tail = 0
@@ -127,7 +127,7 @@ def _flood(mask: Any, starts: Any, out: Any, queue: Any) -> None:
     spread(mask, out, True, queue, tail)
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def spread(mask: Any, marks: Any, mark: Any, queue: Any, tail: int) -> int:
     """Mark all cells connected within `mask` to those in `queue`, which are marked; return the queue's new length.
 

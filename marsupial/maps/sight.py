@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from marsupial.model.grid import Cell, CellArray
+from marsupial.native import native
 
 Indices = npt.NDArray[np.int64]
 
@@ -102,7 +102,7 @@ class Sight:
         return [(seed, np.sort(group)) for seed, group in zip(seeds[:count].tolist(), members, strict=True)]
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _sweep(
     cells: Any, opaque: Any, x: int, y: int, reach: float,
     octants: Any, intervals: Any, stamps: Any, stamp: int, seen: Any,
@@ -158,7 +158,7 @@ def _sweep(
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _count(cells: Any, indices: Any, code: int) -> int:
     count = 0
     for index in indices:
@@ -166,7 +166,7 @@ def _count(cells: Any, indices: Any, code: int) -> int:
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _split(
     cells: Any, opaque: Any, reach: float, octants: Any, intervals: Any, stamps: Any, stamp: int, seen: Any,
     left: Any, ends: Any, free: Any, seeds: Any, found: Any, found_ends: Any,
@@ -194,7 +194,7 @@ def _split(
     return count
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _free_first(left: Any, begin: int, size: int, free: Any) -> int:
     """Move the free ones of `size` cells to their front, in order; return how many there are."""
     kept = 0
@@ -205,7 +205,7 @@ def _free_first(left: Any, begin: int, size: int, free: Any) -> int:
     return kept
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _middle(left: Any, begin: int, size: int, width: int) -> int:
     """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
     x = y = 0

@@ -18,7 +18,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -27,6 +26,7 @@ from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import UNKNOWN, Cell, Mask
 from marsupial.model.mission import MapTarget, Remaining
+from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
 Indices = npt.NDArray[np.int64]
@@ -199,7 +199,7 @@ def _approach(approaches: tuple[Indices, Indices], cell: int, width: int) -> Cel
     return _cell(int(viewpoints[np.searchsorted(cells, cell)]), width)
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _at_unknown(cells: Any, drivable: Any, indices: Any) -> Any:
     height, width = cells.shape
     out = np.zeros(indices.size, dtype=np.bool_)
@@ -215,7 +215,7 @@ def _at_unknown(cells: Any, drivable: Any, indices: Any) -> Any:
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _viewpoints(
     reach: Any, standable: Any, possible: Any, bottom: int, top: int, left: int, right: int, out: Any
 ) -> int:

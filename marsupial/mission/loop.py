@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -29,6 +28,7 @@ from marsupial.model.scenario import Goal, Limits, PlanningTime
 from marsupial.model.situation import SituationGoal
 from marsupial.model.strategy import Briefing, Decision, Strategy
 from marsupial.model.world import News, RobotReport, World
+from marsupial.native import native
 from marsupial.planning.checker import check
 
 LOOK_MS = 1000
@@ -360,7 +360,7 @@ def runs_of(indices: npt.NDArray[np.int64], cells: npt.NDArray[np.uint8]) -> tup
     return tuple(runs[:count].ravel().tolist())
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _runs(indices: Any, cells: Any, runs: Any) -> int:
     count = 0
     for index in indices:

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
+
+from marsupial.native import native
 
 Array = npt.NDArray[Any]
 
@@ -28,7 +29,7 @@ SOURCE = 8
 """Arrival at a cell that is itself a source; others hold the direction (0 to 7) of the last step."""
 
 
-@njit(cache=True, nogil=True)
+@native
 def flood(
     passable: Array,
     offsets: Array,
@@ -137,7 +138,7 @@ def flood(
     return np.inf, seen
 
 
-@njit(cache=True, nogil=True)
+@native
 def pairs(
     passable: Array,
     offsets: Array,
@@ -165,7 +166,7 @@ def pairs(
     return stale
 
 
-@njit(cache=True, nogil=True)
+@native
 def _plant(
     passable: Array, offsets: Array, cost: Array, arrival: Array, queue: Array, touched: Array, sources: Array
 ) -> np.uint64:
@@ -185,7 +186,7 @@ def _plant(
     return queued
 
 
-@njit(cache=True, nogil=True)
+@native
 def descend(passable: Array, offsets: Array, cost: Array, start: np.uint64, steps: Array) -> np.uint64:
     """Walk from `start` down to where `cost` is 0 and return the number of steps, which `steps` (uint8) receives.
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
 from marsupial.model.grid import Mask
+from marsupial.native import native
 from marsupial.paths.kernels import SQRT2, TOLERANCE
 
 Indices = npt.NDArray[np.int64]
@@ -75,7 +75,7 @@ class Nearest:
         return changed
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _settle(
     passable: Any, sources: Any, opened: Any, limit: float,
     label: Any, distance: Any, flags: Any, queue: Any, changed: Any,

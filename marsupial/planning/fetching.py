@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from marsupial.native import native
 from marsupial.planning.costs import NEVER
 
 
-@njit(cache=True, nogil=True)
+@native
 def mend_landed(
     landed: Any,
     stale: Any,
@@ -48,7 +48,7 @@ def mend_landed(
                         row[m] = min(row[m], docked + between[pickup, m])
 
 
-@njit(cache=True, nogil=True)
+@native
 def soonest(
     alone: Any, landed: Any, aboard: Any, rover_kinds: Any, outing: Any, left: Any, done: Any, ways: Any
 ) -> None:
@@ -83,7 +83,7 @@ def soonest(
                     done[t], ways[t] = end, first[kind, m]
 
 
-@njit(cache=True, nogil=True)
+@native
 def soonest_aboard(ready: Any, carriers: Any, docking: Any, aboard: Any) -> None:
     """Enter in `aboard` (rovers, carriers) when each rover could be aboard each carrier soonest, `NEVER` if not.
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 
@@ -25,6 +24,7 @@ from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
 from marsupial.model.world import News, RobotReport
+from marsupial.native import native
 from marsupial.paths.kernels import SQRT2
 from marsupial.paths.routes import passing_times_ms
 
@@ -260,7 +260,7 @@ class SimulatedWorld:
         return np.sort(fresh[:count])
 
 
-@numba.njit(cache=True, nogil=True)
+@native
 def _reveal(seen: Any, contact: Any, x: int, y: int, truth: Any, known: Any, fresh: Any) -> int:
     """Enter in `known` what is seen from (x, y) and touched around it; list what is new in `fresh`."""
     height, width = truth.shape

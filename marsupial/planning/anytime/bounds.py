@@ -8,9 +8,9 @@ the way there from the target counts as well. No triangle inequality is assumed 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from marsupial.model.plan import EPSILON_MS
+from marsupial.native import native
 from marsupial.planning.anytime.encoding import (
     ABOARD,
     AT,
@@ -128,7 +128,7 @@ def _ride(task: Task, rover: int, ground: Ints, riding: dict[int, Ints], boardin
             return
 
 
-@njit(cache=True, nogil=True)
+@native
 def relax(times: Ints, leg: Ints) -> None:
     """Lower int64 `times` (places,) to what driving on from any place allows."""
     better = True

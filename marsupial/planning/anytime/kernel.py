@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from marsupial.native import native
 from marsupial.planning.anytime.encoding import (
     ABOARD,
     AT,
@@ -38,7 +39,7 @@ from marsupial.planning.anytime.encoding import (
     Task,
 )
 
-compiled = njit(cache=True, nogil=True, _nrt=False, forceinline=True)
+compiled = njit(nogil=True, _nrt=False, forceinline=True)
 """For functions that only compiled functions call and that make no arrays: nobody counts references to those passed.
 
 They become part of whoever calls them, since a call would copy the whole `Net`.
@@ -403,7 +404,7 @@ def _alike(net: Net, robot: int) -> Any:
     return first
 
 
-@njit(cache=True, nogil=True)
+@native
 def load(net: Net, events: Ints) -> bool:
     """Make the net that of a list of events (n, 4); nothing is timed yet, everything is asked for.
 

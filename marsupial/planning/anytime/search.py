@@ -35,8 +35,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from marsupial.native import native
 from marsupial.planning.aims import Aim
 from marsupial.planning.anytime.encoding import DOCK, TARGETS, UNDOCK, Ints, Task
 from marsupial.planning.anytime.kernel import (
@@ -95,7 +95,7 @@ BOUND = 3
 SEED, SEEDS = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 
 
-@njit(cache=True, nogil=True)
+@native
 def start(net: Net, events: Ints, best: Ints, best_nodes: Ints, blend: Ints, ambition: float) -> bool:
     """Make a list of events current; False if it can't be carried out."""
     net.work[0, DUE] = LATEST
@@ -107,7 +107,7 @@ def start(net: Net, events: Ints, best: Ints, best_nodes: Ints, blend: Ints, amb
     return True
 
 
-@njit(cache=True, nogil=True)
+@native
 def anneal(
     net: Net, best: Ints, best_nodes: Ints, shares: Ints, blend: Ints, temperature: float, ambition: float, changes: int
 ) -> None:

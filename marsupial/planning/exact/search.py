@@ -29,8 +29,8 @@ way out with keys no higher and one step less. Or its state is entered: then the
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from marsupial.native import native
 from marsupial.planning.anytime.kernel import compiled
 from marsupial.planning.exact.branching import branch
 from marsupial.planning.exact.cover import FROM, MAY, ROW, SHARE, YES, cover
@@ -107,19 +107,19 @@ def root_bound_ms(tables: Tables, limit: int) -> int:
     return low
 
 
-@njit(cache=True, nogil=True)
+@native
 def hopeful(tables: Tables, search: Search) -> bool:
     """Say whether there may be plans shorter than the limit."""
     return may_lead_on(tables, search, 0)
 
 
-@njit(cache=True, nogil=True)
+@native
 def enter(tables: Tables, search: Search) -> None:
     """Enter the first state."""
     _enter(tables, search, 0)
 
 
-@njit(cache=True, nogil=True)
+@native
 def advance(tables: Tables, search: Search, nodes: int) -> bool:
     """Enter that many nodes; return whether there may be more."""
     tallies, levels = search.tallies, search.levels

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from marsupial.native import native
 from marsupial.planning.anytime.encoding import NEVER, Ints
 from marsupial.planning.anytime.kernel import compiled
 
 
-@njit(cache=True, nogil=True)
+@native
 def close(leg: Ints) -> None:
     """Lower square legs to the shortest times by way of any place (Floyd and Warshall)."""
     for k in range(len(leg)):
@@ -19,7 +19,7 @@ def close(leg: Ints) -> None:
                     leg[i, j] = leg[i, k] + leg[k, j]
 
 
-@njit(cache=True, nogil=True)
+@native
 def shortest_tours(first: Ints, between: Ints) -> Ints:
     """Return (sets, targets): the shortest time to be at each target last, having been at all of the set.
 
@@ -50,7 +50,7 @@ def shortest_tours(first: Ints, between: Ints) -> Ints:
     return tours
 
 
-@njit(cache=True, nogil=True)
+@native
 def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
     """Return (sets, ends): the shortest tours with the way to each end added.
 
@@ -75,7 +75,7 @@ ANY, LEFT = 0, 1
 """Whether a rover has just been set down where a carrier is, and has to be picked up there."""
 
 
-@njit(cache=True, nogil=True)
+@native
 def errand_tours(
     first: Ints,
     between: Ints,

@@ -1,0 +1,52 @@
+"""Compiled code that is kept on disk is that of the sources as they are."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+OUTER = """
+from marsupial.native import native
+from {package}.inner import inner
+
+@native
+def outer(number):
+    return inner(number) + 1
+"""
+INNER = """
+from marsupial.native import native
+
+@native
+def inner(number):
+    return number + {summand}
+"""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """Run a function of a package in a process of its own; return what it says and how often code was loaded."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+
+    def run(package: str) -> tuple[int, int]:
+        code = f"from {package}.outer import outer; print(outer(1), sum(outer.stats.cache_hits.values()))"
+        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True)
+        result, loaded = map(int, done.stdout.split())
+        return result, loaded
+
+    return run
+
+
+def write(folder: Path, **sources: str) -> None:
+    folder.mkdir(exist_ok=True)
+    for name, source in sources.items():
+        (folder / f"{name}.py").write_text(source)
+
+
+@pytest.mark.parametrize("folder", ["near", "far"])
+def test_is_made_anew_only_where_a_function_of_another_file_has_changed(run, tmp_path, folder):
+    write(tmp_path / "near", outer=OUTER.format(package=folder))
+    write(tmp_path / folder, inner=INNER.format(summand=10))
+    assert [run("near"), run("near")] == [(12, 0), (12, 1)]
+    write(tmp_path / folder, inner=INNER.format(summand=200))
+    assert run("near") == (202, 0)
