@@ -74,12 +74,15 @@ class Exchange:
         return token, line
 
     async def _arrive(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        with suppress(EOFError, OSError):
-            line = self._awaited.get(await reader.readexactly(wire.TOKEN_BYTES))
-            if line is not None and not line.done():
+        line = None
+        try:
+            with suppress(EOFError, OSError):
+                line = self._awaited.get(await reader.readexactly(wire.TOKEN_BYTES))
+        finally:
+            if line is None or line.done():
+                writer.close()
+            else:
                 line.set_result((reader, writer))
-                return
-        writer.close()
 
 
 class Keeper:
@@ -169,6 +172,8 @@ class Keeper:
                 task.cancel()
             run.cancel()
             await asyncio.wait((ended, talk))
+            if not line.cancelled():  # it may have come just when nobody wanted it any more
+                line.result()[1].close()
         error = EOFError() if talk.cancelled() else talk.exception()
         if error is not None and not isinstance(error, EOFError | OSError):
             raise error
