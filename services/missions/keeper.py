@@ -11,9 +11,9 @@ import logging
 import secrets
 import sqlite3
 import tempfile
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import Executor, Future
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TypeVar
 
@@ -66,12 +66,18 @@ class Exchange:
             self._server.close()
         self._folder.cleanup()
 
-    def expect(self) -> tuple[bytes, asyncio.Future[Line]]:
-        """Return what a process has to say first, and its line once it does."""
+    @contextmanager
+    def expected(self) -> Iterator[tuple[bytes, asyncio.Future[Line]]]:
+        """Give what a process has to say first, and its line once it does, which is closed in the end."""
         token = secrets.token_bytes(wire.TOKEN_BYTES)
         line = self._awaited[token] = asyncio.get_running_loop().create_future()
-        line.add_done_callback(lambda _: self._awaited.pop(token, None))
-        return token, line
+        try:
+            yield token, line
+        finally:
+            del self._awaited[token]
+            line.cancel()
+            if not line.cancelled():
+                line.result()[1].close()
 
     async def _arrive(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         line = None
@@ -157,23 +163,19 @@ class Keeper:
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
-        token, line = self._exchange.expect()
-        call = Call(address=self._exchange.address, token=token, brief=self.brief)
-        limits = Limits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
-        job = Job(function="services.missions.host:run", argument=call, limits=limits)
-        run = await self._started(job)
-        ended = asyncio.get_running_loop().run_in_executor(self._threads, _last, run)
-        talk = asyncio.create_task(self._talk(line))
-        try:
-            await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
-            await asyncio.wait((ended, talk), timeout=_LAST_WORDS_S)
-        finally:
-            for task in (talk, line):
-                task.cancel()
-            run.cancel()
-            await asyncio.wait((ended, talk))
-            if not line.cancelled():  # it may have come just when nobody wanted it any more
-                line.result()[1].close()
+        with self._exchange.expected() as (token, line):
+            call = Call(address=self._exchange.address, token=token, brief=self.brief)
+            limits = Limits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
+            run = await self._started(Job(function="services.missions.host:run", argument=call, limits=limits))
+            ended = asyncio.get_running_loop().run_in_executor(self._threads, _last, run)
+            talk = asyncio.create_task(self._talk(line))
+            try:
+                await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
+                await asyncio.wait((ended, talk), timeout=_LAST_WORDS_S)
+            finally:
+                talk.cancel()
+                run.cancel()
+                await asyncio.wait((ended, talk))
         error = EOFError() if talk.cancelled() else talk.exception()
         if error is not None and not isinstance(error, EOFError | OSError):
             raise error

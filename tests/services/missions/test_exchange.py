@@ -7,20 +7,24 @@ import socket
 from services.missions.keeper import Exchange
 
 
-def test_a_line_that_has_not_said_whose_it_is_is_closed_when_the_service_ends() -> None:
-    with socket.socket(socket.AF_UNIX) as line:
-        line.settimeout(10)
-        asyncio.run(_connected(line))
-        assert line.recv(1) == b""
+def test_lines_that_nobody_has_taken_are_closed_when_the_service_ends() -> None:
+    with socket.socket(socket.AF_UNIX) as unnamed, socket.socket(socket.AF_UNIX) as untaken:
+        asyncio.run(_connected(unnamed, untaken))
+        for line in (unnamed, untaken):
+            line.settimeout(10)
+            assert line.recv(1) == b""
     gc.collect()  # where a warning of an open socket would come to light
 
 
-async def _connected(line: socket.socket) -> None:
+async def _connected(unnamed: socket.socket, untaken: socket.socket) -> None:
     exchange = Exchange()
     await exchange.start()
     try:
-        line.connect(exchange.address)
-        line.sendall(b"half")
-        await asyncio.sleep(0.1)
+        with exchange.expected() as (token, line):
+            unnamed.connect(exchange.address)
+            unnamed.sendall(token[:-1])
+            untaken.connect(exchange.address)
+            untaken.sendall(token)
+            await asyncio.wait([line])
     finally:
         await exchange.stop()
