@@ -16,4 +16,4 @@ def _is_planning(process: psutil.Process) -> bool:
         alive = process.status() != psutil.STATUS_ZOMBIE
     except psutil.NoSuchProcess:
         return False
-    return alive and any("marsupial.planning.zygote" in name for name in names)
+    return alive and any("marsupial.processes.fork_server" in name for name in names)

@@ -37,7 +37,7 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal, Limits, PlanningTime
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.paths.routes import passing_times_ms, route_of
-from marsupial.planning.greedy import Greedy
+from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.temporal import Temporal
 

@@ -6,7 +6,7 @@ import pytest
 
 from marsupial.bench.simulate import MissionSummary, simulate
 from marsupial.formats.missionlog import encode_event
-from marsupial.maps.builtin import SCENARIOS, builtin_scenario
+from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionEvent, Status
 from marsupial.model.planning import Budget

@@ -20,14 +20,14 @@ from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.runner import Runner
 from marsupial.bench.compare.tables import headline_table
-from marsupial.cli.compare_progress import compare_progress
+from marsupial.cli.display.compare_progress import compare_progress
+from marsupial.cli.display.messages import say, warn
+from marsupial.cli.display.tables import print_table
 from marsupial.cli.first_use import prepare
 from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.messages import say, warn
 from marsupial.cli.missions import DEFAULT_PLANNER, NO_PLANNER, PLANNING_STRATEGIES
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.cli.sources import load_scenario
-from marsupial.cli.tables import print_table
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from marsupial.bench.simulate import MissionSummary
+from marsupial.cli.display.report import total_m
+from marsupial.cli.display.tables import clock, print_table
 from marsupial.cli.missions import NO_PLANNER
 from marsupial.cli.outputs import write_file
-from marsupial.cli.report import total_m
-from marsupial.cli.tables import clock, print_table
 from marsupial.formats.missionlog import read_log
-from marsupial.formats.replay_page import replay_page
+from marsupial.replay.page import replay_page
 
 
 def print_comparison(summaries: Sequence[MissionSummary]) -> None:

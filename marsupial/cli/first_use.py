@@ -12,13 +12,13 @@ from threading import Thread
 
 import numpy as np
 
-from marsupial.cli.messages import say
+from marsupial.cli.display.messages import say
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
 from marsupial.planning.engines import PROCESSES, engine
-from marsupial.planning.external import PREFIX
-from marsupial.planning.processes import warm_up
+from marsupial.planning.external.commands import PREFIX
+from marsupial.processes.launcher import warm_up
 
 FALLBACK = "greedy"
 """What missions go on with where another planner has no plan, and what the others begin with."""

@@ -16,21 +16,21 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.bench import bench
-from marsupial.cli.compare import compare
-from marsupial.cli.demo import demo
+from marsupial.cli.commands.bench import bench
+from marsupial.cli.commands.compare import compare
+from marsupial.cli.commands.demo import demo
+from marsupial.cli.commands.export import export
+from marsupial.cli.commands.map import describe_map
+from marsupial.cli.commands.plan import plan
+from marsupial.cli.commands.planners import planners
+from marsupial.cli.commands.replay import replay
+from marsupial.cli.commands.reproduce import reproduce
+from marsupial.cli.commands.run import run
+from marsupial.cli.commands.scenarios import scenarios
+from marsupial.cli.commands.serve import serve
+from marsupial.cli.commands.validate import validate
 from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED
-from marsupial.cli.export import export
 from marsupial.cli.interrupt import Interrupted, interruptible
-from marsupial.cli.map import describe_map
-from marsupial.cli.plan import plan
-from marsupial.cli.planners import planners
-from marsupial.cli.replay import replay
-from marsupial.cli.reproduce import reproduce
-from marsupial.cli.run import run
-from marsupial.cli.scenarios import scenarios
-from marsupial.cli.serve import serve
-from marsupial.cli.validate import validate
 from marsupial.errors import InternalError, MarsupialError
 
 app = typer.Typer(

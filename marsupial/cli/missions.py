@@ -12,11 +12,11 @@ from pathlib import Path
 
 from marsupial.bench.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.bench.simulate import MissionSummary, simulate
+from marsupial.cli.display.messages import warn
+from marsupial.cli.display.progress import progress
 from marsupial.cli.first_use import prepare
 from marsupial.cli.interrupt import asked_to_stop
-from marsupial.cli.messages import warn
 from marsupial.cli.outputs import writing
-from marsupial.cli.progress import progress
 from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
 from marsupial.formats.missionlog import LogWriter
@@ -131,7 +131,7 @@ def _planner(request: Request, budget: Budget) -> str:
 
 def _by(server: str) -> Callable[..., MissionSummary]:
     """Return what runs a mission that is planned by a service."""
-    from services.client import Client, simulate_by
+    from marsupial_service.client import Client, simulate_by
 
     return partial(simulate_by, Client(server, os.environ.get("MARSUPIAL_KEY")))
 

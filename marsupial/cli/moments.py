@@ -10,9 +10,9 @@ from marsupial.bench.simulate import simulate
 from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
 from marsupial.formats.missionlog import FORMAT, read_log
-from marsupial.formats.pddl import domain_text, problem_text
+from marsupial.formats.pddl.text import domain_text, problem_text
 from marsupial.formats.situation import situation_to_json
-from marsupial.maps.builtin import SCENARIOS
+from marsupial.generators.builtin import SCENARIOS
 from marsupial.mission.observer import Observer
 from marsupial.mission.rebuild import Moment, moment_at
 from marsupial.model.mission import MissionEvent

@@ -13,8 +13,8 @@ from marsupial.bench.planner_report import Row, progress_line, rows_of
 from marsupial.bench.planners import BUDGETS_S, Contender, Round, contenders, play, warm_up
 from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
+from marsupial.cli.display.messages import say
 from marsupial.cli.inputs import about, read_text
-from marsupial.cli.messages import say
 from marsupial.cli.outputs import write_file
 from marsupial.errors import InputError, UsageError
 

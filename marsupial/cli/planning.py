@@ -8,20 +8,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from marsupial.cli.display.messages import say
 from marsupial.cli.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
 from marsupial.cli.first_use import prepare
 from marsupial.cli.inputs import about, read_text
-from marsupial.cli.messages import say
 from marsupial.errors import SituationError
-from marsupial.formats.pddl import read_problem
+from marsupial.formats.pddl.text import read_problem
 from marsupial.formats.situation import situation_from_json
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.anytime.bounds import makespan_bound_ms
-from marsupial.planning.anytime.encoding import encode
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
+from marsupial.planning.local_search.bounds import makespan_bound_ms
+from marsupial.planning.local_search.encoding import encode
 from marsupial.planning.score import score
 
 

@@ -6,9 +6,9 @@ import difflib
 from pathlib import Path
 
 from marsupial.errors import ScenarioError
-from marsupial.formats.maps import READERS, read_map
+from marsupial.formats.mapfiles.read import READERS, read_map
 from marsupial.formats.scenario import is_scenario_file, read_scenario, with_team
-from marsupial.maps.builtin import (
+from marsupial.generators.builtin import (
     DEFAULT_CARRIERS,
     DEFAULT_ROVERS,
     SCENARIOS,

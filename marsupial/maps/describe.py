@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.formats.reading import LegendEntry, MapReading
 from marsupial.maps.reach import parts, standable
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid, Mask
+from marsupial.model.mapreading import LegendEntry, MapReading
 from marsupial.model.robots import RobotType, Role
 
 USUAL_RESOLUTION_M = (0.005, 1.0)

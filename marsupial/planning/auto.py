@@ -12,10 +12,10 @@ from collections.abc import Callable
 from marsupial.model.planning import Engine, EngineInfo
 from marsupial.model.situation import Situation
 from marsupial.planning.aims import Aim
-from marsupial.planning.anytime.engine import Anytime
-from marsupial.planning.exact.engine import Exact
-from marsupial.planning.portfolio import Latest, Member, Portfolio
-from marsupial.planning.race import Clock
+from marsupial.planning.branch_and_bound.engine import Exact
+from marsupial.planning.local_search.engine import Anytime
+from marsupial.planning.portfolio.engine import Latest, Member, Portfolio
+from marsupial.planning.portfolio.race import Clock
 
 MOST_TARGETS, MOST_ROBOTS = 12, 9
 """Up to here an exact search is worth its core.

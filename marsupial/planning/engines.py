@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.planning import Budget, Engine, EngineInfo
-from marsupial.planning.anytime.engine import Anytime
-from marsupial.planning.aries import aries
 from marsupial.planning.auto import auto
-from marsupial.planning.decompose import PartSize
-from marsupial.planning.decomposed import Decomposed
-from marsupial.planning.exact.engine import Exact
-from marsupial.planning.external import PREFIX, External
-from marsupial.planning.greedy import Greedy
-from marsupial.planning.tamer import tamer
+from marsupial.planning.branch_and_bound.engine import Exact
+from marsupial.planning.external.aries import aries
+from marsupial.planning.external.commands import PREFIX, External
+from marsupial.planning.external.decompose import PartSize
+from marsupial.planning.external.decomposed import Decomposed
+from marsupial.planning.external.tamer import tamer
+from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.local_search.engine import Anytime
 
 ENGINES: Mapping[str, Callable[[], Engine]] = {
     "anytime": Anytime,

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
 from marsupial.model.situation import Situation
-from marsupial.planning.timeline import free_at_ms
+from marsupial.planning.list_scheduling.timeline import free_at_ms
 
 
 def duration_ms(situation: Situation, action: Action) -> int | None:

@@ -19,9 +19,9 @@ from functools import cache
 from typing import Any
 
 from marsupial.errors import InvalidPlanError
-from marsupial.formats.pddl_facts import FUNCTIONS, PREDICATES, SUPERTYPES, Fact, problem_facts
-from marsupial.formats.pddl_names import encode_name
-from marsupial.formats.plansteps import Step, plan_of, steps_of
+from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES, Fact, problem_facts
+from marsupial.formats.pddl.names import encode_name
+from marsupial.formats.pddl.plansteps import Step, plan_of, steps_of
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 

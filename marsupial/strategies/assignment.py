@@ -25,8 +25,8 @@ import numpy as np
 
 from marsupial.model.plan import Plan
 from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.costs import Mask
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.costs import Mask
+from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook
 from marsupial.strategies.rules import decide_by
 from marsupial.strategies.standby import stand_by

@@ -26,8 +26,8 @@ import numpy as np
 from marsupial.model.plan import Plan
 from marsupial.model.robots import Role
 from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.costs import NEVER, Mask, Times
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.costs import NEVER, Mask, Times
+from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook
 from marsupial.strategies.rules import decide_by
 from marsupial.strategies.standby import stand_by

@@ -18,11 +18,11 @@ from scipy.optimize import linear_sum_assignment
 
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.situation import Situation
-from marsupial.planning.costs import NEVER, Costs, Indices, Mask, Times
-from marsupial.planning.detours import Detours
-from marsupial.planning.rides import ride
-from marsupial.planning.timeline import Timeline
-from marsupial.planning.ways import Ways
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
+from marsupial.planning.list_scheduling.detours import Detours
+from marsupial.planning.list_scheduling.insertions import Ways
+from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.list_scheduling.transports import ride
 
 LOYALTY_MS = 2000
 """How much sooner the target that a robot was to explore so far counts as, so that plans do not flap."""

@@ -12,7 +12,7 @@ from time import perf_counter
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 
 Rule = Callable[[Briefing], tuple[Plan, frozenset[str]]]
 """Makes a plan for a briefing with targets, and names those it has no way to explore."""

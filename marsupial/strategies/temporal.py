@@ -29,7 +29,7 @@ from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
 from marsupial.planning.aims import Aim, Aimable
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import Listing
+from marsupial.planning.list_scheduling.greedy import Listing
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, prepared
 from marsupial.bench.compare.rows import Curve, Result, Row, Timing
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 

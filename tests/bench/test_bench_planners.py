@@ -27,9 +27,9 @@ from marsupial.errors import UsageError
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.decomposed import Decomposed
 from marsupial.planning.engines import ENGINES, PART_SIZES
-from marsupial.planning.greedy import Greedy
+from marsupial.planning.external.decomposed import Decomposed
+from marsupial.planning.list_scheduling.greedy import Greedy
 
 SATISFIED = Finished(outcome=Outcome.SATISFICING)
 

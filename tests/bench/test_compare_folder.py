@@ -16,7 +16,7 @@ from marsupial.bench.compare.header import cases_of, contenders_of, header_of
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, digest, prepared
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS
 from marsupial.errors import InputError, UsageError
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Goal
 

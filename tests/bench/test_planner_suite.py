@@ -28,7 +28,7 @@ from marsupial.model.planning import Budget, Improved
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, Situation
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import Greedy
+from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.up_problem import up_validate
 
 BEST = known_best()

@@ -16,7 +16,7 @@ from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.simulate import PlanningStats, reachable_area, simulate
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.missionlog import encode_event
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid
 from marsupial.model.mission import MissionStarted, Status
@@ -32,7 +32,7 @@ LOG = """
 import sys
 from marsupial.bench.simulate import simulate
 from marsupial.formats.missionlog import encode_event
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.planning import Budget
 

@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from marsupial.bench.compare.folder import read_rows
-from marsupial.cli.compare_progress import Lines
+from marsupial.cli.display.compare_progress import Lines
 from marsupial.cli.main import main
 
 QUICK = ("--steps", "1", "--planner", "greedy")

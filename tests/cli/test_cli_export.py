@@ -6,7 +6,7 @@ import pytest
 
 from marsupial.cli.main import main
 from marsupial.formats.missionlog import read_log
-from marsupial.formats.pddl import check_domain, read_problem
+from marsupial.formats.pddl.text import check_domain, read_problem
 from marsupial.formats.situation import situation_from_json
 from marsupial.model.mission import Planned
 from marsupial.model.situation import Situation

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from marsupial.cli.main import main
-from marsupial.maps.builtin import SCENARIOS
+from marsupial.generators.builtin import SCENARIOS
 from marsupial.planning.engines import ENGINES, engine_infos
 
 

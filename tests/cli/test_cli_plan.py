@@ -9,15 +9,15 @@ import pytest
 from situations import one_room, out_of_reach, two_rooms
 
 from marsupial.cli.main import main
-from marsupial.formats.pddl import problem_text
-from marsupial.formats.plantext import read_plan_text
+from marsupial.formats.pddl.plantext import read_plan_text
+from marsupial.formats.pddl.text import problem_text
 from marsupial.formats.situation import situation_to_json
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning import engines
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 
 GREEDY = ("--planner", "greedy", "--steps", "2")
 

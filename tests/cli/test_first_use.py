@@ -6,7 +6,7 @@ from marsupial.cli.first_use import prepare
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.planning import engines
-from marsupial.planning.greedy import Greedy
+from marsupial.planning.list_scheduling.greedy import Greedy
 
 
 class Watched(Greedy):

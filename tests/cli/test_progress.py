@@ -6,9 +6,9 @@ import pytest
 from rich.console import Console
 from synthetic_mission import synthetic_mission
 
-from marsupial.cli import progress as module
-from marsupial.cli.progress import progress
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.cli.display import progress as module
+from marsupial.cli.display.progress import progress
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionStarted
 

@@ -9,8 +9,8 @@ import pytest
 from rich.console import Console
 from synthetic_mission import mission_started, synthetic_mission
 
-from marsupial.cli.picture import coarse, doing
-from marsupial.cli.terminal_replay import clock_text, play, summary_lines
+from marsupial.cli.display.picture import coarse, doing
+from marsupial.cli.display.terminal_replay import clock_text, play, summary_lines
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN
 from marsupial.model.mission import MissionEvent, Planned, RobotLost

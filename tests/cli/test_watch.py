@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.cli.picture import doing
-from marsupial.cli.watch import Watch
+from marsupial.cli.display.picture import doing
+from marsupial.cli.display.watch import Watch
 from marsupial.mission.playback import RobotView
 from marsupial.model.grid import FLOOR, TERRAINS, Cell
 from marsupial.model.mission import (

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from marsupial.formats.maps import read_map
-from marsupial.formats.reading import LegendEntry, MapReading
+from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.describe import TerrainShare, describe
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid
+from marsupial.model.mapreading import LegendEntry, MapReading
 from marsupial.model.robots import default_types
 
 CARRIER, ROVER = default_types(2)

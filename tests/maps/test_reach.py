@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from marsupial.formats.maps import read_map
+from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.reach import flood, groups, largest_reach, parts
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray
 

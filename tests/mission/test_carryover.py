@@ -29,7 +29,7 @@ from marsupial.model.grid import Cell
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 
 MOVE, EXPLORE, DOCK, UNDOCK = ActionName.MOVE, ActionName.EXPLORE, ActionName.DOCK, ActionName.UNDOCK
 RANGES = {"carrier": 8.0, "rover": 4.0}

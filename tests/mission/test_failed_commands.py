@@ -17,7 +17,7 @@ from small_missions import (
     rover_on,
 )
 
-from marsupial.cli.watch import Watch
+from marsupial.cli.display.watch import Watch
 from marsupial.mission.loop import Assignment, Mission
 from marsupial.mission.observer import Observers
 from marsupial.mission.playback import Playback

@@ -8,7 +8,7 @@ import pytest
 from clumsy_world import ClumsyWorld
 
 from marsupial.errors import UsageError
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.loop import Assignment, Mission
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
@@ -31,7 +31,7 @@ from marsupial.model.robots import default_types
 from marsupial.model.scenario import Goal, Limits, Scenario
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.greedy import Greedy
+from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.temporal import Temporal
 

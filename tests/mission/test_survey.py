@@ -9,7 +9,7 @@ from drawn_maps import carrier, draw, random_cells, rover, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.formats.maps import read_map
+from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.reach import largest_reach
 from marsupial.maps.territory import Territory
 from marsupial.mission.survey import Survey, Surveyor, placed

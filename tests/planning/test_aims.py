@@ -6,10 +6,10 @@ from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Budget, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.aims import Aim, Aimable
-from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.local_search.engine import Anytime
 
 
 def aim(makespan: float = 0.001, driving: float = 0.001, undocking_ms: float = 0.0, **worth: float) -> Aim:

@@ -9,8 +9,8 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.auto import INFO, auto
-from marsupial.planning.portfolio import Latest
-from marsupial.planning.race import Clock
+from marsupial.planning.portfolio.engine import Latest
+from marsupial.planning.portfolio.race import Clock
 
 
 class Prover:

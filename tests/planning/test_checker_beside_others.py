@@ -15,7 +15,7 @@ from marsupial.model.planning import Budget, Improved
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, Situation, SituationGoal
 from marsupial.planning.checker import ViolationKind, check
-from marsupial.planning.greedy import Greedy, serve
+from marsupial.planning.list_scheduling.greedy import Greedy, serve
 from marsupial.planning.up_problem import up_validate
 
 

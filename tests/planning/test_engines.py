@@ -11,13 +11,13 @@ from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning import processes
-from marsupial.planning.aries import aries
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES, PART_SIZES, engine, engine_infos, mission_engine
-from marsupial.planning.jobs import GIB
-from marsupial.planning.process_engine import ProcessEngine
-from marsupial.planning.tamer import tamer
+from marsupial.planning.external.aries import aries
+from marsupial.planning.external.process_engine import ProcessEngine
+from marsupial.planning.external.tamer import tamer
+from marsupial.processes import launcher as processes
+from marsupial.processes.jobs import GIB
 
 AMPLE = Budget(seconds=30)
 NEEDING_PROCESSES = ("aries", "tamer")

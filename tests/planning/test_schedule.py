@@ -9,7 +9,7 @@ from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget, Improved
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import Greedy
+from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.schedule import duration_ms, retime
 
 

@@ -7,7 +7,7 @@ from situations import SOLVABLE, one_hall, one_room
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Improved
 from marsupial.model.situation import Situation
-from marsupial.planning.greedy import Greedy
+from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.score import score, worth
 
 

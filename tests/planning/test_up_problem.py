@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from situations import SOLVABLE, in_flight, one_hall, one_room, situations
 
 from marsupial.errors import InvalidPlanError, PlanTextError
-from marsupial.formats.pddl import domain_text, problem_text
-from marsupial.formats.plantext import write_plan_text
+from marsupial.formats.pddl.plantext import write_plan_text
+from marsupial.formats.pddl.text import domain_text, problem_text
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.up_problem import from_up_plan, to_up_plan, up_problem, up_validate
 
 MOVE = Action(name=ActionName.MOVE, start_ms=0, duration_ms=10_000, robot="c1", origin="c1_start", place="m1")

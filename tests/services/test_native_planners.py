@@ -15,15 +15,15 @@ from service_house import Server, client, serving
 
 from marsupial.errors import UsageError
 from marsupial.formats.situation import situation_from_fields
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import Status
 from marsupial.model.planning import Budget, Outcome
 from marsupial.model.strategy import PlanningReport
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
-from services.client import Client, simulate_by
-from services.intake import read_plan
+from marsupial_service.client import Client, simulate_by
+from marsupial_service.intake import read_plan
 
 ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)
 
@@ -117,7 +117,7 @@ def test_a_mission_is_planned_with_it(running: Server, planner: str) -> None:
 def test_nothing_of_a_mission_outlives_a_server_that_is_killed(
     tmp_path: Path, planner: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("services.client._PATIENCE_S", 0.1)
+    monkeypatch.setattr("marsupial_service.client._PATIENCE_S", 0.1)
     reports = Reports()
     with serving(tmp_path) as server, leaving_nothing():
 

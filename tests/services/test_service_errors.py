@@ -10,9 +10,9 @@ from service_house import pointers, problem
 
 from marsupial import errors
 from marsupial.errors import MarsupialError
-from services.jobs.warm import tiny
-from services.problems import ERROR_KINDS, KINDS
-from services.settings import Limits
+from marsupial_service.jobs.warm import tiny
+from marsupial_service.problems import ERROR_KINDS, KINDS
+from marsupial_service.settings import Limits
 
 JSON = {"content-type": "application/json"}
 

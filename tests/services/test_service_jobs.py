@@ -10,8 +10,8 @@ from service_house import events_of, pointers, problem
 
 from marsupial.formats.situation import situation_from_fields
 from marsupial.planning.checker import check
-from services.intake import read_plan
-from services.schemas import answers
+from marsupial_service.intake import read_plan
+from marsupial_service.schemas import answers
 
 WAIT = {"Prefer": "wait=20"}
 

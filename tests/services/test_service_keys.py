@@ -8,8 +8,8 @@ import pytest
 from service_house import START, client, problem, serving
 
 from marsupial.errors import UsageError
-from services.keys import FILE, KeyFile
-from services.settings import Limits, Settings, limits_from
+from marsupial_service.keys import FILE, KeyFile
+from marsupial_service.settings import Limits, Settings, limits_from
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -8,8 +8,8 @@ import httpx
 import pytest
 from service_house import START, client, problem, serving
 
-from services.app import create_app
-from services.settings import Settings
+from marsupial_service.app import create_app
+from marsupial_service.settings import Settings
 
 
 def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -> None:

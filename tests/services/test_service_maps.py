@@ -15,11 +15,11 @@ from PIL import Image
 from service_house import pointers, problem
 
 from marsupial.model.grid import Cell
-from services.demo import DEMOS
-from services.intake_map import read_map_state
-from services.mapstate import MapState
-from services.problems import HttpProblem
-from services.settings import Limits
+from marsupial_service.demo import DEMOS
+from marsupial_service.intake_map import read_map_state
+from marsupial_service.mapstate import MapState
+from marsupial_service.problems import HttpProblem
+from marsupial_service.settings import Limits
 
 GREYS = {"#": 0, ".": 254, "?": 205}
 ROWS = ["######", "#....?", "#....?", "######"]

@@ -6,14 +6,14 @@ from pathlib import Path
 import httpx
 from service_house import START
 
-from services.app import create_app
-from services.openapi import kept_text, text_of
-from services.settings import Settings
+from marsupial_service.app import create_app
+from marsupial_service.openapi import FILE, kept_text, text_of
+from marsupial_service.settings import Settings
 
 
 def test_the_document_kept_is_the_one_served_where_keys_are_needed(tmp_path: Path) -> None:
     app = create_app(Settings(data=tmp_path, keys=True))
-    assert text_of(app.openapi()) == kept_text(), "write text_of(app.openapi()) to services/openapi.json"
+    assert text_of(app.openapi()) == kept_text(), f"write text_of(app.openapi()) to {FILE}"
 
 
 def test_without_keys_none_are_asked_for(http: httpx.Client) -> None:

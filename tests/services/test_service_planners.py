@@ -16,7 +16,7 @@ from service_house import START, Server, client, pointers, problem, serving
 from situations import one_hall
 
 from marsupial.formats.situation import situation_to_json
-from services.examples import EXAMPLES
+from marsupial_service.examples import EXAMPLES
 
 SCRIPT = """
 import sys

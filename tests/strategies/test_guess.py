@@ -10,8 +10,8 @@ from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing
 from marsupial.model.unseen import Square, Unseen
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import serve
-from marsupial.planning.timeline import Timeline
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.guess import BEND, HEAD_START_MS, MOST_SQUARES, ROOM_MS, WORTH, Guess, guess
 
 SPEED_MPS = {"carrier": 1.0, "rover": 0.5}

@@ -14,13 +14,13 @@ from situations import carrier, door, hall, relay, room, rover, situation_of
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot, torn_briefings
 
 from marsupial.bench.simulate import simulate
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Strategy
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.schedule import retime
 from marsupial.strategies.assignment import Assignment
 from marsupial.strategies.heuristic_plus import HeuristicPlus

@@ -26,12 +26,12 @@ from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Out
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.strategy import Briefing
 from marsupial.model.unseen import Square, Unseen
-from marsupial.planning.anytime.engine import Anytime
 from marsupial.planning.auto import auto
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import Greedy, serve
+from marsupial.planning.list_scheduling.greedy import Greedy, serve
+from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.schedule import retime
-from marsupial.planning.timeline import Timeline
 from marsupial.strategies.temporal import Temporal
 
 BUDGET = Budget(steps=7)

@@ -21,7 +21,7 @@ from marsupial.model.mission import MapMeeting, MapTarget, MissionEnded, Planned
 from marsupial.model.plan import Plan
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.world import News, World
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 
 
 class Expedition:

@@ -19,7 +19,7 @@ from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, TargetInfo, TravelTable
 from marsupial.paths.routes import passing_times_ms, travel_table_ms
-from marsupial.planning.timeline import replay
+from marsupial.planning.list_scheduling.timeline import replay
 
 Poses = Mapping[str, Mapping[str, Cell]]
 

@@ -14,7 +14,7 @@ from marsupial.bench.clairvoyant.outline import Outline
 from marsupial.bench.clairvoyant.ways import Way, Ways
 from marsupial.model.grid import Cell
 from marsupial.model.plan import Plan
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 
 Indices = npt.NDArray[np.int64]
 

@@ -28,10 +28,10 @@ from marsupial.bench.clairvoyant.repair import repaired
 from marsupial.bench.clairvoyant.shorten import shortened
 from marsupial.model.plan import EPSILON_MS, ActionName
 from marsupial.model.robots import Role
-from marsupial.planning.anytime.bounds import makespan_bound_ms
-from marsupial.planning.anytime.encoding import encode, events_of, plan_of
-from marsupial.planning.anytime.search import Annealing
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.local_search.bounds import makespan_bound_ms
+from marsupial.planning.local_search.encoding import encode, events_of, plan_of
+from marsupial.planning.local_search.search import Annealing
 
 CARRIER_WORTH = (1.0, 3.0, 0.5)
 """What a cell seen from a carrier counts in the covers to begin with, in turn; from a rover 1."""

@@ -21,7 +21,7 @@ from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Finding, share_verdict
 from marsupial.bench.compare.tables import interval_text, percent
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.planning import Budget
 
 NAME = "wurm2010"

@@ -19,7 +19,7 @@ from typing import Any
 
 from marsupial.bench.suite.catalogue import VERSION
 from marsupial.errors import InputError, InvalidPlanError
-from marsupial.formats.plantext import read_plan_text, write_plan_text
+from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.situation import situation_to_json
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation

@@ -12,7 +12,7 @@ from marsupial.bench.compare.trial import carry_out
 from marsupial.bench.simulate import simulate
 from marsupial.cli.comparing import contenders
 from marsupial.errors import UsageError
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MissionEnded, Status
 from marsupial.model.scenario import Goal, Limits, Scenario

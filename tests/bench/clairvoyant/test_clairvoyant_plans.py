@@ -13,11 +13,11 @@ from marsupial.bench.clairvoyant.repair import repaired
 from marsupial.bench.clairvoyant.search import annealed, best_outline, rate
 from marsupial.bench.clairvoyant.shorten import shortened
 from marsupial.bench.simulate import simulate
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.placement import place_team
 from marsupial.model.planning import Budget
 from marsupial.planning.checker import check
-from marsupial.planning.greedy import serve
+from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.sim.world import SimulatedWorld
 
 

@@ -15,8 +15,8 @@ from situations import one_room
 
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
-from services.jobs import EventRecord, JobRecord, JobRequest, Jobs, JobSettings, MapTask
-from services.store import Store
+from marsupial_service.jobs import EventRecord, JobRecord, JobRequest, Jobs, JobSettings, MapTask
+from marsupial_service.store import Store
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""

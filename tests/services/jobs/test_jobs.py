@@ -12,12 +12,12 @@ from job_house import SLOW, ended, is_gone, nothing_runs, open_jobs, planned, re
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
 
-from marsupial.formats.plantext import read_plan_text
+from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
 from marsupial.planning.checker import check
 from marsupial.planning.score import score
-from services.jobs import FINAL, STATE_OF, EventType, JobOutcome, JobState, QueueFull, UnknownJob
-from services.store import KeyReused, StoreError, failpoints
+from marsupial_service.jobs import FINAL, STATE_OF, EventType, JobOutcome, JobState, QueueFull, UnknownJob
+from marsupial_service.store import KeyReused, StoreError, failpoints
 
 MIB = 1 << 20
 

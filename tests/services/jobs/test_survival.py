@@ -19,10 +19,10 @@ from launcher_tree import below_launcher
 from situations import one_room
 from strange_tasks import Dies, Escapes, Waits, pid_in
 
-from marsupial.planning import processes
 from marsupial.planning.checker import check
-from services.jobs import EventType, JobOutcome, JobState
-from services.store import failpoints
+from marsupial.processes import launcher as processes
+from marsupial_service.jobs import EventType, JobOutcome, JobState
+from marsupial_service.store import failpoints
 
 MARK = "MARSUPIAL_TEST_MARK"
 

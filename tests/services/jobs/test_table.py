@@ -9,10 +9,10 @@ from situations import one_hall
 
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from services.jobs import JobOutcome, JobRecord, JobSettings, JobState, lookup, table
-from services.jobs.documents import actions_text, plan_of
-from services.jobs.messages import Analysed, Closed, Found
-from services.store import Store, Transaction
+from marsupial_service.jobs import JobOutcome, JobRecord, JobSettings, JobState, lookup, table
+from marsupial_service.jobs.documents import actions_text, plan_of
+from marsupial_service.jobs.messages import Analysed, Closed, Found
+from marsupial_service.store import Store, Transaction
 
 SETTINGS = JobSettings(slots=1, queue=2, max_attempts=2)
 DONE = Closed(outcome=JobOutcome.SATISFICING)
@@ -152,7 +152,7 @@ def test_a_gap_needs_a_plan_and_a_bound(jobs: Table) -> None:
 
 
 def test_a_plan_reads_back_from_its_text() -> None:
-    from marsupial.planning.greedy import serve
+    from marsupial.planning.list_scheduling.greedy import serve
 
     plan, _ = serve(one_hall())
     assert plan_of(actions_text(plan)) == plan

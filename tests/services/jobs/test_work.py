@@ -9,11 +9,11 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Finished, Outcome
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
-from marsupial.planning.greedy import serve
-from services.jobs import JobOutcome
-from services.jobs.messages import Closed, Found
-from services.jobs.warm import PLANNERS, tiny
-from services.jobs.work import Judge, told
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial_service.jobs import JobOutcome
+from marsupial_service.jobs.messages import Closed, Found
+from marsupial_service.jobs.warm import PLANNERS, tiny
+from marsupial_service.jobs.work import Judge, told
 
 GOOD, _ = serve(one_room())
 SHIFTED = Plan(actions=tuple(replace(action, start_ms=action.start_ms + 500) for action in GOOD.actions))

@@ -14,19 +14,19 @@ from typing import Any
 
 from marsupial.bench.simulate import simulate
 from marsupial.formats.missionlog import encode_event
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
-from services.missions.reading import read_brief, read_report
-from services.missions.records import MissionRecord, MissionSettings
-from services.missions.scenarios import mission_document
-from services.missions.service import Missions
-from services.missions.simulated import SimulatedTeam
-from services.missions.values import Brief
-from services.settings import Limits
-from services.store import Store
+from marsupial_service.missions.reading import read_brief, read_report
+from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.scenarios import mission_document
+from marsupial_service.missions.service import Missions
+from marsupial_service.missions.simulated import SimulatedTeam
+from marsupial_service.missions.values import Brief
+from marsupial_service.settings import Limits
+from marsupial_service.store import Store
 
 STEPS = Budget(steps=1)
 

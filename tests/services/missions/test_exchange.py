@@ -4,7 +4,7 @@ import asyncio
 import gc
 import socket
 
-from services.missions.keeper import Exchange
+from marsupial_service.missions.keeper import Exchange
 
 
 def test_lines_that_nobody_has_taken_are_closed_when_the_service_ends() -> None:

@@ -15,10 +15,10 @@ from mission_house import Driver, open_missions, run, send, started, team
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.model.mission import MissionEnded, MissionStarted, Planned, RobotLost, Status
-from services.missions.ledger import Conflict
-from services.missions.records import MissionState
-from services.missions.simulated import SimulatedTeam
-from services.missions.values import Wish, expand, runs_in
+from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.records import MissionState
+from marsupial_service.missions.simulated import SimulatedTeam
+from marsupial_service.missions.values import Wish, expand, runs_in
 
 
 def commands_of(driver: Driver) -> Iterator[dict[str, Any]]:

@@ -16,14 +16,14 @@ import pytest
 from mission_house import Driver, body, open_missions, run, started, team, undisturbed
 from service_house import problem
 
-from services.app import create_app
-from services.missions.records import MissionRecord
-from services.missions.service import Missions
-from services.routing import LOCAL_OWNER
-from services.settings import Settings
-from services.state import state_of
-from services.store import Store, failpoints
-from services.store.store import FILE
+from marsupial_service.app import create_app
+from marsupial_service.missions.records import MissionRecord
+from marsupial_service.missions.service import Missions
+from marsupial_service.routing import LOCAL_OWNER
+from marsupial_service.settings import Settings
+from marsupial_service.state import state_of
+from marsupial_service.store import Store, failpoints
+from marsupial_service.store.store import FILE
 
 URL = "http://127.0.0.1"
 

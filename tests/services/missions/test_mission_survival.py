@@ -13,9 +13,9 @@ import pytest
 from launcher_tree import below_launcher
 from mission_house import Driver, open_missions, run, started, team, undisturbed
 
-from services.missions.records import MissionState
-from services.missions.service import Missions
-from services.store.store import FILE
+from marsupial_service.missions.records import MissionState
+from marsupial_service.missions.service import Missions
+from marsupial_service.store.store import FILE
 
 
 async def kill_now_and_then(seed: int, times: int) -> None:

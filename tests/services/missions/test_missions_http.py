@@ -18,9 +18,9 @@ from mission_server import Server
 from marsupial.bench.simulate import MissionSummary
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
-from services.client import Client, simulate_by
+from marsupial_service.client import Client, simulate_by
 
 
 @pytest.fixture(scope="module")
@@ -217,7 +217,7 @@ def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) 
 
 
 def test_a_server_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("services.client._PATIENCE_S", 0.1)
+    monkeypatch.setattr("marsupial_service.client._PATIENCE_S", 0.1)
     with pytest.raises(UsageError, match="can't be reached"):
         explore("http://127.0.0.1:9", Lines())
     with pytest.raises(UsageError, match="must be like"):

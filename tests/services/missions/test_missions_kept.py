@@ -11,16 +11,16 @@ import pytest
 from mission_house import Driver, body, brief, open_missions, run, send, started, team, undisturbed
 
 from marsupial.formats.missionlog import MissionLog, parse_log
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
-from marsupial.planning import processes
-from marsupial.planning.jobs import Job
-from services.missions.reading import read_brief
-from services.missions.records import TooMany
-from services.missions.values import Wish, runs_in
-from services.settings import Limits
-from services.store import KeyReused
-from services.store.store import FILE
+from marsupial.processes import launcher as processes
+from marsupial.processes.jobs import Job
+from marsupial_service.missions.reading import read_brief
+from marsupial_service.missions.records import TooMany
+from marsupial_service.missions.values import Wish, runs_in
+from marsupial_service.settings import Limits
+from marsupial_service.store import KeyReused
+from marsupial_service.store.store import FILE
 
 
 @pytest.mark.parametrize(

@@ -17,15 +17,15 @@ from mission_house import Driver, body, open_missions, run, send, started, team,
 from pydantic import ValidationError
 
 from marsupial.formats.missionlog import parse_log
-from marsupial.maps.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import UNKNOWN, Cell
-from services.missions import host, wire
-from services.missions.ledger import Conflict, Ledger
-from services.missions.reading import read_brief
-from services.missions.values import Brief, EventType, Next, Report, RobotNote, Turn, Wish, runs_in
-from services.problems import HttpProblem
-from services.schemas.missions import ReportBody
-from services.settings import Limits
+from marsupial_service.missions import host, wire
+from marsupial_service.missions.ledger import Conflict, Ledger
+from marsupial_service.missions.reading import read_brief
+from marsupial_service.missions.values import Brief, EventType, Next, Report, RobotNote, Turn, Wish, runs_in
+from marsupial_service.problems import HttpProblem
+from marsupial_service.schemas.missions import ReportBody
+from marsupial_service.settings import Limits
 
 Change = Callable[[dict[str, Any], random.Random], object]
 

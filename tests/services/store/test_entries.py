@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from services.store import KeyReused, Store, Transaction, entries
+from marsupial_service.store import KeyReused, Store, Transaction, entries
 
 NEW = (
     "INSERT INTO jobs (id, owner, idempotency_key, digest, planner, state, created_ms, queued_ms, finished_ms)"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from services.store import Store, StoreError, StoreInUse, Transaction, database, failpoints
+from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, database, failpoints
 
 NEW = (
     "INSERT INTO jobs (id, owner, digest, planner, state, created_ms, queued_ms)"
@@ -198,7 +198,7 @@ def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
 def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, armed: str, stored: list[str]) -> None:
     code = (
         "import sys; from pathlib import Path; sys.path[:] = eval(sys.argv[2])\n"
-        "from services.store import Store\n"
+        "from marsupial_service.store import Store\n"
         "from test_store import adding\n"
         "store = Store(Path(sys.argv[1]))\n"
         "for name in 'abc': store.write(adding(name)).result(); print(name, flush=True)\n"

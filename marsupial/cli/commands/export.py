@@ -1,0 +1,36 @@
+"""`marsupial export`: the planning problem of one moment of a mission."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def export(
+    source: Annotated[str, typer.Argument(help="A mission log, or a scenario as `marsupial run` takes it.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write to.")],
+    at: Annotated[float, typer.Option(help="Simulated seconds since the start of the mission.")] = 0.0,
+    carriers: Annotated[int | None, typer.Option(help="Number of carriers (scenarios only).")] = None,
+    rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier (scenarios only).")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the starts (scenarios only).")] = 1,
+) -> None:
+    """Write the planning problem of one moment.
+
+    That is situation.json, domain.pddl and problem.pddl, at which any PDDL 2.1 planner can be pointed.
+
+    From a log: that moment of the mission, and where a plan was made at it, what that plan was made for. From a
+    scenario: the same after a mission up to that moment with the greedy planner.
+
+    Example: marsupial export office.jsonl --at 120 -o moment
+    """
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.moments import moment_files, moment_of
+    from marsupial.cli.outputs import make_folder, write_file
+
+    files = moment_files(moment_of(source, at, carriers=carriers, rovers=rovers, seed=seed))
+    make_folder(output)
+    for name, text in files.items():
+        write_file(output / name, text)
+        say(f"wrote {output / name}")

@@ -1,0 +1,47 @@
+"""`marsupial plan`: one situation, better and better plans."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+DEFAULT_BUDGET_S = 10.0
+
+
+def plan(
+    situation: Annotated[Path, typer.Argument(help="A situation (.json) or a problem of the domain (.pddl).")],
+    planner: Annotated[
+        str | None,
+        typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto]."),
+    ] = None,
+    budget: Annotated[float | None, typer.Option(help="Seconds [default: 10].")] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps instead: reproducible.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan there.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")] = False,
+) -> None:
+    """Plan for one situation, better and better.
+
+    Improving plans are told on stderr as they come; the best goes to stdout, or the file named, in IPC format. Last
+    comes how good it is: the makespan is optimal, or no plan ends before a lower bound, and the gap is what the
+    makespan has above it, as a share of the makespan.
+
+    Example: marsupial plan situation.json --budget 5 -o plan.txt
+    """
+    from marsupial.cli.display.tables import print_json, print_text
+    from marsupial.cli.missions import DEFAULT_PLANNER, budget_of
+    from marsupial.cli.outputs import write_file
+    from marsupial.cli.planning import read_situation, search, search_json
+    from marsupial.formats.pddl.plantext import write_plan_text
+
+    limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
+    found = search(read_situation(situation), planner or DEFAULT_PLANNER, limit)
+    text = "" if found.plan is None else write_plan_text(found.plan, found.situation)
+    if output is not None and text:
+        write_file(output, text)
+    if json:
+        print_json({**search_json(found), "plan": text or None, "output": str(output) if output and text else None})
+    elif output is None:
+        print_text(text)
+    raise typer.Exit(found.exit_code)

@@ -1,0 +1,67 @@
+"""`marsupial run`: one mission."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from marsupial.cli.exit_codes import MISSION_CODES
+
+
+def run(
+    scenario: Annotated[
+        str, typer.Argument(help="A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.")
+    ],
+    strategy: Annotated[
+        str, typer.Option("--strategy", "-s", help="temporal, heuristic, heuristic-plus, greedy; or clairvoyant.")
+    ] = "temporal",
+    planner: Annotated[
+        str | None,
+        typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto]."),
+    ] = None,
+    carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
+    rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the starts.")] = 1,
+    budget: Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps for each planning instead: reproducible.")] = None,
+    log: Annotated[Path | None, typer.Option(help="Write the mission log there.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")] = False,
+    planning_time: Annotated[
+        str | None, typer.Option(help="instant, or charged to the clock of the mission [default: the scenario's].")
+    ] = None,
+    time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until the mission is given up.")] = None,
+    server: Annotated[
+        str | None,
+        typer.Option(help="URL of a service that plans the mission; an API key is taken from MARSUPIAL_KEY."),
+    ] = None,
+) -> None:
+    """Run one mission.
+
+    Example: marsupial run office --seed 2 --log office.jsonl
+    """
+    from marsupial.cli.display.report import print_summary, summary_json
+    from marsupial.cli.display.tables import print_json
+    from marsupial.cli.missions import Request, carry_out
+
+    request = Request(
+        source=scenario,
+        strategy=strategy,
+        planner=planner,
+        carriers=carriers,
+        rovers=rovers,
+        seed=seed,
+        budget_s=budget,
+        steps=steps,
+        log=log,
+        planning_time=planning_time,
+        time_limit_s=time_limit,
+        server=server,
+    )
+    summary = carry_out(request)
+    if json:
+        print_json(summary_json(summary, log))
+    else:
+        print_summary(summary, log)
+    raise typer.Exit(MISSION_CODES[summary.ended.status])

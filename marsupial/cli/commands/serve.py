@@ -1,0 +1,155 @@
+"""`marsupial serve`: the HTTP service, and the API keys of those who use it from elsewhere."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from marsupial.errors import EngineUnavailable, UsageError
+
+serve = typer.Typer(no_args_is_help=False)
+keys = typer.Typer(no_args_is_help=True, help="Make, list and revoke API keys.")
+serve.add_typer(keys, name="keys")
+
+DEFAULT_DATA = Path("marsupial-data")
+
+Data = Annotated[Path, typer.Option(help="Folder for jobs and keys.")]
+
+
+@serve.callback(invoke_without_command=True)
+def run(
+    context: typer.Context,
+    host: Annotated[
+        str, typer.Option(help="Address to listen at; others than this machine's need keys.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8080,
+    data: Data = DEFAULT_DATA,
+    require_keys: Annotated[bool, typer.Option("--require-keys", help="Ask for keys on this machine too.")] = False,
+    planner: Annotated[
+        list[str] | None, typer.Option(help="NAME=COMMAND: offer an external planner under a name; may be repeated.")
+    ] = None,
+    limit: Annotated[
+        list[str] | None, typer.Option(help="NAME=NUMBER: set a limit, as /v1/limits lists them; may be repeated.")
+    ] = None,
+    log_level: Annotated[str, typer.Option(help="debug, info, warning or error.")] = "info",
+    openapi: Annotated[bool, typer.Option("--openapi", help="Print the OpenAPI document and exit.")] = False,
+) -> None:
+    """Serve plans over HTTP: docs/service.md.
+
+    Example: marsupial serve --port 8080 --data jobs
+    """
+    if context.invoked_subcommand is not None:
+        return
+    check_extra()
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.display.tables import print_text
+    from marsupial.cli.interrupt import Interrupted
+    from marsupial_service.openapi import kept_text
+    from marsupial_service.server import serve as run_server
+    from marsupial_service.settings import PREFIX, Limits, Settings, limits_from
+
+    if openapi:
+        print_text(kept_text())
+        return
+    if log_level.lower() not in ("debug", "info", "warning", "error"):
+        raise UsageError(f"--log-level: must be debug, info, warning or error, got {log_level!r}")
+    given = {PREFIX + name.upper(): number for name, number in _pairs("--limit", limit)}
+    names = {one.name for one in fields(Limits)}
+    for name, _ in _pairs("--limit", limit):
+        if name not in names:
+            raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
+    settings = Settings(
+        data=data,
+        host=host,
+        port=port,
+        keys=require_keys,
+        limits=limits_from({**os.environ, **given}),
+        planners={name: f"cmd:{command}" for name, command in _pairs("--planner", planner)},
+    )
+    try:
+        started = run_server(settings, level=log_level, tell=lambda address: say(f"marsupial serves at {address}"))
+    except Interrupted:
+        return
+    if not started:
+        raise typer.Exit(1)
+
+
+@keys.command()
+def add(
+    name: Annotated[str, typer.Argument(help="Who it is for; jobs belong to this name.")],
+    scope: Annotated[str, typer.Option(help="plan, mission and admin, separated by commas.")] = "plan,mission",
+    days: Annotated[float, typer.Option(help="How long it is good.")] = 90.0,
+    data: Data = DEFAULT_DATA,
+) -> None:
+    """Make a key and print it; it is shown this once.
+
+    Example: marsupial serve keys add fleet --scope plan --days 30 --data jobs
+    """
+    check_extra()
+    from marsupial.cli.display.tables import print_text
+    from marsupial_service.keys import KeyFile
+
+    scopes = [word.strip() for word in scope.split(",") if word.strip()]
+    print_text(KeyFile(data).add(name, scopes, days, time.time()) + "\n")
+
+
+@keys.command("list")
+def list_keys(data: Data = DEFAULT_DATA) -> None:
+    """List the keys, without their secrets.
+
+    Example: marsupial serve keys list --data jobs
+    """
+    check_extra()
+    from marsupial.cli.display.tables import print_table
+    from marsupial_service.keys import KeyFile
+
+    now_s = time.time()
+    rows = [
+        (key.name, ", ".join(key.scopes), _day(key.expires_s), "yes" if key.holds(now_s) else "no")
+        for key in KeyFile(data).all()
+    ]
+    print_table(("name", "scopes", "expires", "good"), rows)
+
+
+@keys.command()
+def revoke(
+    name: Annotated[str, typer.Argument(help="Whose key.")],
+    data: Data = DEFAULT_DATA,
+) -> None:
+    """Make a key useless at once.
+
+    Example: marsupial serve keys revoke fleet --data jobs
+    """
+    check_extra()
+    from marsupial_service.keys import KeyFile
+
+    KeyFile(data).revoke(name, time.time())
+
+
+def check_extra() -> None:
+    """Say what to install where the service's libraries are missing."""
+    try:
+        import fastapi  # noqa: F401
+        import prometheus_client  # noqa: F401
+        import uvicorn  # noqa: F401
+    except ImportError as error:
+        raise EngineUnavailable(f"the service needs {error.name}: pip install 'marsupial[service]'") from error
+
+
+def _pairs(option: str, given: list[str] | None) -> list[tuple[str, str]]:
+    pairs = []
+    for text in given or []:
+        name, equals, value = text.partition("=")
+        if not (name and equals and value):
+            raise UsageError(f"{option}: must be NAME=VALUE, got {text!r}")
+        pairs.append((name, value))
+    return pairs
+
+
+def _day(seconds: float) -> str:
+    return time.strftime("%Y-%m-%d", time.gmtime(seconds))

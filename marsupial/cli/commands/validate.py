@@ -1,0 +1,44 @@
+"""`marsupial validate`: whether a plan solves a problem."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from marsupial.cli.exit_codes import INVALID_PLAN
+
+
+def validate(
+    domain: Annotated[Path, typer.Argument(help="The domain; it has to be the one of `marsupial export`.")],
+    problem: Annotated[Path, typer.Argument(help="A problem of that domain.")],
+    plan: Annotated[Path, typer.Argument(help="A plan in IPC format.")],
+) -> None:
+    """Say whether a plan is valid, or what is wrong with it.
+
+    What is wrong is the first violation, with its time and action.
+
+    Example: marsupial validate domain.pddl problem.pddl plan.txt
+    """
+    from marsupial.cli.display.tables import print_text
+    from marsupial.cli.inputs import about, read_text
+    from marsupial.errors import PlanTextError, SituationError
+    from marsupial.formats.pddl.plantext import read_plan_text
+    from marsupial.formats.pddl.text import check_domain, read_problem
+    from marsupial.planning.checker import check
+
+    domain_text, problem_text = read_text(domain, SituationError), read_text(problem, SituationError)
+    plan_text = read_text(plan, PlanTextError)
+    with about(domain):
+        check_domain(domain_text)
+    with about(problem):
+        situation = read_problem(problem_text)
+    with about(plan):
+        actions = read_plan_text(plan_text, situation)
+    verdict = check(situation, actions)
+    if verdict.valid:
+        print_text(f"valid: {len(actions.actions)} actions, makespan {verdict.makespan_ms / 1000:.3f} s\n")
+        return
+    print_text(f"invalid: {verdict.violation}\n")
+    raise typer.Exit(INVALID_PLAN)

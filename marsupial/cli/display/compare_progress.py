@@ -1,0 +1,98 @@
+"""Progress of a comparison on stderr: a bar with the time left on a terminal, now and then a line elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+
+from marsupial.bench.compare.conduct import Watch
+from marsupial.bench.compare.rows import Row
+from marsupial.cli.display.messages import say
+from marsupial.cli.display.tables import clock
+
+LINE_EVERY_S = 30.0
+"""Wall-clock time between two lines."""
+
+FRAME_EVERY_S = 0.2
+"""Wall-clock time between two pictures."""
+
+
+@contextmanager
+def compare_progress(now: Callable[[], float] = time.monotonic) -> Iterator[Watch]:
+    """Yield what a comparison tells of its missions; `now` gives wall-clock seconds."""
+    console = Console(file=sys.stderr)
+    if not console.is_terminal or console.is_dumb_terminal:
+        yield Lines(now).watch
+        return
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        yield _Bar(now, live).watch
+
+
+class Lines:
+    """Says how far a comparison is: at its start and end, at each failure, and now and then."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self._now = now
+        self._begun = now()
+        self._told = self._begun
+        self._before = 0
+
+    def watch(self, row: Row | None, done: int, total: int) -> None:
+        """Take in that a mission is done."""
+        if row is None:
+            self._begun = self._told = self._now()
+            self._before = done
+            say(f"{total} missions" + (f", {done} of them done before" if done else ""))
+            return
+        if not row.complete:
+            self.tell(f"{row.trial}: {row.status}: {row.reason}")
+        if done == total or self._is_due():
+            self.show(done, total)
+
+    def show(self, done: int, total: int) -> None:
+        """Print how far it is."""
+        self._told = self._now()
+        say(self.words(done, total))
+
+    def tell(self, text: str) -> None:
+        """Print a message."""
+        say(text)
+
+    def words(self, done: int, total: int) -> str:
+        """Return how far it is, and how long it will take at the pace so far."""
+        elapsed = self._now() - self._begun
+        left = elapsed / max(1, done - self._before) * (total - done)
+        ending = f"about {clock(left)} left" if done < total else f"done in {clock(elapsed)}"
+        return f"{done:>{len(str(total))}} of {total} missions ({done / total:.0%}), {ending}"
+
+    def _is_due(self) -> bool:
+        return self._now() - self._told >= LINE_EVERY_S
+
+
+class _Bar(Lines):
+    """Redraws a bar a few times a second."""
+
+    def __init__(self, now: Callable[[], float], live: Live) -> None:
+        super().__init__(now)
+        self._live = live
+
+    def show(self, done: int, total: int) -> None:
+        self._told = self._now()
+        bar = Table.grid(padding=(0, 1))
+        bar.add_row(ProgressBar(total=total, completed=done, width=40), self.words(done, total))
+        self._live.update(bar, refresh=True)
+        if done == total:
+            self.tell(self.words(done, total))
+
+    def tell(self, text: str) -> None:
+        self._live.console.print(text, markup=False, highlight=False)
+
+    def _is_due(self) -> bool:
+        return self._now() - self._told >= FRAME_EVERY_S

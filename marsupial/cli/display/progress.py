@@ -1,0 +1,100 @@
+"""Progress of a mission on stderr: a live picture on a terminal, now and then a line elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from marsupial.bench.simulate import reachable_area
+from marsupial.cli.display.messages import say
+from marsupial.cli.display.picture import Picture, printable
+from marsupial.cli.display.tables import clock
+from marsupial.cli.display.watch import Watch
+from marsupial.mission.observer import Observer
+from marsupial.mission.placement import place_team
+from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
+from marsupial.model.scenario import Scenario
+
+LINE_EVERY_MS = 180_000
+"""Simulated time between two lines."""
+
+FRAME_EVERY_S = 0.1
+"""Wall-clock time between two pictures."""
+
+
+@contextmanager
+def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
+    """Yield an observer that shows a mission of this scenario as it goes."""
+    watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
+    console = Console(file=sys.stderr)
+    if not console.is_terminal or console.is_dumb_terminal or console.no_color:
+        yield _Lines(watch)
+        return
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        yield _Moving(watch, live, console)
+
+
+class _Lines(Observer):
+    """Prints the start, the end, and at a replanning a line if the last one is long ago."""
+
+    def __init__(self, watch: Watch) -> None:
+        self._watch = watch
+        self._next_ms = 0
+
+    def event(self, event: MissionEvent) -> None:
+        self._watch.event(event)
+        if isinstance(event, MissionStarted):
+            say(f"{event.scenario}: {event.strategy} ({event.planner}), {len(event.robots)} robots, seed {event.seed}")
+        elif isinstance(event, MissionEnded):
+            say(f"{self._head()}  {event.status}: {event.reason}")
+        elif isinstance(event, Planned) and event.t_ms >= self._next_ms:
+            self._next_ms = event.t_ms + LINE_EVERY_MS
+            say(f"{self._head()}  plan {event.revision} for {_counted(len(event.targets), 'target')} ({event.trigger})")
+
+    def _head(self) -> str:
+        return f"{clock(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
+
+
+class _Moving(Observer):
+    """Redraws the map, the clock and what every robot does, a few times a second."""
+
+    def __init__(self, watch: Watch, live: Live, console: Console) -> None:
+        self._watch = watch
+        self._live = live
+        self._console = console
+        self._picture: Picture | None = None
+        self._title = ""
+        self._drawn_s = 0.0
+
+    def event(self, event: MissionEvent) -> None:
+        if isinstance(event, MissionStarted):
+            self._title = f"{event.scenario}: {event.strategy} ({event.planner}), seed {event.seed}"
+            self._picture = Picture(event, self._watch.reachable, self._console)
+        elif event.t_ms > self._watch.t_ms:  # amid the events of one moment robots seem to have nothing to do
+            self._draw()
+        self._watch.event(event)
+
+    def _draw(self) -> None:
+        if self._picture is not None and time.monotonic() - self._drawn_s >= FRAME_EVERY_S:
+            self._live.update(self._frame(self._picture), refresh=True)
+            self._drawn_s = time.monotonic()
+
+    def _frame(self, picture: Picture) -> Group:
+        watch, robots = self._watch, self._watch.views()
+        words = f"{clock(watch.t_ms / 1000)}  {self._title}  plan {watch.revision}: {watch.trigger}"
+        headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
+        bar = Table.grid(padding=(0, 1))
+        bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")
+        return Group(picture.map(watch.cells, robots), headline, bar, picture.team(robots))
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

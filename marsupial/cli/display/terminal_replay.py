@@ -1,0 +1,113 @@
+"""A mission played in the terminal: map, robots, clock and who does what, on one screen that moves.
+
+Where the output is no terminal, or has no colours, nothing moves: every plan and the end are one line each, at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.text import Text
+
+from marsupial.cli.display.picture import Picture, printable
+from marsupial.mission.playback import Playback
+from marsupial.model.grid import UNKNOWN
+from marsupial.model.mission import MissionEnded, MissionEvent, Planned
+
+FRAME_S = 0.1
+
+
+def play(
+    events: Sequence[MissionEvent],
+    console: Console,
+    speed: float,
+    clock: Callable[[], float],
+    sleep: Callable[[float], None],
+) -> None:
+    """Play a mission at `speed` times its own pace.
+
+    Parameters
+    ----------
+    clock, sleep
+        Seconds that pass while one watches, and how to wait for some.
+    """
+    playback = Playback(events)
+    if console.is_terminal and not console.is_dumb_terminal and not console.no_color:
+        _animate(playback, console, speed, clock, sleep)
+    else:
+        for line in summary_lines(playback):
+            console.print(Text(line), soft_wrap=True)
+
+
+def summary_lines(playback: Playback) -> list[str]:
+    """Return a line for each plan and one for the end."""
+    lines = [
+        f"{clock_text(plan.t_ms)}  {_known(playback, plan.t_ms)}  {_plan_text(plan)}; {_counted(plan)}"
+        for plan in playback.plans
+    ]
+    return [*lines, f"{clock_text(playback.end_ms)}  {_known(playback, playback.end_ms)}  {_end_text(playback.ended)}"]
+
+
+def clock_text(t_ms: int) -> str:
+    """Return a time as h:mm:ss."""
+    minutes, seconds = divmod(t_ms // 1000, 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{seconds:02}"
+
+
+def _animate(
+    playback: Playback, console: Console, speed: float, clock: Callable[[], float], sleep: Callable[[float], None]
+) -> None:
+    screen = _Screen(playback, console)
+    begin = clock()
+    with Live(console=console, auto_refresh=False) as live:
+        while True:
+            t_ms = playback.start_ms + round((clock() - begin) * 1000 * speed)
+            live.update(screen.frame(min(t_ms, playback.end_ms)), refresh=True)
+            if t_ms >= playback.end_ms:
+                return
+            sleep(FRAME_S)
+
+
+class _Screen:
+    """Draws the moments of one mission for one console."""
+
+    def __init__(self, playback: Playback, console: Console) -> None:
+        self._playback = playback
+        self._picture = Picture(playback.mission, playback.cells_at(playback.end_ms) != UNKNOWN, console)
+
+    def frame(self, t_ms: int) -> Group:
+        """Return what the screen shows at `t_ms`."""
+        robots = self._playback.state_at(t_ms).robots
+        cells = self._playback.cells_at(t_ms)
+        return Group(self._picture.map(cells, robots), self._headline(t_ms), self._picture.team(robots))
+
+    def _headline(self, t_ms: int) -> Text:
+        plan = self._playback.plan_at(t_ms)
+        over = t_ms >= self._playback.end_ms
+        news = _end_text(self._playback.ended) if over else _plan_text(plan) if plan else "no plan yet"
+        line = Text(no_wrap=True, overflow="ellipsis")
+        line.append(clock_text(t_ms), style="bold")
+        line.append(f"  {_known(self._playback, t_ms)}  {news}")
+        return line
+
+
+def _known(playback: Playback, t_ms: int) -> str:
+    return f"{playback.coverage_at(t_ms).open_m2:.1f} m2 known"
+
+
+def _plan_text(plan: Planned) -> str:
+    return printable(f"plan {plan.revision}: {plan.trigger}")
+
+
+def _counted(plan: Planned) -> str:
+    counts = ((len(plan.actions), "action"), (len(plan.targets), "target"), (len(plan.meetings), "meeting point"))
+    return ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts)
+
+
+def _end_text(ended: MissionEnded | None) -> str:
+    if ended is None:
+        return "the log ends here, without a stop report"
+    left = f", {len(ended.remaining)} frontiers left" if ended.remaining else ""
+    return printable(f"{ended.status}: {ended.reason}; coverage {100 * ended.coverage:.1f} %{left}")

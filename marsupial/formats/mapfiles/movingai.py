@@ -1,0 +1,221 @@
+"""The grid benchmark format of movingai.com: `.map` files and their `.scen` problems.
+
+``.`` and ``G`` are floor, ``S`` (swamp) is rough ground; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are
+obstacles. So is ``W``: the format calls water passable, but not from terrain, and robots stand on terrain. A cell is
+one metre. Files count rows from the top, grids from the bottom, so rows and the y of problems are turned round here.
+
+References: N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, and the format page of movingai.com.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from marsupial.errors import MapError, Problem
+from marsupial.formats.files import read_map_bytes
+from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, CellArray, Grid
+from marsupial.model.mapreading import LegendEntry, MapReading
+
+SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
+"""Terrain code of each character."""
+
+MAX_PROBLEMS = 10
+"""A file with more faults than this is cut short in the report: it is probably no such file at all."""
+
+_MAX_SCEN_BYTES = 256 * 1024 * 1024
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScenProblem:
+    """One row of a `.scen` file.
+
+    Parameters
+    ----------
+    bucket
+        Difficulty class: a quarter of the optimal length, rounded down, in most files.
+    map_name
+        The map as the row writes it, often with a folder.
+    width, height
+        Size of the map in cells.
+    start, goal
+        Cells of our grid (row 0 the lowest).
+    optimal_length
+        Length of the shortest path without cutting corners, in cells.
+    """
+
+    bucket: int
+    map_name: str
+    width: int
+    height: int
+    start: Cell
+    goal: Cell
+    optimal_length: float
+
+
+def read_movingai(path: Path | str) -> Grid:
+    """Read a `.map` file.
+
+    Raises
+    ------
+    MapError
+        Naming the line of every fault.
+    """
+    return understand_movingai(path).grid
+
+
+def understand_movingai(path: Path | str) -> MapReading:
+    """Read a `.map` file and say how its characters were understood.
+
+    Raises
+    ------
+    MapError
+        As `read_movingai`.
+    """
+    lines = _lines(read_map_bytes(Path(path), 2 * MAX_CELLS))
+    width, height = _size(lines, str(path))
+    rows = lines[4:]
+    _check_rows(rows, width, height, str(path))
+    characters = np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(height, width)
+    counts = {symbol: int(np.count_nonzero(characters == ord(symbol))) for symbol in SYMBOLS}
+    warnings = []
+    if counts["W"]:
+        warnings.append(f"{counts['W']} cells of water ('W') became obstacles: no robot on land gets there")
+    return MapReading(
+        grid=Grid(cells=np.ascontiguousarray(np.flipud(_code_table()[characters])), resolution_m=1.0),
+        format="MovingAI map, 1 m a cell",
+        legend=tuple(LegendEntry(symbol=f"'{s}'", code=SYMBOLS[s], cells=n) for s, n in counts.items() if n),
+        warnings=tuple(warnings),
+        walled=True,
+    )
+
+
+def read_scen(path: Path | str) -> tuple[ScenProblem, ...]:
+    """Read a `.scen` file.
+
+    Raises
+    ------
+    MapError
+        Naming the line of every fault.
+    """
+    lines = _lines(read_map_bytes(Path(path), _MAX_SCEN_BYTES))
+    problems: list[Problem] = []
+    found: list[ScenProblem] = []
+    if not lines or lines[0].split()[:1] != [b"version"] or lines[0].split()[1:] not in ([b"1"], [b"1.0"]):
+        problems.append(Problem("line 1", f"must be `version 1`, got {_shown(lines[0] if lines else b'')}"))
+    for number, line in enumerate(lines[1:], start=2):
+        if not line:
+            continue
+        try:
+            found.append(_scen_problem(line))
+        except ValueError as error:
+            problems.append(Problem(f"line {number}", str(error)))
+    _raise_any(problems, str(path))
+    return tuple(found)
+
+
+def _lines(data: bytes) -> list[bytes]:
+    """Return the lines without their ends (LF or CRLF) and without blank lines at the end of the file."""
+    lines = [line.rstrip() for line in data.split(b"\n")]
+    while lines and not lines[-1]:
+        lines.pop()
+    return lines
+
+
+def _size(lines: list[bytes], source: str) -> tuple[int, int]:
+    """Return (width, height) of the four header lines; height and width may come in either order."""
+    head = [line.split() for line in lines[:4]] + [[]] * 4
+    problems: list[Problem] = []
+    if head[0] != [b"type", b"octile"]:
+        problems.append(Problem("line 1", f"must be `type octile`, got {_shown(b' '.join(head[0]))}"))
+    sizes: dict[bytes, int] = {}
+    for number, words in enumerate(head[1:3], start=2):
+        if len(words) == 2 and words[0] in (b"height", b"width") and words[1].isdigit() and len(words[1]) < 10:
+            sizes[words[0]] = int(words[1])
+        else:
+            problems.append(
+                Problem(f"line {number}", f"must be `height N` or `width N`, got {_shown(b' '.join(words))}")
+            )
+    problems += _size_problems(sizes) if not problems else []
+    if head[3] != [b"map"]:
+        problems.append(Problem("line 4", f"must be `map`, got {_shown(b' '.join(head[3]))}"))
+    _raise_any(problems, source)
+    return sizes[b"width"], sizes[b"height"]
+
+
+def _size_problems(sizes: dict[bytes, int]) -> list[Problem]:
+    if len(sizes) < 2:
+        return [Problem("line 3", "height and width must both be given")]
+    width, height = sizes[b"width"], sizes[b"height"]
+    if width < 1 or height < 1:
+        return [Problem("line 3", f"height and width must be positive, got {width} x {height}")]
+    if width * height > MAX_CELLS:
+        return [Problem("line 3", f"{width} x {height} cells are more than the limit of {MAX_CELLS}")]
+    return []
+
+
+def _check_rows(rows: list[bytes], width: int, height: int, source: str) -> None:
+    known = "".join(SYMBOLS).encode()
+    problems: list[Problem] = []
+    for number, row in enumerate(rows[:height], start=5):
+        if len(row) != width:
+            problems.append(Problem(f"line {number}", f"has {len(row)} cells, but width is {width}"))
+        strange = row.translate(None, known)
+        if strange:
+            column = row.index(strange[:1]) + 1
+            problems.append(Problem(f"line {number}", f"unknown character {_shown(strange[:1])} in column {column}"))
+    if len(rows) != height:
+        problems.append(
+            Problem(f"line {len(rows) + 4}", f"ends the map after {len(rows)} rows, but height is {height}")
+        )
+    _raise_any(problems, source)
+
+
+def _code_table() -> CellArray:
+    table = np.zeros(256, dtype=np.uint8)
+    for symbol, code in SYMBOLS.items():
+        table[ord(symbol)] = code
+    return table
+
+
+def _scen_problem(line: bytes) -> ScenProblem:
+    text = line.decode("utf-8")
+    fields = text.split("\t") if "\t" in text else text.split()
+    if len(fields) != 9:
+        raise ValueError(f"must have 9 fields, got {len(fields)}")
+    try:
+        bucket, width, height, sx, sy, gx, gy = (int(fields[i]) for i in (0, 2, 3, 4, 5, 6, 7))
+        length = float(fields[8])
+    except ValueError:
+        raise ValueError(f"must be numbers beside the map's name, got {_shown(line)}") from None
+    for name, x, y in (("start", sx, sy), ("goal", gx, gy)):
+        if not (0 <= x < width and 0 <= y < height):
+            raise ValueError(f"{name} ({x}, {y}) lies outside {width} x {height} cells")
+    if not (math.isfinite(length) and length >= 0):
+        raise ValueError(f"the optimal length must be 0 or more, got {fields[8]}")
+    return ScenProblem(
+        bucket=bucket,
+        map_name=fields[1],
+        width=width,
+        height=height,
+        start=Cell(sx, height - 1 - sy),
+        goal=Cell(gx, height - 1 - gy),
+        optimal_length=length,
+    )
+
+
+def _raise_any(problems: list[Problem], source: str) -> None:
+    if len(problems) > MAX_PROBLEMS:
+        rest = len(problems) - MAX_PROBLEMS
+        problems = [*problems[:MAX_PROBLEMS], Problem("", f"and {rest} more faults like these")]
+    if problems:
+        raise MapError(problems, source=source)
+
+
+def _shown(text: bytes) -> str:
+    shown = repr(text[:40].decode("utf-8", errors="backslashreplace"))
+    return shown if len(text) <= 40 else f"{shown}..."

@@ -1,0 +1,246 @@
+"""Maps of ROS: a `map.yaml` beside an image, as nav2's map server reads them.
+
+The rules are those of `map_io.cpp` in nav2's map server, in its single precision: a grey g is the occupancy
+p = 1 - g/255 (g/255 with `negate`); `trinary` says 100 from `occupied_thresh` on, 0 up to `free_thresh`, else
+-1; `scale` spreads 1..99 between the two; `raw` takes the byte itself. Unknown keys are ignored. The image's bottom
+row is row 0 of the map.
+
+As a grid, 100 is obstacle, -1 unknown and everything else floor: what nav2's static layer does by default
+(`trinary_costmap` with `lethal_cost_threshold` 100).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.formats.mapfiles.images import GreyImage, read_grey
+from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
+from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
+from marsupial.model.mapreading import LegendEntry, MapReading
+
+OccupancyArray = npt.NDArray[np.int8]
+
+SAVED_UNKNOWN = 205
+"""The grey that map savers write for unknown."""
+
+NEARLY_SAVED_UNKNOWN = range(200, 211)
+"""Greys that a conversion on the way may have made of it; as an edge's blur has them too, only if populated."""
+
+POPULATED_SHARE = 0.005
+"""A grey with at least this share of the image is an area of its own, not the blur along an edge."""
+
+DISTINCT_GREYS = 20
+"""Populated greys at least this far apart look as if they meant different things."""
+
+_BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Occupancy:
+    """A map as `nav_msgs/OccupancyGrid` holds it: the form of keep-out and speed masks.
+
+    Parameters
+    ----------
+    data
+        int8 (height, width), row 0 the lowest: -1 unknown, or 0 to 100.
+    resolution_m
+        Edge of a cell in metres.
+    origin_m
+        (x, y, yaw) of the lower left corner; metres and radians.
+    """
+
+    data: OccupancyArray
+    resolution_m: float
+    origin_m: tuple[float, float, float]
+
+
+def read_nav2(path: Path | str) -> Grid:
+    """Read a nav2 map.
+
+    Raises
+    ------
+    MapError
+        Naming every wrong field of the yaml, or what is wrong with the image.
+    """
+    return understand_nav2(path).grid
+
+
+def read_occupancy(path: Path | str) -> Occupancy:
+    """Read a nav2 map or mask as occupancy values.
+
+    Raises
+    ------
+    MapError
+        As `read_nav2`.
+    """
+    header = read_header(Path(path))
+    image = read_grey(header.image, source=str(path))
+    data = occupancy_table(header)[image.grey]
+    transparent = _transparent(header, image)
+    if transparent is not None:
+        data[transparent] = -1
+    return Occupancy(
+        data=np.ascontiguousarray(np.flipud(data)),
+        resolution_m=header.resolution_m,
+        origin_m=header.origin_m,
+    )
+
+
+def understand_nav2(path: Path | str) -> MapReading:
+    """Read a nav2 map and say how its pixels were understood.
+
+    Raises
+    ------
+    MapError
+        As `read_nav2`.
+    """
+    header = read_header(Path(path))
+    return understand_image(header, read_grey(header.image, source=str(path)))
+
+
+def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
+    """Say how an image is understood under a header."""
+    table = occupancy_table(header)
+    codes = _code_table(table)
+    cells = codes[image.grey]
+    transparent = _transparent(header, image)
+    if transparent is not None:
+        cells[transparent] = UNKNOWN
+    counts = _grey_counts(image, transparent)
+    hidden = image.grey.size - int(counts.sum())
+    grid = Grid(
+        cells=np.ascontiguousarray(np.flipud(cells)), resolution_m=header.resolution_m, origin_m=header.origin_m
+    )
+    return MapReading(
+        grid=grid,
+        format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
+        legend=_legend(counts, codes, hidden),
+        warnings=(
+            *_image_warnings(image, hidden),
+            *_saved_unknown_warnings(header, counts, codes),
+            *_mixed_warnings(header, counts, codes),
+            *_between_warnings(counts, table),
+        ),
+    )
+
+
+def occupancy_table(header: Nav2Header) -> OccupancyArray:
+    """Return the occupancy (-1, or 0 to 100) that each of the 256 greys stands for."""
+    greys = np.arange(256)
+    if header.mode is Mode.RAW:
+        return np.where(greys <= 100, greys, -1).astype(np.int8)
+    # Single precision like the map server, so that a grey right on a threshold falls on the same side.
+    shade = greys.astype(np.float32) / np.float32(255)
+    p = shade if header.negate else np.float32(1) - shade
+    free, occupied = np.float32(header.free_thresh), np.float32(header.occupied_thresh)
+    table = np.full(256, -1, dtype=np.int8)
+    table[p >= occupied] = 100
+    table[p <= free] = 0
+    if header.mode is Mode.SCALE:
+        between = (p > free) & (p < occupied)
+        span = np.float32(header.occupied_thresh - header.free_thresh)
+        table[between] = np.floor(((p[between] - free) / span * np.float32(100)).astype(np.float64) + 0.5)
+    return table
+
+
+def _code_table(table: OccupancyArray) -> CellArray:
+    return np.select([table < 0, table == 100], [UNKNOWN, OBSTACLE], FLOOR).astype(np.uint8)
+
+
+def _transparent(header: Nav2Header, image: GreyImage) -> Mask | None:
+    """Return the pixels that alpha makes unknown, or None where alpha plays no part (there is none, or mode raw)."""
+    return None if image.opaque is None or header.mode is Mode.RAW else ~image.opaque
+
+
+def _grey_counts(image: GreyImage, transparent: Mask | None) -> npt.NDArray[np.int64]:
+    counts = np.zeros(256, dtype=np.int64)
+    for y, row in enumerate(image.grey):  # row by row: counting takes eight bytes a pixel
+        counts += np.bincount(row if transparent is None else row[~transparent[y]], minlength=256)
+    return counts
+
+
+def _legend(counts: npt.NDArray[np.int64], codes: CellArray, hidden: int) -> tuple[LegendEntry, ...]:
+    greys = [LegendEntry(symbol=f"grey {g}", code=int(codes[g]), cells=int(counts[g])) for g in np.flatnonzero(counts)]
+    if hidden:
+        greys.append(LegendEntry(symbol="transparent", code=UNKNOWN, cells=hidden))
+    return tuple(greys)
+
+
+def _image_warnings(image: GreyImage, hidden: int) -> list[str]:
+    found = []
+    if image.coloured:
+        found.append(
+            f"the image is {image.mode}, not grey: {image.coloured} of its pixels are coloured and were turned into "
+            "grey by their brightness"
+        )
+    elif image.mode not in ("1", "L", "I", "I;16"):
+        found.append(f"the image is {image.mode}, not grey; none of its pixels is coloured, so nothing is lost")
+    if image.format == "JPEG":
+        found.append("the image is a JPEG: its compression blurs walls into greys between obstacle and free")
+    if hidden:
+        found.append(f"{hidden} pixels are transparent and became unknown")
+    return found
+
+
+def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: CellArray) -> list[str]:
+    """Name the greys near the savers' 205 that became free or obstacle."""
+    found = []
+    for code, key in ((FLOOR, "free_thresh"), (OBSTACLE, "occupied_thresh")):
+        greys = [g for g in NEARLY_SAVED_UNKNOWN if counts[g] and codes[g] == code]
+        cells = int(counts[greys].sum())
+        if SAVED_UNKNOWN not in greys and cells < max(1, POPULATED_SHARE * int(counts.sum())):
+            continue
+        area = cells * header.resolution_m**2
+        text = (
+            f"{_names(greys)} became {_BECAME[code]} in {cells} cells ({area:.4g} m2, {cells / counts.sum():.1%}), "
+            f"yet map savers write grey {SAVED_UNKNOWN} for unknown"
+        )
+        if header.mode is not Mode.RAW:
+            text += f": check {key} ({getattr(header, key):g})"
+        if code == FLOOR and header.mode is Mode.TRINARY and not header.negate:
+            text += f"; {_threshold_below(max(greys)):.3f} would leave them unknown"
+        found.append(text)
+    return found
+
+
+def _threshold_below(grey: int) -> float:
+    """Return the largest `free_thresh` of three digits under which `grey` is not free."""
+    occupancy = 1 - grey / 255
+    rounded = int(occupancy * 1000) / 1000
+    return rounded if rounded < occupancy - 1e-6 else rounded - 0.001
+
+
+def _mixed_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: CellArray) -> list[str]:
+    """Name greys that are far apart, common, and yet became the same: one of them may mean something else."""
+    if header.mode is not Mode.TRINARY:
+        return []
+    total = max(int(counts.sum()), 1)
+    found = []
+    for code, word in _BECAME.items():
+        greys = [
+            g
+            for g in range(256)
+            if codes[g] == code
+            and counts[g] >= POPULATED_SHARE * total
+            and (g not in NEARLY_SAVED_UNKNOWN or code == UNKNOWN)
+        ]
+        if greys and greys[-1] - greys[0] >= DISTINCT_GREYS:
+            shares = " and ".join(f"{g} ({counts[g] / total:.1%})" for g in (greys[0], greys[-1]))
+            found.append(
+                f"greys {shares} both became {word}: if the picture means different things by them, "
+                f"free_thresh ({header.free_thresh:g}) and occupied_thresh ({header.occupied_thresh:g}) do not fit it"
+            )
+    return found
+
+
+def _between_warnings(counts: npt.NDArray[np.int64], table: OccupancyArray) -> list[str]:
+    between = int(counts[(table > 0) & (table < 100)].sum())
+    return [f"{between} cells have an occupancy between 1 and 99 and count as free"] if between else []
+
+
+def _names(greys: list[int]) -> str:
+    return f"grey {greys[0]}" if len(greys) == 1 else f"greys {', '.join(map(str, greys))}"

@@ -1,0 +1,78 @@
+"""Terrain classes painted in a second image of the same size as the map.
+
+Where a cell of the map is known and no obstacle, the grey of the mask says its class. Walls and unknown cells stay
+what they are whatever is painted there, and so do cells under transparent pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from marsupial.errors import MapError, Problem
+from marsupial.formats.mapfiles.images import GreyImage, read_grey
+from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid
+
+
+def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
+    """Return the grid with the terrain classes of the mask image in a file.
+
+    Raises
+    ------
+    MapError
+        As `apply_mask`, or where there is no such image.
+    """
+    source = str(mask_path)
+    _check_codes(codes, grid, source)
+    return apply_mask(grid, read_grey(Path(mask_path), field="mask", source=source), codes, source=source)
+
+
+def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source: str = "") -> Grid:
+    """Return the grid with the terrain classes of a mask image.
+
+    Parameters
+    ----------
+    codes
+        Terrain code, one of the grid's classes, for each grey value (0 to 255) that may occur on a cell that is
+        known and no obstacle. Greys elsewhere in the mask need no entry: they change nothing.
+
+    Raises
+    ------
+    MapError
+        Naming unusable entries of `codes`, a mask of another size, or the greys that have no entry.
+    """
+    _check_codes(codes, grid, source)
+    if mask.grey.shape != grid.cells.shape:
+        height, width = mask.grey.shape
+        raise MapError(
+            [Problem("size", f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}")],
+            source=source,
+        )
+    greys = np.flipud(mask.grey)
+    takes = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
+    if mask.opaque is not None:
+        takes &= np.flipud(mask.opaque)
+    counts = np.bincount(greys[takes], minlength=256)
+    unlisted = [int(g) for g in np.flatnonzero(counts) if int(g) not in codes]
+    if unlisted:
+        raise MapError(
+            [Problem(f"grey {g}", f"has no terrain code ({counts[g]} cells)") for g in unlisted], source=source
+        )
+    table = np.zeros(256, dtype=np.uint8)
+    table[list(codes)] = list(codes.values())
+    return replace(grid, cells=np.where(takes, table[greys], grid.cells))
+
+
+def _check_codes(codes: Mapping[int, int], grid: Grid, source: str) -> None:
+    known = {terrain.code for terrain in grid.terrains}
+    problems = [Problem(f"grey {g}", "must be from 0 to 255") for g in codes if not 0 <= g <= 255]
+    problems += [
+        Problem(f"grey {g}", f"terrain code {code} is none of the map's classes {sorted(known)}")
+        for g, code in codes.items()
+        if code not in known
+    ]
+    if problems:
+        raise MapError(problems, source=source)

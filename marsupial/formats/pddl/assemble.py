@@ -1,0 +1,254 @@
+"""Put a situation together from the checked facts of a PDDL problem.
+
+The facts that actions read come first; records refine what they leave open. Where a fact contradicts another one
+(two robots at one start, a capacity that its type's other carriers don't have), its line is reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from marsupial.formats.pddl.facts import duration_ms, seconds
+from marsupial.formats.pddl.names import decode_name, decode_type
+from marsupial.formats.pddl.table import Key, Table
+from marsupial.model.robots import Role
+from marsupial.model.situation import (
+    UNREACHABLE,
+    PlanningType,
+    RobotState,
+    Situation,
+    SituationGoal,
+    TargetInfo,
+    TravelTable,
+)
+
+Members = Mapping[str, str]
+"""Robots with the objects of their types, in order."""
+
+
+def assemble(table: Table) -> Situation:
+    """Return the situation that the facts describe.
+
+    Raises
+    ------
+    SituationError
+        With every contradiction and its line.
+    """
+    members = {robot: _type_word(table, robot) for robot in table.of_kind("carrier", "rover")}
+    _check_starts(table)
+    _check_loads(table)
+    types = tuple(_type(table, word, members) for word in table.of_kind("robot_type"))
+    robots = tuple(_robot(table, robot, kind) for robot, kind in members.items())
+    targets = tuple(_target(table, word, members) for word in table.of_kind("target"))
+    travel = _travel(table, members)
+    goal = _goal(table)
+    table.refuse_if_wrong()
+    return Situation(
+        types=types,
+        robots=robots,
+        targets=targets,
+        meetings=tuple(decode_name(word) for word in table.of_kind("meeting")),
+        homes=tuple(decode_name(word) for word in table.of_kind("home")),
+        travel_ms=travel,
+        goal=goal,
+    )
+
+
+def _type_word(table: Table, robot: str) -> str:
+    found = table.single("is_a", robot)
+    if found is None:
+        table.wrong(table.lines[robot], f"(is_a {robot} <robot_type>) is missing")
+    return found or ""
+
+
+def _type(table: Table, word: str, members: Members) -> PlanningType:
+    carriers = [r for r, kind in members.items() if kind == word and table.kinds[r] == "carrier"]
+    rovers = [r for r, kind in members.items() if kind == word and table.kinds[r] == "rover"]
+    return PlanningType(
+        name=decode_type(word),
+        role=_role(table, word, carriers, rovers),
+        capacity=_capacity(table, word, carriers),
+        dock_ms=_dock_ms(table, "dock_time", word, rovers),
+        undock_ms=_dock_ms(table, "undock_time", word, rovers),
+    )
+
+
+def _role(table: Table, word: str, carriers: Sequence[str], rovers: Sequence[str]) -> Role:
+    is_carrier = bool(carriers) or ("role_carrier", word) in table.facts
+    is_rover = bool(rovers) or ("role_rover", word) in table.facts
+    if is_carrier == is_rover:
+        what = "for both carriers and rovers" if is_carrier else "for neither carriers nor rovers"
+        table.wrong(table.lines[word], f"robot type {word} is {what}")
+    return Role.CARRIER if is_carrier else Role.ROVER
+
+
+def _capacity(table: Table, word: str, carriers: Sequence[str]) -> int:
+    shared = _shared(table, "capacity", carriers, table.count)
+    record = table.count(("type_capacity", word))
+    if record is not None and shared is not None and record != shared:
+        table.wrong(table.line_of(("type_capacity", word)), f"{word} has capacity {record}, its carriers {shared}")
+    return (record if shared is None else shared) or 0
+
+
+def _dock_ms(table: Table, name: str, word: str, rovers: Sequence[str]) -> int:
+    shared = _shared(table, name, rovers, table.ms)
+    key = (f"type_{name}", word)
+    record = table.ms(key)
+    if record is not None and shared is not None and duration_ms(record) != shared:
+        table.wrong(table.line_of(key), f"{word} has {name} {seconds(record)}, its rovers {seconds(shared)}")
+    return (shared if record is None else record) or 0
+
+
+def _shared(table: Table, name: str, robots: Sequence[str], read: Callable[[Key], int | None]) -> int | None:
+    """Return the number that all robots of a type have in common; None where there are none."""
+    shared: int | None = None
+    for robot in robots:
+        number = read((name, robot))
+        if (name, robot) not in table.values:
+            table.wrong(table.lines[robot], f"({name} {robot}) is missing")
+        elif shared is not None and number is not None and number != shared:
+            line = table.line_of((name, robot))
+            table.wrong(line, f"({name} {robot}) differs from that of {robots[0]}, a robot of the same type")
+        elif shared is None:
+            shared = number
+    return shared
+
+
+def _robot(table: Table, word: str, kind: str) -> RobotState:
+    places, carrier = table.args("at", word), table.single("on", word)
+    if len(places) + (carrier is not None) != 1:
+        table.wrong(table.lines[word], f"{word} must be at one place or on one carrier")
+    for place in places:
+        if table.kinds[place] != "start":
+            table.wrong(table.facts["at", word, place], f"{word} must begin at a start of its own, not at {place}")
+    if (carrier is not None) != (("aboard", word) in table.facts):
+        table.wrong(table.lines[word], f"(aboard {word}) must be true if {word} is on a carrier, and only then")
+    home = table.single("home_of", word) or _home_in_goal(table, word)
+    return RobotState(
+        name=decode_name(word),
+        type=decode_type(kind),
+        place=decode_name(places[0]) if places else None,
+        carrier=None if carrier is None else decode_name(carrier),
+        free_at_ms=table.ms(("free_at", word)) or 0,
+        home=None if home is None else decode_name(home),
+    )
+
+
+def _home_in_goal(table: Table, robot: str) -> str | None:
+    return next((key[2] for key in table.goals if key[:2] == ("at", robot) and table.kinds[key[2]] == "home"), None)
+
+
+def _check_starts(table: Table) -> None:
+    """Check that each start is the place of one robot."""
+    owners: dict[str, str] = {}
+    for (name, *args), line in table.facts.items():
+        if name == "at" and args[1] in owners:
+            table.wrong(line, f"{args[1]} is the start of {owners[args[1]]} already; each robot needs its own")
+        elif name == "at":
+            owners[args[1]] = args[0]
+    for start in table.of_kind("start"):
+        if start not in owners:
+            table.wrong(table.lines[start], f"no robot is at start {start}")
+
+
+def _check_loads(table: Table) -> None:
+    """Check that `num_docked` counts the rovers aboard."""
+    for carrier in table.of_kind("carrier"):
+        load = sum(key[0] == "on" and key[2] == carrier for key in table.facts)
+        count = table.count(("num_docked", carrier))
+        if ("num_docked", carrier) not in table.values:
+            table.wrong(table.lines[carrier], f"(num_docked {carrier}) is missing")
+        elif count is not None and count != load:
+            table.wrong(table.line_of(("num_docked", carrier)), f"{load} rovers are on {carrier}, not {count}")
+
+
+def _target(table: Table, word: str, members: Members) -> TargetInfo:
+    able = {robot for robot in members if ("can_explore", robot, word) in table.facts}
+    kinds = {members[robot] for robot in able}
+    for robot, kind in members.items():
+        if kind in kinds and robot not in able:
+            table.wrong(table.lines[robot], f"{robot} can't explore {word}, but another robot of type {kind} can")
+    if ("explored", word) in table.facts:
+        table.wrong(table.facts["explored", word], f"{word} is explored already: leave it out")
+    kinds |= {key[1] for key in table.facts if key[0] == "explores" and key[2] == word}
+    reveal = table.values.get(("reveal", word))
+    return TargetInfo(
+        name=decode_name(word),
+        explorers=frozenset(decode_type(kind) for kind in kinds),
+        reveal_m2=0.0 if reveal is None else float(reveal[0]),
+    )
+
+
+def _goal(table: Table) -> SituationGoal:
+    """Return the goal's flags, told by records or else by the goal itself, which has to agree with them."""
+    returns = ("return_home",) in table.facts or any(key[0] == "at" for key in table.goals)
+    aboard = any(key[0] == "aboard" for key in table.goals)
+    recovers = ("recover_rovers",) in table.facts or (aboard and not returns)
+    wanted = set(_wanted(table, recovers, returns))
+    for key in sorted(wanted - table.goals.keys()):
+        table.wrong(table.goal_line, f"({' '.join(key)}) is missing in the goal")
+    for key in table.goals.keys() - wanted:
+        table.wrong(table.goals[key], f"({' '.join(key)}) is no goal that a situation can have here")
+    return SituationGoal(recover_rovers=recovers, return_home=returns)
+
+
+def _wanted(table: Table, recovers: bool, returns: bool) -> Iterator[Key]:
+    for target in table.of_kind("target"):
+        yield "explored", target
+    if recovers or returns:
+        for rover in table.of_kind("rover"):
+            yield "aboard", rover
+    for carrier in table.of_kind("carrier") if returns else ():
+        home = next(iter(table.args("home_of", carrier)), _home_in_goal(table, carrier))
+        if home is not None:
+            yield "at", carrier, home
+
+
+def _travel(table: Table, members: Members) -> dict[str, TravelTable]:
+    """Return the travel tables; the rest of a running action is taken off the drives out of its robot's start."""
+    owners = {key[2]: key[1] for key in table.facts if key[0] == "at"}
+    starts = [place for robot in members for place in table.args("at", robot)]
+    places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home")]
+    index = {place: i for i, place in enumerate(places)}
+    empty = (len(places), len(places))
+    tables = {word: np.full(empty, UNREACHABLE, dtype=np.int64) for word in table.of_kind("robot_type")}
+    for (word, origin, place), time in _drives(table, members, owners):
+        if origin in index and place in index:
+            tables[word][index[origin], index[place]] = time
+    return {decode_type(word): rows for word, rows in tables.items()}
+
+
+def _drives(table: Table, members: Members, owners: Mapping[str, str]) -> Iterator[tuple[Key, int]]:
+    for (name, *args), line in table.facts.items():
+        if name == "path":
+            time = _drive_ms(table, tuple(args), line, members, owners)
+            if time is not None:
+                yield tuple(args), time
+    for key, (_, line) in table.values.items():
+        if key[0] == "path_cost" and ("path", *key[1:]) not in table.facts:
+            table.wrong(line, f"({' '.join(key)}) without (path {' '.join(key[1:])})")
+        record = table.ms(key) if key[0] == "travel" else None
+        if record is not None:
+            yield key[1:], record
+
+
+def _drive_ms(table: Table, args: Key, line: int, members: Members, owners: Mapping[str, str]) -> int | None:
+    """Return the travel time of a drive for which there is a path fact."""
+    key = ("path_cost", *args)
+    cost = table.ms(key)
+    if key not in table.values:
+        table.wrong(line, f"({' '.join(key)}) is missing")
+    if cost is None:
+        return None
+    owner = owners.get(args[1])
+    free = table.ms(("free_at", owner)) if owner is not None and members.get(owner) == args[0] else None
+    if cost <= (free or 0):
+        table.wrong(
+            table.line_of(key), f"({' '.join(key)}) must be more than {seconds(free or 0)}, got {seconds(cost)}"
+        )
+    record = table.ms(("travel", *args))
+    if record is not None and duration_ms(record) != cost - (free or 0):
+        table.wrong(table.line_of(("travel", *args)), f"(travel {' '.join(args)}) contradicts (path_cost ...)")
+    return cost - (free or 0)

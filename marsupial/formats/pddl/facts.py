@@ -1,0 +1,260 @@
+"""A situation as the objects, facts and goals of the canonical domain: what the text and the library's problem share.
+
+`problem_facts` is the one place that says how a situation becomes PDDL. Most facts are what actions read. *Records*
+are read by no action; they keep what the others leave open, so that the situation can be read back exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from itertools import product
+from math import isfinite
+
+from marsupial.errors import Problem, SituationError
+from marsupial.formats.pddl.names import encode_name, encode_type
+from marsupial.model.robots import Role
+from marsupial.model.situation import PlanningType, RobotState, Situation
+
+SUPERTYPES: Mapping[str, str | None] = {
+    "robot": None,
+    "location": None,
+    "robot_type": None,
+    "carrier": "robot",
+    "rover": "robot",
+    "target": "location",
+    "waypoint": "location",
+    "start": "location",
+    "meeting": "waypoint",
+    "home": "waypoint",
+}
+"""The domain's types, each with the one it is a kind of."""
+
+PREDICATES: Mapping[str, tuple[str, ...]] = {
+    "at": ("robot", "location"),
+    "on": ("rover", "carrier"),
+    "aboard": ("rover",),
+    "explored": ("target",),
+    "can_explore": ("robot", "target"),
+    "is_a": ("robot", "robot_type"),
+    "path": ("robot_type", "location", "location"),
+    "role_carrier": ("robot_type",),
+    "role_rover": ("robot_type",),
+    "explores": ("robot_type", "target"),
+    "home_of": ("robot", "home"),
+    "recover_rovers": (),
+    "return_home": (),
+}
+"""The domain's predicates with the types of their parameters."""
+
+FUNCTIONS: Mapping[str, tuple[str, ...]] = {
+    "num_docked": ("carrier",),
+    "capacity": ("carrier",),
+    "path_cost": ("robot_type", "location", "location"),
+    "dock_time": ("rover",),
+    "undock_time": ("rover",),
+    "free_at": ("robot",),
+    "reveal": ("target",),
+    "type_capacity": ("robot_type",),
+    "type_dock_time": ("robot_type",),
+    "type_undock_time": ("robot_type",),
+    "travel": ("robot_type", "location", "location"),
+}
+"""The domain's functions with the types of their parameters."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A predicate that is true, or a function with its value as a decimal number."""
+
+    name: str
+    args: tuple[str, ...]
+    value: str | None = None
+
+    def __str__(self) -> str:
+        inner = f"({' '.join((self.name, *self.args))})"
+        return inner if self.value is None else f"(= {inner} {self.value})"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProblemFacts:
+    """A problem of the canonical domain: objects with their types, facts by section, goals."""
+
+    objects: tuple[tuple[str, str], ...]
+    sections: tuple[tuple[str, tuple[Fact, ...]], ...]
+    goals: tuple[Fact, ...]
+
+
+def seconds(ms: int) -> str:
+    """Return a time in ms as seconds with three decimals."""
+    return f"{'-' if ms < 0 else ''}{abs(ms) // 1000}.{abs(ms) % 1000:03d}"
+
+
+def duration_ms(ms: int) -> int:
+    """Return how long an action takes whose travel or docking takes `ms`: at least 1, as PDDL wants more than 0."""
+    return max(1, int(ms))
+
+
+def start_of(situation: Situation) -> dict[str, RobotState]:
+    """Return by start place the robot whose start it is."""
+    return {robot.place: robot for robot in situation.robots if robot.place is not None}
+
+
+def problem_facts(situation: Situation, *, records: bool = True) -> ProblemFacts:
+    """Return what the canonical PDDL says of `situation`.
+
+    Parameters
+    ----------
+    records
+        Whether to include the facts no action reads.
+
+    Raises
+    ------
+    SituationError
+        If a target's reveal is no finite number: PDDL has no way to write it.
+    """
+    sections = [
+        ("Where everybody is", tuple(_whereabouts(situation))),
+        ("What everybody can do", tuple(_abilities(situation))),
+        ("How long drives take", tuple(_drives(situation))),
+    ]
+    if records:
+        sections.append(("Records, read by no action", tuple(_records(situation))))
+    return ProblemFacts(objects=tuple(_objects(situation)), sections=tuple(sections), goals=goal_facts(situation))
+
+
+def goal_facts(situation: Situation) -> tuple[Fact, ...]:
+    """Return what a plan has to reach."""
+    goal = situation.goal
+    facts = [Fact("explored", (encode_name(target.name),)) for target in situation.targets]
+    if goal.recover_rovers or goal.return_home:
+        facts += [Fact("aboard", (encode_name(rover.name),)) for rover in situation.of_role(Role.ROVER)]
+    if goal.return_home:
+        facts += [
+            Fact("at", (encode_name(carrier.name), encode_name(carrier.home)))
+            for carrier in situation.of_role(Role.CARRIER)
+            if carrier.home is not None
+        ]
+    return tuple(facts)
+
+
+def _drive_ms(situation: Situation, kind: str, origin: str, place: str, owners: Mapping[str, RobotState]) -> int | None:
+    """Return the `path_cost` of a drive in ms, or None where no action can use it.
+
+    A robot's start is its own, so the rest of its running action is part of the cost of every drive out of it.
+    """
+    owner = owners.get(origin)
+    if origin == place or place in owners or (owner is not None and owner.type != kind):
+        return None
+    ends = (situation.target_by_name.get(end) for end in (origin, place))
+    if any(target is not None and kind not in target.explorers for target in ends):
+        return None
+    travel = situation.travel(kind, origin, place)
+    return None if travel is None else duration_ms(travel) + (0 if owner is None else int(owner.free_at_ms))
+
+
+def _objects(situation: Situation) -> Iterator[tuple[str, str]]:
+    for kind in situation.types:
+        yield encode_type(kind.name), "robot_type"
+    for robot in situation.robots:
+        yield encode_name(robot.name), situation.type_of(robot.name).role.value
+    for place in start_of(situation):
+        yield encode_name(place), "start"
+    for target in situation.targets:
+        yield encode_name(target.name), "target"
+    for meeting in situation.meetings:
+        yield encode_name(meeting), "meeting"
+    for home in situation.homes:
+        yield encode_name(home), "home"
+
+
+def _whereabouts(situation: Situation) -> Iterator[Fact]:
+    for robot in situation.robots:
+        name = encode_name(robot.name)
+        if robot.place is not None:
+            yield Fact("at", (name, encode_name(robot.place)))
+        if robot.carrier is not None:
+            yield Fact("on", (name, encode_name(robot.carrier)))
+            yield Fact("aboard", (name,))
+    for carrier in situation.of_role(Role.CARRIER):
+        docked = sum(robot.carrier == carrier.name for robot in situation.robots)
+        yield Fact("num_docked", (encode_name(carrier.name),), str(docked))
+
+
+def _abilities(situation: Situation) -> Iterator[Fact]:
+    for kind in situation.types:
+        yield Fact(f"role_{kind.role.value}", (encode_type(kind.name),))
+    for robot in situation.robots:
+        kind, name = situation.type_of(robot.name), encode_name(robot.name)
+        yield Fact("is_a", (name, encode_type(kind.name)))
+        if kind.role is Role.CARRIER:
+            yield Fact("capacity", (name,), str(int(kind.capacity)))
+        else:
+            yield Fact("dock_time", (name,), seconds(duration_ms(kind.dock_ms)))
+            yield Fact("undock_time", (name,), seconds(duration_ms(kind.undock_ms)))
+        for target in situation.targets:
+            if kind.name in target.explorers:
+                yield Fact("can_explore", (name, encode_name(target.name)))
+
+
+def _drives(situation: Situation) -> Iterator[Fact]:
+    for args, cost, _ in _table(situation):
+        if cost is not None:
+            yield Fact("path", args)
+            yield Fact("path_cost", args, seconds(cost))
+
+
+def _records(situation: Situation) -> Iterator[Fact]:
+    for flag in ("recover_rovers", "return_home"):
+        if getattr(situation.goal, flag):
+            yield Fact(flag, ())
+    for robot in situation.robots:
+        if robot.home is not None:
+            yield Fact("home_of", (encode_name(robot.name), encode_name(robot.home)))
+        if robot.free_at_ms:
+            yield Fact("free_at", (encode_name(robot.name),), seconds(int(robot.free_at_ms)))
+    yield from _target_records(situation)
+    for kind in situation.types:
+        yield from _type_records(situation, kind)
+    for args, cost, travel in _table(situation):
+        if travel is not None and (cost is None or travel == 0):
+            yield Fact("travel", args, seconds(travel))
+
+
+def _target_records(situation: Situation) -> Iterator[Fact]:
+    for i, target in enumerate(situation.targets):
+        if not isfinite(target.reveal_m2):
+            raise SituationError([Problem(f"targets[{i}].reveal_m2", f"PDDL can't hold {target.reveal_m2}")])
+        if target.reveal_m2:
+            yield Fact("reveal", (encode_name(target.name),), format(Decimal(repr(float(target.reveal_m2))), "f"))
+        for kind in sorted(target.explorers - _manned(situation)):
+            yield Fact("explores", (encode_type(kind), encode_name(target.name)))
+
+
+def _type_records(situation: Situation, kind: PlanningType) -> Iterator[Fact]:
+    """Yield the numbers of a type that its robots' facts don't tell."""
+    manned = kind.name in _manned(situation)
+    if kind.capacity and not (manned and kind.role is Role.CARRIER):
+        yield Fact("type_capacity", (encode_type(kind.name),), str(int(kind.capacity)))
+    for name, time in (("type_dock_time", kind.dock_ms), ("type_undock_time", kind.undock_ms)):
+        told = manned and kind.role is Role.ROVER
+        if time != (duration_ms(time) if told else 0):
+            yield Fact(name, (encode_type(kind.name),), seconds(int(time)))
+
+
+def _manned(situation: Situation) -> frozenset[str]:
+    """Return the types that some robot is of."""
+    return frozenset(robot.type for robot in situation.robots)
+
+
+def _table(situation: Situation) -> Iterator[tuple[tuple[str, str, str], int | None, int | None]]:
+    """Yield, for each type and pair of places: the PDDL names, the `path_cost` and the travel time in ms."""
+    owners = start_of(situation)
+    names = {place: encode_name(place) for place in situation.places}
+    manned = _manned(situation)
+    for kind in situation.types:
+        word = encode_type(kind.name)
+        for origin, place in product(situation.places, situation.places):
+            cost = _drive_ms(situation, kind.name, origin, place, owners) if kind.name in manned else None
+            yield (word, names[origin], names[place]), cost, situation.travel(kind.name, origin, place)

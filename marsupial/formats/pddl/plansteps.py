@@ -1,0 +1,212 @@
+"""A plan as PDDL says it: steps with exact times in seconds, and how they become whole milliseconds.
+
+PDDL differs from a `Plan` in two ways. A robot whose running action ends later leaves its start at once, and the
+rest of that action is part of its drive's duration; a `Plan` has the drive alone, later. And times of planners are
+any decimals. They are rounded to the nearest millisecond; where that leaves less than `EPSILON_MS` between an action
+and the next one of the same robot, although there was some time between them, the later one starts as much later as
+is needed. (In this domain all dependence between actions goes through a robot in both.) Actions that touched or
+overlapped before rounding are left alone: such a plan is wrong, and the checker shall see it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from marsupial.errors import InvalidPlanError, PlanTextError, Problem
+from marsupial.formats.pddl.facts import duration_ms
+from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
+from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
+from marsupial.model.robots import Role
+from marsupial.model.situation import Situation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """One line of a PDDL plan: PDDL names, exact seconds; `where` is how to call it in a message."""
+
+    start: Fraction
+    name: str
+    args: tuple[str, ...]
+    duration: Fraction | None
+    where: str = ""
+
+
+def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
+    """Return the steps of a plan, in its order.
+
+    Raises
+    ------
+    InvalidPlanError
+        If an action names what the situation doesn't have, or starts before its robot is free: PDDL can't say that.
+    """
+    return tuple(_step(action, situation) for action in plan.actions)
+
+
+def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
+    """Return the plan that the steps mean for `situation`.
+
+    Raises
+    ------
+    PlanTextError
+        With every step that has an unknown name, a name of the wrong kind, or no usable time.
+    """
+    problems: list[Problem] = []
+    timed: list[_Timed] = []
+    names = _Names.of(situation)
+    for step in steps:
+        try:
+            timed.append(_timed(step, situation, names))
+        except _Unreadable as fault:
+            problems.append(Problem(step.where, f"({' '.join((step.name, *step.args))}): {fault}"))
+    if problems:
+        raise PlanTextError(problems)
+    return Plan.of(_spaced(timed))
+
+
+class _Unreadable(Exception):
+    """A step that means no action; `plan_of` turns it into a problem."""
+
+
+def _step(action: Action, situation: Situation) -> Step:
+    free = _free_ms(action.robot, action.origin, situation)
+    if action.start_ms < free:
+        raise InvalidPlanError(f"{action} starts before {action.robot} is free: no PDDL plan can say that")
+    if action.robot not in situation.robot_by_name:
+        raise InvalidPlanError(f"{action}: there is no robot {action.robot!r}")
+    words = [encode_name(action.robot)]
+    if action.carrier is not None:
+        words += [encode_name(action.carrier)]
+    else:
+        words += [encode_type(situation.type_of(action.robot).name), encode_name(action.origin or "")]
+    return Step(
+        start=Fraction(action.start_ms - free, 1000),
+        name=action.name.value,
+        args=(*words, encode_name(action.place)),
+        duration=Fraction(action.duration_ms + free, 1000),
+    )
+
+
+def _free_ms(robot: str, origin: str | None, situation: Situation) -> int:
+    """Return the time that is part of a drive's PDDL duration: until `robot` is free, if `origin` is its start."""
+    owner = situation.robot_by_name.get(robot)
+    return int(owner.free_at_ms) if owner is not None and origin is not None and owner.place == origin else 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Names:
+    """What kind of thing each name of a situation is."""
+
+    robots: frozenset[str]
+    carriers: frozenset[str]
+    origins: frozenset[str]
+    waypoints: frozenset[str]
+    targets: frozenset[str]
+    meetings: frozenset[str]
+
+    @classmethod
+    def of(cls, situation: Situation) -> _Names:
+        return cls(
+            robots=frozenset(situation.robot_by_name),
+            carriers=frozenset(robot.name for robot in situation.of_role(Role.CARRIER)),
+            origins=frozenset(situation.places),
+            waypoints=frozenset(situation.meetings + situation.homes),
+            targets=frozenset(situation.target_by_name),
+            meetings=frozenset(situation.meetings),
+        )
+
+    @property
+    def rovers(self) -> frozenset[str]:
+        return self.robots - self.carriers
+
+
+@dataclass(frozen=True, slots=True)
+class _Timed:
+    """An action in rounded ms, with its exact start and end."""
+
+    action: Action
+    start: Fraction
+    end: Fraction
+
+
+def _timed(step: Step, situation: Situation, names: _Names) -> _Timed:
+    action = _action(step, situation, names)
+    if step.start < 0:
+        raise _Unreadable(f"starts before the plan, at {float(step.start):g}")
+    free = _free_ms(action.robot, action.origin, situation)
+    duration = Fraction(_told_ms(action, situation)) if step.duration is None else step.duration * 1000 - free
+    if duration <= 0:
+        raise _Unreadable(f"{action.robot} is busy for {free} ms at first, the action must take longer")
+    start = step.start * 1000 + free
+    action = replace(action, start_ms=_nearest(start), duration_ms=_nearest(duration))
+    return _Timed(action, start, start + duration)
+
+
+def _nearest(value: Fraction) -> int:
+    """Round to the nearest integer, halves up: what is an integer apart stays so."""
+    return (2 * value + 1) // 2
+
+
+def _action(step: Step, situation: Situation, names: _Names) -> Action:
+    """Return the action a step means, without its times."""
+    try:
+        name = ActionName(step.name)
+    except ValueError:
+        raise _Unreadable(f"unknown action {step.name}") from None
+    drives = name in (ActionName.MOVE, ActionName.EXPLORE)
+    wanted = 4 if drives else 3
+    if len(step.args) != wanted:
+        raise _Unreadable(f"{name} takes {wanted} arguments, got {len(step.args)}")
+    robot, place = decode_name(step.args[0]), decode_name(step.args[-1])
+    action = Action(name=name, start_ms=0, duration_ms=0, robot=robot, place=place)
+    if not drives:
+        action = replace(action, carrier=decode_name(step.args[1]))
+        _check(robot, names.rovers, "rover")
+        _check(action.carrier, names.carriers, "carrier")
+        _check(place, names.meetings, "meeting")
+        return action
+    action = replace(action, origin=decode_name(step.args[2]))
+    _check(robot, names.robots, "robot")
+    _check(action.origin, names.origins, "place")
+    if name is ActionName.MOVE:
+        _check(place, names.waypoints, "meeting or home")
+    else:
+        _check(place, names.targets, "target")
+    kind = situation.robot_by_name[robot].type
+    if decode_type(step.args[1]) != kind:
+        raise _Unreadable(f"{robot} is of type {encode_type(kind)}, not {step.args[1]}")
+    return action
+
+
+def _check(name: str | None, known: frozenset[str], noun: str) -> None:
+    if name not in known:
+        raise _Unreadable(f"there is no {noun} {name}")
+
+
+def _told_ms(action: Action, situation: Situation) -> int:
+    """Return how long an action takes by the situation, for plans that leave durations out."""
+    kind = situation.type_of(action.robot)
+    if action.origin is None:
+        return duration_ms(kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms)
+    travel = situation.travel(kind.name, action.origin, action.place)
+    if travel is None:
+        raise _Unreadable(f"no duration given, and no path from {action.origin} to {action.place} that tells it")
+    return duration_ms(travel)
+
+
+def _spaced(timed: Sequence[_Timed]) -> list[Action]:
+    """Return the actions with the gaps that rounding closed opened again."""
+    last: dict[str, tuple[Fraction, int]] = {}
+    actions: list[Action] = []
+    for item in sorted(timed, key=lambda item: (item.start, item.end)):
+        start = item.action.start_ms
+        for robot in item.action.robots:
+            end, end_ms = last.get(robot, (item.start, 0))
+            if end < item.start:
+                start = max(start, end_ms + EPSILON_MS)
+        action = replace(item.action, start_ms=start)
+        actions.append(action)
+        for robot in action.robots:
+            last[robot] = item.end, action.end_ms
+    return actions

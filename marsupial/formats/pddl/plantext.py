@@ -1,0 +1,80 @@
+"""Plans as text, in the format of the planning competitions (IPC): ``12.001: (move r1 rover_type s1 m1) [5.000]``.
+
+What is written holds whole milliseconds and reads back as the same plan. What is read may come from any planner:
+any case, durations left out, ``1.2e+01``, comments, blank lines. See `marsupial.formats.pddl.plansteps` for how times
+become milliseconds.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from fractions import Fraction
+
+from marsupial.errors import PlanTextError, Problem
+from marsupial.formats.pddl.facts import seconds
+from marsupial.formats.pddl.plansteps import Step, plan_of, steps_of
+from marsupial.model.plan import Plan
+from marsupial.model.situation import Situation
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d{1,3})?"
+_LINE = re.compile(rf"({_NUMBER})\s*:\s*\(\s*([^\s()]+)((?:\s+[^\s()]+)*)\s*\)\s*(?:\[\s*({_NUMBER})\s*\])?")
+
+
+def write_plan_text(plan: Plan, situation: Situation) -> str:
+    """Return a plan for `situation` in IPC format, after a header of comments.
+
+    A drive of a robot that is still busy starts at once and takes as much longer, as `path_cost` says.
+
+    Raises
+    ------
+    InvalidPlanError
+        If an action names a robot there is none of, or starts before its robot is free.
+    """
+    lines = [f"; {len(plan.actions)} actions, makespan {seconds(plan.makespan_ms)} s"]
+    lines += [_line(step) for step in steps_of(plan, situation)]
+    return "\n".join([*lines, ""])
+
+
+def read_plan_text(text: str, situation: Situation) -> Plan:
+    """Return the plan for `situation` that a text in IPC format holds; it is not checked whether it is valid.
+
+    Raises
+    ------
+    PlanTextError
+        With every line that can't be read.
+    """
+    problems: list[Problem] = []
+    steps = list(_steps(text, problems))
+    try:
+        plan = plan_of(steps, situation)
+    except PlanTextError as error:
+        problems += error.problems
+    if problems:
+        raise PlanTextError(sorted(problems, key=lambda problem: int(problem.path.removeprefix("line "))))
+    return plan
+
+
+def _line(step: Step) -> str:
+    start, duration = (seconds(int(time * 1000)) for time in (step.start, step.duration or Fraction(0)))
+    return f"{start}: ({' '.join((step.name, *step.args))}) [{duration}]"
+
+
+def _steps(text: str, problems: list[Problem]) -> Iterator[Step]:
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.partition(";")[0].strip().lower()
+        if not line:
+            continue
+        match = _LINE.fullmatch(line)
+        if match is None:
+            message = f"'<seconds>: (<action> ...) [<seconds>]' is expected, got {raw.strip()!r}"
+            problems.append(Problem(f"line {number}", message))
+            continue
+        start, name, args, duration = match.groups()
+        yield Step(
+            start=Fraction(start),
+            name=name,
+            args=tuple(args.split()),
+            duration=None if duration is None else Fraction(duration),
+            where=f"line {number}",
+        )

@@ -1,0 +1,164 @@
+"""Read a problem of the canonical domain back into a situation.
+
+First the text becomes checked objects and facts (names, numbers of arguments, types), then a situation is put
+together from them. All problems found are reported together, each with its line. Records may be missing, as in a
+problem written by hand: then the situation is the plainest one with the same plans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from marsupial.errors import SituationError
+from marsupial.formats.pddl.assemble import assemble
+from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form
+from marsupial.formats.pddl.table import Table
+from marsupial.model.situation import Situation
+
+_LEAVES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
+_SECTIONS = (":domain", ":objects", ":init", ":goal", ":metric", ":requirements")
+
+
+def read_problem(text: str) -> Situation:
+    """Return the situation that a problem of the canonical domain describes.
+
+    Raises
+    ------
+    SituationError
+        With every problem found and its line.
+    """
+    form = parse_form(text)
+    reader = _Reader()
+    reader.read(form)
+    reader.table.refuse_if_wrong()
+    return assemble(reader.table)
+
+
+@dataclass(slots=True)
+class _Reader:
+    """Checks names, arguments and types while it fills the table."""
+
+    table: Table = field(default_factory=Table)
+
+    def read(self, form: Form) -> None:
+        """Read a whole ``(define (problem ...) ...)``."""
+        sections = self._sections(form)
+        for item in sections[":domain"].items[1:]:
+            if str(item) != "marsupial":
+                self.table.wrong(sections[":domain"].line, f"the domain must be marsupial, got {item}")
+        self._objects(sections[":objects"])
+        for item in sections[":init"].items[1:]:
+            self._initial(item)
+        self._goal(sections[":goal"])
+
+    def _sections(self, form: Form) -> Mapping[str, Form]:
+        if form.head != "define" or len(form.items) < 2 or getattr(form.items[1], "head", "") != "problem":
+            raise SituationError([at_line(form.line, "'(define (problem <name>) ...' is expected")])
+        found: dict[str, Form] = {}
+        for item in form.items[2:]:
+            if not isinstance(item, Form) or item.head not in _SECTIONS:
+                self.table.wrong(
+                    item.line, f"{item.head if isinstance(item, Form) else item} is not a section of a problem"
+                )
+            elif item.head in found:
+                self.table.wrong(item.line, f"section {item.head} is there twice")
+            else:
+                found[item.head] = item
+        for name in _SECTIONS[:4]:
+            if name not in found:
+                self.table.wrong(form.line, f"section {name} is missing")
+                found[name] = Form((Word(name, form.line),), form.line)
+        return found
+
+    def _objects(self, section: Form) -> None:
+        for word, kind in self._typed(section):
+            if kind.text not in _LEAVES:
+                self.table.wrong(kind.line, f"{word}: type must be one of {', '.join(sorted(_LEAVES))}, got {kind}")
+            elif word.text in self.table.kinds:
+                self.table.wrong(word.line, f"object {word} is declared twice")
+            else:
+                self.table.kinds[word.text] = kind.text
+                self.table.lines[word.text] = word.line
+
+    def _typed(self, section: Form) -> Iterator[tuple[Word, Word]]:
+        waiting: list[Word] = []
+        items = iter(section.items[1:])
+        for item in items:
+            if isinstance(item, Form):
+                self.table.wrong(item.line, f"an object's name is expected, got {item}")
+            elif item.text != "-":
+                waiting.append(item)
+            else:
+                kind = next(items, Word("nothing", item.line))
+                named = kind if isinstance(kind, Word) else Word(str(kind), kind.line)
+                yield from ((word, named) for word in waiting)
+                waiting = []
+        yield from ((word, Word("object", word.line)) for word in waiting)
+
+    def _initial(self, item: Word | Form) -> None:
+        if isinstance(item, Word):
+            self.table.wrong(item.line, f"a fact in brackets is expected, got {item}")
+        elif item.head == "=":
+            self._value(item)
+        else:
+            args = self._atom(item, PREDICATES, "predicate")
+            if args is not None:
+                self.table.facts.setdefault((item.head, *args), item.line)
+
+    def _value(self, item: Form) -> None:
+        if len(item.items) != 3 or not isinstance(item.items[1], Form):
+            self.table.wrong(item.line, f"'(= (<function> ...) <number>)' is expected, got {item}")
+            return
+        args = self._atom(item.items[1], FUNCTIONS, "function")
+        if args is None:
+            return
+        key = (item.items[1].head, *args)
+        if key in self.table.values:
+            self.table.wrong(item.line, f"{item.items[1]} has a value already")
+            return
+        try:
+            self.table.values[key] = Fraction(str(item.items[2])), item.line
+        except (ValueError, ZeroDivisionError):
+            self.table.wrong(item.line, f"{item.items[1]}: a number is expected, got {item.items[2]}")
+
+    def _atom(self, item: Form, known: Mapping[str, tuple[str, ...]], noun: str) -> tuple[str, ...] | None:
+        signature = known.get(item.head)
+        if signature is None:
+            self.table.wrong(item.line, f"unknown {noun} {item.head or item}")
+            return None
+        args = tuple(str(arg) for arg in item.items[1:])
+        if len(args) != len(signature):
+            self.table.wrong(item.line, f"{item.head} takes {len(signature)} arguments, got {len(args)}: {item}")
+            return None
+        faults = [self._argument(item, arg, kind) for arg, kind in zip(args, signature, strict=True)]
+        return None if any(faults) else args
+
+    def _argument(self, item: Form, arg: str, wanted: str) -> bool:
+        """Report an argument that is unknown or of another type than `wanted`; say whether it was."""
+        kind: str | None = self.table.kinds.get(arg)
+        if kind is None:
+            self.table.wrong(item.line, f"{item}: there is no object {arg}")
+            return True
+        while kind is not None and kind != wanted:
+            kind = SUPERTYPES[kind]
+        if kind is None:
+            self.table.wrong(item.line, f"{item}: {arg} is a {self.table.kinds[arg]}, not a {wanted}")
+        return kind is None
+
+    def _goal(self, section: Form) -> None:
+        self.table.goal_line = section.line
+        if len(section.items) > 2:
+            self.table.wrong(section.line, "a goal is one form: (and ...)")
+        for whole in section.items[1:2]:
+            parts = whole.items[1:] if isinstance(whole, Form) and whole.head == "and" else (whole,)
+            for item in parts:
+                if isinstance(item, Word) or item.head not in ("explored", "aboard", "at"):
+                    if str(item) != "()":
+                        self.table.wrong(item.line, f"a goal is explored, aboard or at, got {item}")
+                    continue
+                args = self._atom(item, PREDICATES, "predicate")
+                if args is not None:
+                    self.table.goals[(item.head, *args)] = item.line

@@ -1,0 +1,124 @@
+"""The canonical PDDL of a situation, as text.
+
+``pddl/domain.pddl`` is the one source of the domain. A problem is written so that any PDDL 2.1 planner can be pointed
+at it and so that `marsupial.formats.pddl.read.read_problem` gives back the very same situation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+
+from marsupial.errors import Problem, SituationError
+from marsupial.formats.pddl.facts import problem_facts
+from marsupial.formats.pddl.names import encode_name
+from marsupial.formats.pddl.read import read_problem
+from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form
+from marsupial.formats.resources import pddl_folder
+from marsupial.model.situation import Situation
+
+__all__ = ["check_domain", "domain_text", "problem_text", "read_problem"]
+
+
+@cache
+def domain_text() -> str:
+    """Return the canonical domain: the text of ``pddl/domain.pddl``."""
+    return (pddl_folder() / "domain.pddl").read_text(encoding="utf-8")
+
+
+def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
+    """Return `situation` as a problem of the canonical domain; durations in seconds with three decimals.
+
+    Parameters
+    ----------
+    name
+        Name of the problem.
+    records
+        Whether to write the facts that no action reads. Without them the problem is shorter and has the same plans,
+        but what is read back is only as good for planning: no reveals, no homes beyond those in the goal, times
+        until robots are free as part of their first drives.
+
+    Raises
+    ------
+    SituationError
+        If a target's reveal is no finite number.
+    """
+    facts = problem_facts(situation, records=records)
+    lines = [f"(define (problem {encode_name(name)})", "  (:domain marsupial)", "", "  (:objects"]
+    lines += [f"    {word} - {kind}" for word, kind in facts.objects]
+    lines += ["  )", "", "  (:init"]
+    for title, section in facts.sections:
+        lines += [f"    ; {title}", *(f"    {fact}" for fact in section)]
+    lines += ["  )", "", "  (:goal (and", *(f"    {fact}" for fact in facts.goals), "  ))", ""]
+    lines += ["  (:metric minimize (total-time)))", ""]
+    return "\n".join(lines)
+
+
+def check_domain(text: str) -> None:
+    """Check that `text` is the canonical domain; comments, layout, order and requirements don't matter.
+
+    Raises
+    ------
+    SituationError
+        With each predicate, function, type or action that is missing, unknown or different, and its line.
+    """
+    given, wanted = _declarations(parse_form(text)), _declarations(parse_form(domain_text()))
+    problems = [
+        Problem("", f"not the canonical domain: {kind} {name} is missing")
+        for kind, name in wanted
+        if (kind, name) not in given
+    ]
+    for (kind, name), (form, line) in given.items():
+        if (kind, name) not in wanted:
+            problems.append(at_line(line, f"not the canonical domain, which has no {kind} {name}"))
+        elif form != wanted[kind, name][0]:
+            problems.append(at_line(line, f"{kind} {name} differs from the canonical domain's"))
+    if problems:
+        raise SituationError(problems)
+
+
+_Declarations = dict[tuple[str, str], tuple[Form, int]]
+
+
+def _declarations(domain: Form) -> _Declarations:
+    """Return what a domain declares by kind and name; variable names are part of it."""
+    found: _Declarations = {}
+    for part in domain.items[1:]:
+        for kind, name, form in _parts(part):
+            if (kind, name) in found:
+                raise SituationError([at_line(form.line, f"{kind} {name} is declared twice")])
+            found[kind, name] = form, form.line
+    return found
+
+
+def _parts(part: Word | Form) -> Iterator[tuple[str, str, Form]]:
+    if isinstance(part, Word):
+        yield "word", part.text, Form((part,), part.line)
+    elif part.head == "domain":
+        yield "name", " ".join(str(item) for item in part.items[1:]), part
+    elif part.head == ":types":
+        yield from _types(part)
+    elif part.head in (":predicates", ":functions"):
+        kind = part.head[1:-1]
+        for item in part.items[1:]:
+            form = item if isinstance(item, Form) else Form((item,), item.line)
+            yield kind, form.head, form
+    elif part.head == ":durative-action" and len(part.items) > 1:
+        yield "action", str(part.items[1]), part
+    elif part.head != ":requirements":
+        yield "section", part.head, part
+
+
+def _types(part: Form) -> Iterator[tuple[str, str, Form]]:
+    waiting: list[Word | Form] = []
+    words = iter(part.items[1:])
+    for word in words:
+        if str(word) != "-":
+            waiting.append(word)
+            continue
+        parent = next(words, Word("nothing", word.line))
+        for child in waiting:
+            yield "type", str(child), Form((child, parent), child.line)
+        waiting = []
+    for child in waiting:
+        yield "type", str(child), Form((child, Word("object")), child.line)

@@ -1,0 +1,233 @@
+"""Reading a scenario file; ``docs/scenario-format.md`` describes the format field by field.
+
+The file is YAML, so JSON will do too. It is parsed into plain values, every field is checked
+(`marsupial.formats.fields`), and only if nothing at all is wrong a `Scenario` is made of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from marsupial.errors import Problem, ScenarioError
+from marsupial.formats.fields import Fields, shown, suggestion
+from marsupial.formats.files import file_fault
+from marsupial.formats.scenario.map import read_grid, read_terrains
+from marsupial.formats.scenario.team import read_team
+from marsupial.model.grid import OBSTACLE, Terrain
+from marsupial.model.robots import EnergyModel, RobotType, Role
+from marsupial.model.scenario import Goal, Limits, PlanningTime, Scenario
+
+try:
+    from yaml import CSafeLoader as SafeLoader
+except ImportError:  # PyYAML without libyaml
+    from yaml import SafeLoader  # type: ignore[assignment]
+
+FORMAT, VERSION = "marsupial-scenario", 1
+MOST_BYTES = 64 * 1024 * 1024
+MOST_LEVELS = 20
+MOST_SECONDS = 10_000_000
+"""Longest time in a scenario file, about four months."""
+
+
+class _Loader(SafeLoader):
+    """Safe YAML that knows JSON's numbers (``1e3``) and refuses a field that is given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Build a mapping from a node."""
+        seen: set[str] = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"field {key.value!r} is given twice", key.start_mark
+                )
+            seen.add(str(key.value))
+        return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+\Z"), list("-+0123456789")
+)
+
+
+def read_scenario(path: Path | str) -> Scenario:
+    """Read a scenario file.
+
+    Raises
+    ------
+    ScenarioError
+        With every wrong field by its path.
+    """
+    path = Path(path)
+    data = _parse(path)
+    problems: list[Problem] = []
+    if not isinstance(data, Mapping):
+        raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
+    scenario = _read(Fields(data, "", problems), path)
+    if problems or scenario is None:
+        raise ScenarioError(problems, source=str(path))
+    return scenario
+
+
+def is_scenario_file(path: Path | str) -> bool:
+    """Say whether a file is meant as a scenario file, be it right or wrong: it names its format or has a team."""
+    path = Path(path)
+    if path.suffix.lower() not in (".yaml", ".yml", ".json"):
+        return False
+    try:
+        data = _parse(path)
+    except ScenarioError:
+        return path.suffix.lower() == ".json"
+    return isinstance(data, Mapping) and not {"format", "team", "robot_types"}.isdisjoint(data)
+
+
+def _parse(path: Path) -> object:
+    fault = file_fault(path, MOST_BYTES)
+    if fault:
+        raise ScenarioError(fault, source=str(path))
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        if _is_deep(text):
+            raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
+        return yaml.load(text, _Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        raise ScenarioError(f"{where}{error.problem or 'not YAML'}", source=str(path)) from error
+    except UnicodeDecodeError as error:
+        raise ScenarioError("is not UTF-8 text", source=str(path)) from error
+    except (yaml.YAMLError, ValueError) as error:
+        raise ScenarioError(f"is not YAML: {str(error).splitlines()[0]}", source=str(path)) from error
+
+
+def _is_deep(text: str) -> bool:
+    """Say whether lists and mappings are nested deeper than any scenario's; libyaml builds trees by recursion."""
+    depth = 0
+    for event in yaml.parse(text, SafeLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > MOST_LEVELS:
+            return True
+    return False
+
+
+def _read(top: Fields, path: Path) -> Scenario | None:
+    """Read all fields; the scenario means something only if no problem was noted."""
+    if not _read_version(top):
+        return None
+    name = top.text("name", path.stem)
+    terrains = read_terrains(top)
+    grid = read_grid(top, terrains, path.parent)
+    kinds = read_types(top, terrains)
+    team = read_team(top, kinds, grid)
+    seed = top.integer("start_seed", at_least=0) if top.has("start_seed") else None
+    goal, limits = _read_goal(top), _read_limits(top)
+    planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
+    top.finish()
+    if top.problems or grid is None:
+        return None
+    return Scenario(
+        name=name,
+        grid=grid,
+        robot_types=tuple(kind for kind in kinds.values() if kind is not None),
+        team=team,
+        goal=goal,
+        limits=limits,
+        planning_time=PlanningTime(planning_time),
+        start_seed=seed,
+    )
+
+
+def _read_version(top: Fields) -> bool:
+    """Check format and version; False where the file is of a later version and its fields mean who knows what."""
+    top.choice("format", [FORMAT])
+    version = top.integer("version", at_least=1)
+    if version > VERSION:
+        top.wrong("version", f"must be at most {VERSION}, got {version}: the file is for a later marsupial")
+    return version <= VERSION
+
+
+def read_types(top: Fields, terrains: tuple[Terrain, ...]) -> dict[str, RobotType | None]:
+    """Read ``robot_types`` by name; None for a type with a wrong field."""
+    kinds: dict[str, RobotType | None] = {}
+    parts = top.parts("robot_types")
+    if top.data.get("robot_types") == []:
+        top.wrong("robot_types", "must not be empty")
+    for fields in parts:
+        before = len(top.problems)
+        kind = _read_type(fields, terrains)
+        if kind.name and kind.name.lower() in {name.lower() for name in kinds}:
+            fields.wrong("name", f"{kind.name!r} is used twice")
+        elif kind.name:
+            kinds[kind.name] = kind if len(top.problems) == before else None
+    return kinds
+
+
+def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
+    name = fields.name("name")
+    role = fields.choice("role", list(Role))
+    kind = RobotType(
+        name=name,
+        role=Role(role or Role.CARRIER),
+        speed_mps=fields.number("speed_mps", above=0, at_least=0.001, at_most=1000),
+        sensor_range_m=fields.number("sensor_range_m", above=0, at_most=10_000),
+        radius_m=fields.number("radius_m", at_least=0, at_most=100),
+        terrains=_read_drivable(fields, terrains),
+        energy=_read_energy(fields),
+        **_read_role_fields(fields, role),
+    )
+    fields.finish(also=() if role else ("capacity", "dock_s", "undock_s"))
+    return kind
+
+
+def _read_role_fields(fields: Fields, role: str) -> dict[str, int]:
+    """Read what only carriers or only rovers have; nothing where the role is wrong."""
+    if not role:
+        return {}
+    if role == Role.CARRIER:
+        for key in ("dock_s", "undock_s"):
+            fields.refuse(key, "only rovers have it")
+        return {"capacity": fields.integer("capacity", at_least=0)}
+    fields.refuse("capacity", "only carriers have it")
+    times = {key: fields.number(f"{key}_s", at_least=0, at_most=MOST_SECONDS) for key in ("dock", "undock")}
+    return {f"{key}_ms": round(1000 * seconds) for key, seconds in times.items()}
+
+
+def _read_drivable(fields: Fields, terrains: tuple[Terrain, ...]) -> frozenset[int]:
+    codes = {terrain.name: terrain.code for terrain in terrains}
+    names = fields.texts("terrains")
+    for i, name in enumerate(names):
+        if name not in codes:
+            fields.wrong(f"terrains[{i}]", f"unknown terrain {name!r}{suggestion(name, codes)}")
+        elif codes[name] == OBSTACLE:
+            fields.wrong(f"terrains[{i}]", "no robot can drive on obstacles")
+    return frozenset(codes[name] for name in names if name in codes)
+
+
+def _read_energy(fields: Fields) -> EnergyModel:
+    energy = fields.part("energy", required=False)
+    model = EnergyModel(
+        idle_w=energy.number("idle_w", 0.0, at_least=0), drive_w=energy.number("drive_w", 0.0, at_least=0)
+    )
+    energy.finish()
+    return model
+
+
+def _read_goal(top: Fields) -> Goal:
+    fields, default = top.part("goal", required=False), Goal()
+    goal = Goal(
+        recover_rovers=fields.flag("recover_rovers", default.recover_rovers),
+        return_home=fields.flag("return_home", default.return_home),
+    )
+    fields.finish()
+    return goal
+
+
+def _read_limits(top: Fields) -> Limits:
+    fields = top.part("limits", required=False)
+    seconds = fields.number("time_s", Limits().time_ms / 1000, above=0, at_most=MOST_SECONDS)
+    fields.finish()
+    return Limits(time_ms=max(1, round(1000 * seconds)))

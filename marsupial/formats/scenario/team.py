@@ -1,0 +1,224 @@
+"""The ``team`` of a scenario file: a number of equal carriers and rovers, or every robot by name.
+
+A carried rover names its carrier; every other robot has a start in metres of the map frame, or the word ``drawn``
+where the start is drawn by a seed. Names are compared without regard to case, as PDDL does.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from marsupial.errors import Problem, ScenarioError
+from marsupial.formats.fields import Fields, suggestion
+from marsupial.generators.builtin import check_team_size
+from marsupial.maps.footprint import fits
+from marsupial.model.grid import UNKNOWN, Cell, Grid
+from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
+from marsupial.model.scenario import Scenario
+
+DRAWN = "drawn"
+MOST_ROBOTS = 1000
+
+Kinds = Mapping[str, RobotType | None]
+"""Robot types by name; None for one whose own fields are wrong, of which nothing more is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One robot of the list as far as it could be read."""
+
+    fields: Fields
+    member: TeamMember
+
+
+def standing_fault(grid: Grid, kind: RobotType, cell: Cell) -> str | None:
+    """Say what keeps a robot of this type from standing on a cell of the map."""
+    if fits(grid, kind, cell):
+        return None
+    code = int(grid.cells[cell.y, cell.x])
+    if code in kind.terrains:
+        return f"its radius of {kind.radius_m:g} m does not fit there"
+    names = {terrain.code: terrain.name for terrain in grid.terrains} | {UNKNOWN: "unknown"}
+    return f"the cell is {names[code]}"
+
+
+def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember, ...]:
+    """Read ``team`` in either form; starts are checked where the map could be read."""
+    if isinstance(top.data.get("team"), Mapping):
+        return _read_numbers(top.part("team"), kinds)
+    if "team" in top.data and not isinstance(top.data["team"], list):
+        top.has("team")
+        top.wrong("team", "must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'")
+        return ()
+    entries = [_read_member(fields, kinds, grid) for fields in top.parts("team")]
+    check_names(entries)
+    check_carriers(entries, kinds)
+    if "team" in top.data and _all_known(kinds) and not any(_role(e, kinds) is Role.CARRIER for e in entries):
+        top.wrong("team", "needs at least one carrier")
+    return tuple(entry.member for entry in entries)
+
+
+def numbered_team(carrier: RobotType, rover: RobotType | None, carriers: int, rovers: int) -> tuple[TeamMember, ...]:
+    """Return `carriers` carriers with `rovers` docked rovers each, of these types, starts to be drawn."""
+    rover_type = "" if rover is None else rover.name
+    team = uniform_team(carriers, rovers)
+    return tuple(replace(m, type=carrier.name if m.carrier is None else rover_type) for m in team)
+
+
+def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> Scenario:
+    """Return the scenario with another number of carriers, or of rovers per carrier.
+
+    The new team is of the types of the first carrier and the first rover, and its starts are drawn. What is None
+    stays as it is: the number of carriers, or the number of rovers on the first of them.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such team, or a carrier of this scenario doesn't hold so many rovers.
+    """
+    if carriers is None and rovers is None:
+        return scenario
+    of_role = {role: [m for m in scenario.team if scenario.type_of(m).role is role] for role in Role}
+    first = of_role[Role.CARRIER][0]
+    carriers = len(of_role[Role.CARRIER]) if carriers is None else carriers
+    rovers = sum(m.carrier == first.name for m in scenario.team) if rovers is None else rovers
+    check_team_size(carriers, rovers)
+    carrier = scenario.type_of(first)
+    rover = scenario.type_of(of_role[Role.ROVER][0]) if of_role[Role.ROVER] else _first(scenario, Role.ROVER)
+    problem = _size_problem(carrier, rover, rovers)
+    if problem:
+        raise ScenarioError([Problem("rovers", problem)])
+    return replace(scenario, team=numbered_team(carrier, rover, carriers, rovers))
+
+
+def _first(scenario: Scenario, role: Role) -> RobotType | None:
+    return next((kind for kind in scenario.robot_types if kind.role is role), None)
+
+
+def _size_problem(carrier: RobotType, rover: RobotType | None, rovers: int) -> str | None:
+    if rovers and rover is None:
+        return "there is no robot type with role rover"
+    if rovers > carrier.capacity:
+        return f"{rovers} for each carrier, but type {carrier.name!r} has capacity {carrier.capacity}"
+    return None
+
+
+def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
+    """Read the short form: ``carriers``, ``rovers_per_carrier``, and the types where there are several."""
+    before = len(fields.problems)
+    carriers = fields.integer("carriers", at_least=1, at_most=MOST_ROBOTS)
+    rovers = fields.integer("rovers_per_carrier", at_least=0, at_most=MOST_ROBOTS)
+    carrier = _type_for(fields, Role.CARRIER, kinds, required=True)
+    rover = _type_for(fields, Role.ROVER, kinds, required=rovers > 0)
+    fields.finish()
+    if len(fields.problems) > before or carrier is None or (rovers and rover is None):
+        return ()
+    problem = _size_problem(carrier, rover, rovers)
+    if problem:
+        fields.wrong("rovers_per_carrier", problem)
+    return numbered_team(carrier, rover, carriers, rovers)
+
+
+def _type_for(fields: Fields, role: Role, kinds: Kinds, *, required: bool) -> RobotType | None:
+    """Read ``carrier_type`` or ``rover_type``; where it is absent, take the first type of that role."""
+    key = f"{role}_type"
+    fitting = {name: kind for name, kind in kinds.items() if kind is not None and kind.role is role}
+    if fields.has(key):
+        name = _read_type_name(fields, key, kinds)
+        kind = kinds.get(name)
+        if kind is not None and kind.role is not role:
+            fields.wrong(key, f"{name!r} is a {kind.role}, not a {role}")
+        return kind
+    if not _all_known(kinds):
+        return None
+    if required and not fitting:
+        fields.wrong("", f"needs a robot type with role {role}")
+    return next(iter(fitting.values()), None)
+
+
+def _all_known(kinds: Kinds) -> bool:
+    """Say whether no robot type is missing because of its own problems."""
+    return bool(kinds) and None not in kinds.values()
+
+
+def _read_type_name(fields: Fields, key: str, kinds: Kinds) -> str:
+    return fields.choice(key, kinds, what="robot type") if kinds else fields.text(key)
+
+
+def _read_member(fields: Fields, kinds: Kinds, grid: Grid | None) -> Entry:
+    name = fields.name("name")
+    type_name = _read_type_name(fields, "type", kinds)
+    carrier = fields.name("carrier") if fields.has("carrier") else None
+    start = _read_start(fields, kinds.get(type_name), grid)
+    fields.finish()
+    member = TeamMember(name=name, type=type_name, start=start, carrier=carrier)
+    return Entry(fields, member)
+
+
+def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Cell | None:
+    """Read where a robot starts: a point in metres, ``drawn``, or nothing for one that is carried."""
+    if fields.has("carrier"):
+        fields.refuse("start", "give 'start' or 'carrier', not both")
+        return None
+    if not fields.has("start"):
+        fields.wrong("start", f"missing: needs [x, y] in metres, '{DRAWN}', or a 'carrier'")
+        return None
+    if fields.data["start"] == DRAWN:
+        return None
+    point = fields.numbers("start", 2)
+    if not point or grid is None:
+        return None
+    cell = grid.cell_at_m(*point)
+    where = f"[{point[0]:g}, {point[1]:g}]"
+    if not grid.contains(cell):
+        fields.wrong("start", f"{where} is outside the map")
+    elif kind is not None and (fault := standing_fault(grid, kind, cell)):
+        fields.wrong("start", f"a {kind.name} can't stand at {where}: {fault}")
+    return cell
+
+
+PLACE_PREFIXES = ("s_", "t_", "m_", "h_")
+"""How the names of starts, targets, meeting points and homes begin (`marsupial.mission.survey`)."""
+
+
+def check_names(entries: list[Entry]) -> None:
+    """Check that no name is used twice, or looks like a place's."""
+    seen: set[str] = set()
+    for entry in entries:
+        name = entry.member.name.lower()
+        if name and name in seen:
+            entry.fields.wrong("name", f"{entry.member.name!r} is used twice")
+        if name.startswith(PLACE_PREFIXES):
+            entry.fields.wrong(
+                "name", f"{entry.member.name!r} looks like a place: names must not begin with 's_', 't_', 'm_' or 'h_'"
+            )
+        seen.add(name)
+
+
+def _role(entry: Entry, kinds: Kinds) -> Role | None:
+    kind = kinds.get(entry.member.type)
+    return None if kind is None else kind.role
+
+
+def check_carriers(entries: list[Entry], kinds: Kinds) -> None:
+    """Check who carries whom, and that nobody carries more than its capacity."""
+    by_name = {entry.member.name: entry for entry in entries if entry.member.name}
+    load: Counter[str] = Counter()
+    for entry in entries:
+        carrier = entry.member.carrier
+        if not carrier:
+            continue
+        if _role(entry, kinds) is Role.CARRIER:
+            entry.fields.wrong("carrier", f"{entry.member.name!r} is a carrier and can't be carried")
+        elif carrier not in by_name:
+            entry.fields.wrong("carrier", f"unknown carrier {carrier!r}{suggestion(carrier, by_name)}")
+        elif _role(by_name[carrier], kinds) is Role.ROVER:
+            entry.fields.wrong("carrier", f"{carrier!r} is a rover and can't carry")
+        else:
+            load[carrier] += 1
+    for name, count in load.items():
+        kind = kinds.get(by_name[name].member.type)
+        if kind is not None and count > kind.capacity:
+            by_name[name].fields.wrong("", f"carries {count} rovers, type {kind.name!r} has capacity {kind.capacity}")

@@ -1,0 +1,130 @@
+"""Writing a scenario file: whole or not at all, and reading it gives the same scenario back.
+
+The map is written as rows of characters, whatever it was read from, so that the file stands on its own.
+"""
+
+from __future__ import annotations
+
+import os
+import string
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from marsupial.errors import ScenarioError
+from marsupial.formats.scenario.map import SYMBOLS
+from marsupial.formats.scenario.read import FORMAT, VERSION
+from marsupial.formats.scenario.team import DRAWN, numbered_team
+from marsupial.model.grid import TERRAINS, Grid, Terrain
+from marsupial.model.robots import RobotType, Role, TeamMember
+from marsupial.model.scenario import Scenario
+
+_LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
+"""Characters for a scenario's own terrains, one for each code from 3 to 254."""
+
+
+class _Line(list[Any]):
+    """A list that is written on one line."""
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes `_Line` lists on one line and everything else as blocks."""
+
+
+_Dumper.add_representer(
+    _Line, lambda dumper, line: dumper.represent_sequence("tag:yaml.org,2002:seq", line, flow_style=True)
+)
+
+
+def write_scenario(scenario: Scenario, path: Path | str) -> None:
+    """Write a scenario file; where that fails, whatever was at `path` is untouched.
+
+    Raises
+    ------
+    ScenarioError
+        If the file can't be written.
+    """
+    path = Path(path)
+    text = scenario_text(scenario)
+    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
+    try:
+        draft.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(draft, path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise ScenarioError(f"can't be written ({error.strerror})", source=str(path)) from error
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """Return the content of a scenario file."""
+    fields: dict[str, Any] = {"format": FORMAT, "version": VERSION, "name": scenario.name}
+    own = _own_terrains(scenario.grid)
+    if own:
+        fields["terrains"] = [{"name": t.name, "code": t.code, "blocks_sight": t.blocks_sight} for t in own]
+    names = {terrain.code: terrain.name for terrain in scenario.grid.terrains}
+    fields["robot_types"] = [_type_fields(kind, names) for kind in scenario.robot_types]
+    fields["team"] = _team_fields(scenario)
+    if scenario.start_seed is not None:
+        fields["start_seed"] = scenario.start_seed
+    goal = scenario.goal
+    fields["goal"] = {"recover_rovers": goal.recover_rovers, "return_home": goal.return_home}
+    fields["limits"] = {"time_s": scenario.limits.time_ms / 1000}
+    fields["planning_time"] = str(scenario.planning_time)
+    fields["map"] = _map_fields(scenario.grid)
+    return yaml.dump(fields, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1_000_000)
+
+
+def _own_terrains(grid: Grid) -> list[Terrain]:
+    """Return the terrain classes that not every map has."""
+    return [terrain for terrain in grid.terrains if terrain.code >= len(TERRAINS)]
+
+
+def _map_fields(grid: Grid) -> dict[str, Any]:
+    own = {_LETTERS[terrain.code - len(TERRAINS)]: terrain for terrain in _own_terrains(grid)}
+    characters = np.full(256, "", dtype="<U1")
+    for symbol, code in (SYMBOLS | {symbol: terrain.code for symbol, terrain in own.items()}).items():
+        characters[code] = symbol
+    nameless = np.setdiff1d(grid.cells, np.flatnonzero(characters))
+    if nameless.size:
+        raise ScenarioError(f"terrain code {nameless[0]} of the map has no name")
+    fields: dict[str, Any] = {"resolution_m": float(grid.resolution_m), "origin_m": _Line(map(float, grid.origin_m))}
+    if own:
+        fields["legend"] = {symbol: terrain.name for symbol, terrain in own.items()}
+    return fields | {"rows": ["".join(characters[row]) for row in grid.cells[::-1]]}
+
+
+def _type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any]:
+    fields: dict[str, Any] = {
+        "name": kind.name,
+        "role": str(kind.role),
+        "speed_mps": kind.speed_mps,
+        "sensor_range_m": kind.sensor_range_m,
+        "radius_m": kind.radius_m,
+        "terrains": _Line(terrain_names[code] for code in sorted(kind.terrains)),
+    }
+    if kind.role is Role.CARRIER:
+        fields["capacity"] = kind.capacity
+    else:
+        fields |= {"dock_s": kind.dock_ms / 1000, "undock_s": kind.undock_ms / 1000}
+    return fields | {"energy": {"idle_w": kind.energy.idle_w, "drive_w": kind.energy.drive_w}}
+
+
+def _team_fields(scenario: Scenario) -> dict[str, Any] | list[dict[str, Any]]:
+    """Return the short form where it says the same as the list of all robots."""
+    first = {role: next((k for k in scenario.robot_types if k.role is role), None) for role in Role}
+    carrier, rover = first[Role.CARRIER], first[Role.ROVER]
+    if carrier is not None:
+        carriers = sum(member.type == carrier.name for member in scenario.team)
+        rovers = (len(scenario.team) - carriers) // max(1, carriers)
+        if scenario.team == numbered_team(carrier, rover, carriers, rovers):
+            return {"carriers": carriers, "rovers_per_carrier": rovers}
+    return [_member_fields(member, scenario.grid) for member in scenario.team]
+
+
+def _member_fields(member: TeamMember, grid: Grid) -> dict[str, Any]:
+    fields: dict[str, Any] = {"name": member.name, "type": member.type}
+    if member.carrier is not None:
+        return fields | {"carrier": member.carrier}
+    return fields | {"start": DRAWN if member.start is None else _Line(grid.centre_m(member.start))}

@@ -1,0 +1,152 @@
+"""The built-in scenarios: fixed maps with the team of the paper's experiments on them.
+
+A built-in map never changes: its generator, size and seed are constants here, and only the starts are drawn by the
+seed of the mission. Carriers are twice as fast as rovers and see twice as far, as in the paper's section IV-C.
+
+References
+----------
+Wurm et al., Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning, section IV-C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from marsupial.errors import Problem, ScenarioError
+from marsupial.generators import GENERATORS
+from marsupial.model.grid import FLOOR, ROUGH, Grid
+from marsupial.model.robots import RobotType, default_types, uniform_team
+from marsupial.model.scenario import Scenario
+
+DEFAULT_CARRIERS, DEFAULT_ROVERS = 2, 2
+RESOLUTION_M = 0.25
+CARRIER_RADIUS_M, ROVER_RADIUS_M = 0.3, 0.1
+ROUGH_ONLY = frozenset({ROUGH})
+EVERYWHERE = frozenset({FLOOR, ROUGH})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BuiltIn:
+    """A built-in scenario: a generated map and where rovers can drive on it.
+
+    Parameters
+    ----------
+    generator
+        Name in `GENERATORS`; `options` are its further parameters.
+    """
+
+    summary: str
+    generator: str
+    width_m: float
+    height_m: float
+    seed: int
+    rover_terrains: frozenset[int]
+    options: Mapping[str, float] = field(default_factory=dict)
+
+    def grid(self) -> Grid:
+        """Generate the map."""
+        size = {"width_m": self.width_m, "height_m": self.height_m, "resolution_m": RESOLUTION_M}
+        return GENERATORS[self.generator].make(**size, seed=self.seed, **self.options)
+
+
+SCENARIOS: dict[str, BuiltIn] = {
+    "office": BuiltIn(
+        summary="the paper's office: two corridors, rooms, half of them for rovers only",
+        generator="office",
+        width_m=60.0,
+        height_m=36.0,
+        seed=3,
+        rover_terrains=ROUGH_ONLY,
+    ),
+    "maze": BuiltIn(
+        summary="the paper's maze: a centre for rovers only with several meeting points",
+        generator="maze",
+        width_m=50.0,
+        height_m=50.0,
+        seed=1,
+        rover_terrains=ROUGH_ONLY,
+    ),
+    "rooms": BuiltIn(
+        summary="rooms without corridors, some behind doors too narrow for carriers",
+        generator="rooms",
+        width_m=40.0,
+        height_m=30.0,
+        seed=1,
+        rover_terrains=EVERYWHERE,
+    ),
+    "random": BuiltIn(
+        summary="open ground strewn with boxes, gaps too narrow for carriers",
+        generator="random",
+        width_m=40.0,
+        height_m=40.0,
+        seed=1,
+        rover_terrains=EVERYWHERE,
+        options={"share": 0.25},
+    ),
+    "cave": BuiltIn(
+        summary="winding halls with patches of rough ground for rovers",
+        generator="cave",
+        width_m=50.0,
+        height_m=40.0,
+        seed=1,
+        rover_terrains=EVERYWHERE,
+    ),
+    "lobby": BuiltIn(
+        summary="a hall with four rooms, three of them for rovers only: for quick tries",
+        generator="lobby",
+        width_m=14.0,
+        height_m=11.0,
+        seed=3,
+        rover_terrains=ROUGH_ONLY,
+    ),
+}
+
+
+def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS) -> Scenario:
+    """Return the built-in scenario `name` with that team; `rovers` is per carrier.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such scenario or no such team.
+    """
+    if name not in SCENARIOS:
+        raise ScenarioError(f"unknown scenario {name!r}; built in: {', '.join(SCENARIOS)}")
+    check_team_size(carriers, rovers)
+    entry = SCENARIOS[name]
+    kinds = _types(entry.rover_terrains, capacity=max(1, rovers))
+    return Scenario(name=name, grid=entry.grid(), robot_types=kinds, team=uniform_team(carriers, rovers))
+
+
+def bare_map_scenario(
+    name: str, grid: Grid, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS
+) -> Scenario:
+    """Return the scenario of a map without a scenario file: the default types and team on `grid`.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such team.
+    """
+    check_team_size(carriers, rovers)
+    kinds = default_types(max(1, rovers))
+    return Scenario(name=name, grid=grid, robot_types=kinds, team=uniform_team(carriers, rovers))
+
+
+def check_team_size(carriers: int, rovers: int) -> None:
+    """Raise a `ScenarioError` unless there are 1 or more carriers and 0 or more rovers for each."""
+    problems = []
+    if carriers < 1:
+        problems.append(Problem("carriers", f"must be 1 or more, got {carriers}"))
+    if rovers < 0:
+        problems.append(Problem("rovers", f"must be 0 or more, got {rovers}"))
+    if problems:
+        raise ScenarioError(problems)
+
+
+def _types(rover_terrains: frozenset[int], *, capacity: int) -> tuple[RobotType, RobotType]:
+    carrier, rover = default_types(capacity)
+    carrier = replace(carrier, radius_m=CARRIER_RADIUS_M)
+    rover = replace(rover, radius_m=ROVER_RADIUS_M, terrains=rover_terrains)
+    return carrier, rover

@@ -1,0 +1,88 @@
+"""Whether a set of targets can be shared among robots so that each of them is done in time."""
+
+from __future__ import annotations
+
+from marsupial.planning.local_search.encoding import Ints
+from marsupial.planning.local_search.net import compiled
+
+ROW, FROM, SHARE, MAY = 0, 1, 2, 3
+"""Columns of parts: row of the book, when the robot is ready, the set it takes, the set it may take from."""
+
+YES, NO, UNKNOWN = 1, 0, -1
+
+
+@compiled
+def fits(book: Ints, part: Ints, share: int, limit: int) -> bool:
+    """Say whether a robot with such a part is done with the set `share` before `limit`; doing nothing always fits."""
+    time = book[part[ROW], share]
+    return time == 0 or part[FROM] + time < limit
+
+
+@compiled
+def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, tries: int) -> int:
+    """Try to give each target of a set to a robot such that each is done before `limit`.
+
+    Parameters
+    ----------
+    parts
+        (robots, 4): `ROW` and so on; the shares are entered.
+    scratch
+        (4, n), n at least the number of targets.
+    tries
+        How often a target is given to a robot before the answer is `UNKNOWN`.
+    """
+    robots = len(parts)
+    for r in range(robots):
+        parts[r, SHARE] = 0
+        if not fits(book, parts[r], 0, limit):
+            return NO
+    size = 0
+    for j in range(scratch.shape[1]):
+        if not targets >> j & 1:
+            continue
+        takers = 0
+        for r in range(robots):
+            if parts[r, MAY] >> j & 1 and fits(book, parts[r], 1 << j, limit):
+                takers += 1
+        if not takers:
+            return NO
+        at = size
+        while at > 0 and scratch[1, at - 1] > takers:
+            scratch[0, at], scratch[1, at] = scratch[0, at - 1], scratch[1, at - 1]
+            at -= 1
+        scratch[0, at], scratch[1, at] = j, takers
+        size += 1
+    level = 0
+    scratch[2, 0] = -1
+    while 0 <= level < size:
+        bit = 1 << scratch[0, level]
+        r = scratch[2, level]
+        if r >= 0:
+            parts[r, SHARE] ^= bit
+        r += 1
+        while r < robots:
+            if parts[r, MAY] & bit and fits(book, parts[r], parts[r, SHARE] | bit, limit) and not _tried(parts, r):
+                break
+            r += 1
+        if r == robots:
+            level -= 1
+            continue
+        tries -= 1
+        if tries < 0:
+            return UNKNOWN
+        parts[r, SHARE] |= bit
+        scratch[2, level] = r
+        level += 1
+        if level < size:
+            scratch[2, level] = -1
+    return YES if level == size else NO
+
+
+@compiled
+def _tried(parts: Ints, r: int) -> bool:
+    """Say whether an earlier robot is in the same position."""
+    for q in range(r):
+        same = parts[q, ROW] == parts[r, ROW] and parts[q, FROM] == parts[r, FROM]
+        if same and parts[q, SHARE] == parts[r, SHARE] and parts[q, MAY] == parts[r, MAY]:
+            return True
+    return False

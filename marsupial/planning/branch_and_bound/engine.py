@@ -1,0 +1,124 @@
+"""The exact engine: plans with the shortest makespan, proven so, for small teams and few targets.
+
+It begins with the plan that it is given, or that of a short annealing, and searches for shorter ones until there are
+none (`marsupial.planning.branch_and_bound.search`), from above and from below
+(`marsupial.planning.branch_and_bound.proof`). Where neither list scheduling nor annealing has a plan, it first looks
+for any at all, as if nothing took time: if there is none, that is proven. Where the budget is too small for a proof,
+there is a bound.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.robots import Role
+from marsupial.model.situation import Situation
+from marsupial.planning.branch_and_bound.memory import MAX_CARRIERS, MAX_CODES, MAX_ROVERS, MAX_TARGETS
+from marsupial.planning.branch_and_bound.proof import Proof
+from marsupial.planning.checker import check
+from marsupial.planning.local_search.engine import Anytime
+from marsupial.planning.reachability import impossible
+
+ANNEALING_STEPS = 100
+"""How long the anytime engine looks for a good plan first."""
+
+TABLES_BYTES = 1 << 26
+"""For tours over sets of targets; all in all less than 256 MB are used."""
+
+
+class Exact:
+    """The engine; one step of a budget is one of each search (`proof.STEP` states).
+
+    Parameters
+    ----------
+    clock
+        Gives wall-clock seconds.
+    latest
+        Asked between steps for the best plan that others have found, which has to be valid.
+    """
+
+    info = EngineInfo(
+        name="exact",
+        summary="branch and bound over docks and undocks; proves makespans best, up to a dozen targets",
+        licence="Apache-2.0",
+        anytime=True,
+        proves_optimality=True,
+        deterministic_steps=True,
+    )
+
+    def __init__(
+        self, clock: Callable[[], float] = time.perf_counter, latest: Callable[[], Plan | None] = lambda: None
+    ) -> None:
+        self._clock, self._latest = clock, latest
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Yield `start` if it is valid, plans that are shorter, then `Finished`; see `Engine`.
+
+        The annealing at the beginning is not counted in steps.
+        """
+        begun = self._clock()
+        complaint = unsupported(situation)
+        if complaint is not None:
+            yield Finished(outcome=Outcome.UNSUPPORTED, detail=complaint, elapsed_s=self._clock() - begun)
+            return
+        best: Plan | None = None
+        for plan in _first_plans(situation, start):
+            if best is None or plan.makespan_ms < best.makespan_ms:
+                best = plan
+                yield Improved(plan=plan, elapsed_s=self._clock() - begun)
+        proof = impossible(situation) if best is None else None
+        if proof is not None:
+            yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
+            return
+        search = Proof(situation, best, self._latest)
+        for plan in search.plans(_Effort(budget, self._clock, begun).goes_on):
+            yield Improved(plan=plan, elapsed_s=self._clock() - begun)
+        yield search.finished(self._clock() - begun)
+
+
+def unsupported(situation: Situation) -> str | None:
+    """Return why a situation is too large for the engine, or None."""
+    carriers, rovers = (len(situation.of_role(role)) for role in (Role.CARRIER, Role.ROVER))
+    bases = len(situation.meetings) + sum(robot.place is not None for robot in situation.robots)
+    for count, most, what in (
+        (len(situation.targets), MAX_TARGETS, "targets"),
+        (carriers, MAX_CARRIERS, "carriers"),
+        (rovers, MAX_ROVERS, "rovers"),
+        (bases + carriers, MAX_CODES - 1, "starts, meetings and carriers"),
+    ):
+        if count > most:
+            return f"{count} {what}: the exact engine takes {most} at most"
+    kinds, robots = len(situation.types), len(situation.robots)
+    rows = bases * (kinds * len(situation.meetings) + robots * (2 + kinds))
+    if 8 * rows << len(situation.targets) > TABLES_BYTES:
+        return f"{len(situation.targets)} targets and {bases} starts and meetings: too many together"
+    return None
+
+
+class _Effort:
+    """How much of the budget is used."""
+
+    def __init__(self, budget: Budget, clock: Callable[[], float], begun: float) -> None:
+        self._budget, self._clock, self._begun, self._steps = budget, clock, begun, 0
+
+    def goes_on(self) -> bool:
+        """Say whether one more step may be made, and if so count it."""
+        if self._budget.seconds is not None:
+            return self._clock() - self._begun < self._budget.seconds
+        self._steps += 1
+        return self._steps <= (self._budget.steps or 0)
+
+
+def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
+    """Yield the plans to begin with: there may be none."""
+    if start is not None and check(situation, start).valid:
+        yield start
+        return
+    for event in Anytime().solve(situation, Budget(steps=ANNEALING_STEPS)):
+        if isinstance(event, Improved):
+            yield event.plan

@@ -1,0 +1,247 @@
+"""What carriers at least have to do: errands, each a bit, that are shared among them.
+
+A *room* is all that rovers can drive between: one that is set down stays in the room until it is picked up at one of
+its meetings. Every room without a rover and with targets that no carrier explores has to be visited to set one down.
+Where rovers have to end aboard, every rover on the ground has to be picked up in its room, and so has the one to be set
+down: the last one to be picked up there cannot be aboard before the first one set down had the time to explore a target
+of the room. A target that no rover explores has to be visited by a carrier. Each carrier has to be done in time with
+the shortest tour over its errands, in which a carrier that both sets down first and picks up last in a room goes
+somewhere else in between, or waits.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from marsupial.planning.branch_and_bound.tours import errand_tours
+from marsupial.planning.local_search.encoding import (
+    CAPACITY,
+    CARRIERS,
+    DOCKING,
+    HOME,
+    MEETINGS,
+    NEVER,
+    ROVERS,
+    TARGETS,
+    TYPE,
+    UNDOCKING,
+    Ints,
+    Task,
+)
+from marsupial.planning.local_search.net import compiled
+
+BITS = 16
+"""How many errands there are at most; what more there may be is left out of account."""
+
+TOURS_BYTES = 1 << 25
+"""For tours over sets of errands: there are fewer errands where that is too much."""
+
+
+class Errands(NamedTuple):
+    """Arrays of int64.
+
+    Attributes
+    ----------
+    room
+        (bases,): which row of the following a rover at the base is part of, -1 if none.
+    within
+        (rows,): the set of targets that make the errands of a row necessary.
+    down, up
+        (rows,): the bits for setting down or visiting, and for picking up; the same where there are too few.
+    rooms
+        How many of the rows, the first ones, are rooms; the others are carriers' targets.
+    tours
+        (n, rovers aboard, bases, sets of errands): ms for a carrier to do them and go home, without the docks and
+        undocks that they are.
+    like
+        (carriers,): the first index of `tours`.
+    docking, undocking
+        The least ms these take.
+    """
+
+    room: Ints
+    within: Ints
+    down: Ints
+    up: Ints
+    rooms: int
+    tours: Ints
+    like: Ints
+    docking: int
+    undocking: int
+
+
+def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errands:
+    """Return the errands of a situation; `carriers` are robots of the task."""
+    rovers = task.members(ROVERS)
+    pairs, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+    like = like.reshape(-1).astype(np.int64)
+    most = np.minimum(task.robots[carriers, CAPACITY], len(rovers))
+    capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
+    loads = 1 + int(most.max(initial=0))
+    sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
+    rows = _rows(task, closure, bases, min(BITS, sets.bit_length() - 1))
+    docking = int(task.robots[rovers, DOCKING].min(initial=NEVER))
+    tours = np.full((len(pairs), loads, len(bases), 1 << rows.bits), NEVER, dtype=np.int64)
+    for i, (kind, home) in enumerate(pairs):
+        leg = closure[kind]
+        ends = leg[:, home] if home >= 0 else np.zeros(len(leg), dtype=np.int64)
+        tours[i, : capacities[i] + 1] = errand_tours(
+            np.ascontiguousarray(leg[np.ix_(bases, rows.places)]),
+            np.ascontiguousarray(leg[np.ix_(rows.places, rows.places)]),
+            np.ascontiguousarray(ends[bases]),
+            np.ascontiguousarray(ends[rows.places]),
+            rows.points,
+            rows.up,
+            rows.lag,
+            rows.bits,
+            rows.rooms,
+            task.recover,
+            int(capacities[i]),
+            docking,
+        )
+    return Errands(
+        room=rows.room,
+        within=rows.within,
+        down=np.arange(len(rows.within)),
+        up=rows.up,
+        rooms=rows.rooms,
+        tours=tours,
+        like=like,
+        docking=docking,
+        undocking=int(task.robots[rovers, UNDOCKING].min(initial=NEVER)),
+    )
+
+
+class _Rows(NamedTuple):
+    """What there may be to do: `room`, `within`, `up` and `rooms` as in `Errands`, for the rest see `errand_tours`."""
+
+    room: Ints
+    within: Ints
+    up: Ints
+    rooms: int
+    places: Ints
+    points: Any
+    lag: Ints
+    bits: int
+
+
+def _rows(task: Task, closure: Ints, bases: Ints, most: int) -> _Rows:
+    """Return the rows of errands of at most so many bits."""
+    targets, meetings = task.members(TARGETS), task.members(MEETINGS)
+    riding, driving = closure[_kinds(task, ROVERS)], closure[_kinds(task, CARRIERS)]
+    component = _components(riding.min(axis=0, initial=NEVER) < NEVER)
+    own, theirs = ((kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (driving, riding))
+    labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most]
+    lone = [j for j in range(len(targets)) if own[j] and not theirs[j]][: most - len(labels)]
+    room = np.full(len(bases), -1, dtype=np.int64)
+    for row, label in enumerate(labels):
+        room[component[bases] == label] = row
+    doors = [meetings[component[meetings] == label] for label in labels]
+    sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
+    up, fetched = np.arange(len(labels) + len(lone)), 0
+    if task.recover:
+        fetched = min(most - len(up), len(labels))
+        up[:fetched] = len(up) + np.arange(fetched)
+    points = [*doors, *(targets[j : j + 1] for j in lone)]
+    places = np.unique(np.concatenate([meetings[:0], *points]))
+    return _Rows(
+        room=room,
+        within=np.array([*((1 << s).sum() for s in sets), *(1 << j for j in lone)], dtype=np.int64),
+        up=up,
+        rooms=len(labels),
+        places=places,
+        points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
+        lag=np.array([_least_outing(riding, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64),
+        bits=len(up) + fetched,
+    )
+
+
+def _kinds(task: Task, group: int) -> list[int]:
+    return sorted({int(kind) for kind in task.robots[task.members(group), TYPE]})
+
+
+def _least_outing(closure: Ints, meetings: Ints, targets: Ints) -> int:
+    """Return the least ms a rover takes from any of the meetings to a target and back to any of them."""
+    if not closure.size:
+        return NEVER
+    out = closure[:, meetings][:, :, targets].min(axis=1, initial=NEVER)
+    back = closure[:, targets][:, :, meetings].min(axis=2, initial=NEVER)
+    return min(NEVER, int((out + back).min(initial=NEVER)))
+
+
+def _components(joined: Any) -> Ints:
+    """Return (places,): the least place that each is joined to, over any number of others; `joined` is bool."""
+    joined = joined | joined.T
+    label = np.arange(len(joined))
+    while True:
+        lower = np.where(joined, label[None, :], label[:, None]).min(axis=1, initial=len(joined))
+        if np.array_equal(lower, label):
+            return label
+        label = lower
+
+
+ERRAND, TAKES, TRIED = 0, 1, 2
+"""Rows of a list of what is to be done: the number of its bit, ms, the carrier it is given to."""
+
+TOURED, BUSY, ABOARD = 0, 1, 2
+"""Rows of loads: the set of errands of each carrier, ms of docks and undocks, rovers aboard or free to be had."""
+
+
+@compiled
+def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
+    """Say whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
+
+    Parameters
+    ----------
+    jobs
+        (3, n): `ERRAND` and so on, those of one bit together.
+    loads
+        (3, carriers); the last row is given.
+    """
+    carriers = loads.shape[1]
+    for c in range(carriers):
+        loads[TOURED, c] = loads[BUSY, c] = 0
+    level = 0
+    if size:
+        jobs[TRIED, 0] = -1
+    while 0 <= level < size:
+        errand, c = jobs[ERRAND, level], jobs[TRIED, level]
+        if c >= 0 and not _has_another(jobs, level, c):
+            loads[BUSY, c] -= jobs[TAKES, level]
+            loads[TOURED, c] ^= 1 << errand
+        c += 1
+        while c < carriers:
+            time = (
+                state[c, 2]
+                + errands.tours[errands.like[c], loads[ABOARD, c], state[c, 0], loads[TOURED, c] | 1 << errand]
+            )
+            if _has_another(jobs, level, c) or time + loads[BUSY, c] + jobs[TAKES, level] < limit:
+                break
+            c += 1
+        if c == carriers:
+            level -= 1
+            continue
+        tries -= 1
+        if tries < 0:
+            return True
+        if not _has_another(jobs, level, c):
+            loads[BUSY, c] += jobs[TAKES, level]
+            loads[TOURED, c] |= 1 << errand
+        jobs[TRIED, level] = c
+        level += 1
+        if level < size:
+            jobs[TRIED, level] = -1
+    return level == size
+
+
+@compiled
+def _has_another(jobs: Ints, level: int, c: int) -> bool:
+    """Say whether the carrier has been given an earlier job of the same errand."""
+    i = level - 1
+    while i >= 0 and jobs[ERRAND, i] == jobs[ERRAND, level]:
+        if jobs[TRIED, i] == c:
+            return True
+        i -= 1
+    return False

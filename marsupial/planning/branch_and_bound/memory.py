@@ -1,0 +1,121 @@
+"""A bounded memory of states that have been entered, to recognise those that are no better."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from marsupial.planning.branch_and_bound.tables import ON, SINCE, TWIN, WHERE, Tables
+from marsupial.planning.local_search.encoding import Ints
+from marsupial.planning.local_search.net import compiled
+
+BUCKET = 16
+CODE_BITS, SET_BITS = 6, 12
+MAX_CARRIERS, MAX_ROVERS, MAX_CODES, MAX_TARGETS = 8, 10, 1 << CODE_BITS, SET_BITS
+
+
+@compiled
+def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, key: int) -> bool:
+    """Return whether a state is no better than one in memory; if it is, put it there.
+
+    Parameters
+    ----------
+    memory
+        (entries, 2 + robots + 1): two words that tell where everybody is and what is left, when the robots are ready,
+        and the key of the last event. 0 words: free.
+    order
+        (2, robots + 3), scratch: robots in canonical order; the new entry.
+    """
+    robots, carriers = len(state), tables.carriers
+    ranks, entry = order[0], order[1]
+    for r in range(carriers):
+        _place(tables, ranks, state, 0, r, carriers)
+    entry[0] = left + 1
+    for i in range(carriers):
+        c = ranks[i]
+        entry[0] |= state[c, WHERE] << (SET_BITS + 1 + CODE_BITS * i)
+        entry[2 + i] = state[c, SINCE]
+    for r in range(carriers, robots):
+        _place(tables, ranks, state, carriers, r, carriers)
+    entry[1] = 1
+    for i in range(carriers, robots):
+        v = ranks[i]
+        entry[1] = entry[1] << CODE_BITS | _code(tables, ranks, state, v)
+        entry[2 + i] = 0 if state[v, ON] >= 0 else state[v, SINCE]
+    entry[2 + robots] = key
+    return _enter(memory, entry)
+
+
+@compiled
+def _code(tables: Tables, ranks: Ints, state: Ints, v: int) -> int:
+    if state[v, ON] < 0:
+        return state[v, WHERE]
+    for i in range(tables.carriers):
+        if ranks[i] == state[v, ON]:
+            return len(tables.bases) + i
+    return -1
+
+
+@compiled
+def _place(tables: Tables, ranks: Ints, state: Ints, first: int, r: int, carriers: int) -> None:
+    """Insert robot `r` into the order among those like it before."""
+    at = r
+    while at > first and _before(tables, ranks, state, r, ranks[at - 1], carriers):
+        ranks[at] = ranks[at - 1]
+        at -= 1
+    ranks[at] = r
+
+
+@compiled
+def _before(tables: Tables, ranks: Ints, state: Ints, one: int, other: int, carriers: int) -> bool:
+    if tables.traits[one, TWIN] != tables.traits[other, TWIN]:
+        return False
+    if one < carriers:
+        a, b = state[one, WHERE], state[other, WHERE]
+        if a == b:
+            a, b = _cargo(tables, state, one), _cargo(tables, state, other)
+    else:
+        a, b = _code(tables, ranks, state, one), _code(tables, ranks, state, other)
+    return a < b or (a == b and state[one, SINCE] < state[other, SINCE])
+
+
+@compiled
+def _cargo(tables: Tables, state: Ints, c: int) -> int:
+    cargo = 0
+    for v in range(tables.carriers, len(state)):
+        if state[v, ON] == c:
+            cargo += 1 << 3 * (tables.traits[v, TWIN] - tables.carriers)
+    return cargo
+
+
+@compiled
+def _enter(memory: Ints, entry: Ints) -> bool:
+    width = memory.shape[1]
+    x = np.uint64(entry[0]) * np.uint64(0x9E3779B97F4A7C15) ^ np.uint64(entry[1]) * np.uint64(0xC2B2AE3D27D4EB4F)
+    x ^= x >> np.uint64(29)
+    x *= np.uint64(0xBF58476D1CE4E5B9)
+    x ^= x >> np.uint64(32)
+    first = int(x % np.uint64(len(memory) // BUCKET)) * BUCKET
+    free = -1
+    for i in range(first, first + BUCKET):
+        row = memory[i]
+        if row[1] == 0:
+            if free < 0:
+                free = i
+            break
+        if row[0] != entry[0] or row[1] != entry[1]:
+            continue
+        better = worse = True
+        for k in range(2, width):
+            if row[k] > entry[k]:
+                better = False
+            elif row[k] < entry[k]:
+                worse = False
+        if better:
+            return True
+        if worse and free < 0:
+            free = i
+    if free < 0:
+        free = first + int(((x >> np.uint64(40)) ^ np.uint64(entry[width - 1])) % np.uint64(BUCKET))
+    for k in range(width):
+        memory[free, k] = entry[k]
+    return False

@@ -1,0 +1,92 @@
+"""The plan of what a search has found: docks and undocks, and the sets of targets explored before and after them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from marsupial.model.plan import Plan
+from marsupial.model.situation import Situation
+from marsupial.planning.branch_and_bound.tables import KIND, Tables
+from marsupial.planning.branch_and_bound.tours import shortest_tours
+from marsupial.planning.branch_and_bound.tree import AT, BROUGHT, CARRIER, DOWN, OWN, ROVER
+from marsupial.planning.list_scheduling.recovery import go_home
+from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.local_search.encoding import NEVER, Ints, Task
+
+
+def plan_found(situation: Situation, task: Task, tables: Tables, events: Ints, shares: Ints) -> Plan:
+    """Return the plan of docks and undocks (n, 7) and of the sets that the robots explore after them."""
+    tour = _Tour(situation, task, tables)
+    for event in events:
+        rover, carrier = int(event[ROVER]), int(event[CARRIER])
+        meeting = int(tables.bases[tables.meetings[event[AT]]])
+        tour.go(carrier, int(event[OWN]), meeting)
+        name = situation.places[meeting]
+        if event[DOWN]:
+            tour.timeline.undock(tour.name(rover), name)
+        else:
+            tour.go(rover, int(event[BROUGHT]), meeting)
+            tour.timeline.dock(tour.name(rover), tour.name(carrier), name)
+    for robot, share in enumerate(shares):
+        home = situation.robots[tables.robots[robot]].home
+        goes_home = situation.goal.return_home and robot < tables.carriers and home is not None
+        if share or goes_home:
+            tour.go(robot, int(share), situation.place_index[home or ""] if goes_home else None)
+    if situation.goal.return_home:
+        go_home(tour.timeline)
+    return tour.timeline.plan
+
+
+class _Tour:
+    """A timeline to which robots are sent over sets of targets, by way of other places where that is shorter."""
+
+    def __init__(self, situation: Situation, task: Task, tables: Tables) -> None:
+        self.timeline = Timeline.of(situation)
+        self._situation, self._task, self._tables = situation, task, tables
+
+    def name(self, robot: int) -> str:
+        return self._situation.robots[self._tables.robots[robot]].name
+
+    def go(self, robot: int, share: int, end: int | None) -> None:
+        """Send a robot over a set of targets to a place, or to none in particular."""
+        kind = int(self._tables.traits[robot, KIND])
+        place = self._situation.place_index[self.timeline.at[self.name(robot)] or ""]
+        for stop in _order(self._tables.closure[kind], self._tables.targets, place, share, end):
+            for step in _way(self._task.leg[kind], self._tables.closure[kind], place, stop):
+                self._step(robot, step)
+            place = stop
+
+    def _step(self, robot: int, place: int) -> None:
+        if place in self._tables.targets:
+            self.timeline.explore(self.name(robot), self._situation.places[place])
+        else:
+            self.timeline.move(self.name(robot), self._situation.places[place])
+
+
+def _order(closure: Ints, targets: Ints, place: int, share: int, end: int | None) -> list[int]:
+    """Return the stops of the shortest tour over a set of targets and to an end."""
+    chosen = np.array([t for j, t in enumerate(targets) if share >> j & 1], dtype=np.int64)
+    stops = [] if end is None else [end]
+    if not len(chosen):
+        return stops
+    between = np.ascontiguousarray(closure[np.ix_(chosen, chosen)])
+    tours = shortest_tours(closure[place][chosen], between)
+    left = len(tours) - 1
+    last = int(np.argmin(tours[left] + (0 if end is None else closure[chosen, end])))
+    while True:
+        stops.insert(0, int(chosen[last]))
+        left &= ~(1 << last)
+        if not left:
+            return stops
+        last = int(np.argmin(np.minimum(tours[left] + between[:, last], 2 * NEVER)))
+
+
+def _way(leg: Ints, closure: Ints, place: int, end: int) -> Iterator[int]:
+    """Yield the places of the shortest way, the end last; nothing if it is there."""
+    while place != end:
+        rest = np.where(np.arange(len(leg)) == place, 2 * NEVER, leg[place] + closure[:, end])
+        rest[closure[place] >= NEVER] = 2 * NEVER
+        place = int(np.argmin(np.where(closure[place] == leg[place], rest, 2 * NEVER)))
+        yield place

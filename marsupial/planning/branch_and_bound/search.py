@@ -1,0 +1,219 @@
+"""Depth-first branch and bound over docks and undocks, whose end proves that no shorter plan exists.
+
+What is searched. To the checker a plan is one list of actions per robot, docks and undocks being in two of them, each
+of which can begin as soon as its robots are ready: begun then, in any order that keeps the lists, a plan is as good as
+before. What a robot does between two of its docks and undocks concerns nobody else but for the targets explored. So a
+state is: the targets left, where each robot is (or on whom) since its last dock or undock, and when it was ready then.
+One step is a dock or an undock, and with it the sets of targets that its carrier and (before a dock) its rover have
+explored on the way there; tours over sets are shortest ones, on the closure of the legs (`tables`). After the last
+step the targets left are shared among the robots on the ground (`cover`). Choosing sets when they matter, instead of
+targets one by one, is what keeps the search small: the order of what different robots explore is never looked at.
+
+What is left out, and why no shorter plan is lost:
+
+- States from which the goal can't be reached in time: `pruning`, made of relaxations only.
+- Steps that end before the last one did (`KEY`: end, then how many steps ended at that ms). Such a step shares no robot
+  with the last one, so it could come before it, with the same result or a better one.
+- A set that could be larger without its step ending later: whoever has explored more has less to do.
+- A state no better than one met before: the same robots (or ones like them) at the same places, the same targets left,
+  nobody ready earlier, and a key no lower.
+
+These do not lose a plan in turns. Call a state that is entered and the steps from it to a plan shorter than all that
+are found a way out, its times being delayed to those of the last step where they are earlier. Compare ways out by the
+multiset of their steps' keys and of their state's key. Were there any, take a least one. Its first step is not listed
+because it would be delayed: then it could come before some last steps, which gives a way out in which this key is
+replaced with lower ones. Or its set could be larger, or its state is no better than one entered: then that one has a
+way out with keys no higher and one step less. Or its state is entered: then there is one step less as well.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from marsupial.native import native
+from marsupial.planning.branch_and_bound.branching import branch
+from marsupial.planning.branch_and_bound.cover import FROM, MAY, ROW, SHARE, YES, cover
+from marsupial.planning.branch_and_bound.errands import BITS
+from marsupial.planning.branch_and_bound.memory import BUCKET, remember
+from marsupial.planning.branch_and_bound.pruning import may_lead_on
+from marsupial.planning.branch_and_bound.tables import ON, SINCE, TWIN, WHERE, Tables, done_row
+from marsupial.planning.branch_and_bound.tree import (
+    AT,
+    BOUND,
+    BROUGHT,
+    CARRIER,
+    DOWN,
+    END,
+    FIRST,
+    FOUND,
+    KEY,
+    KEYED,
+    LEFT,
+    LEVEL,
+    LEVELS,
+    LIMIT,
+    LOST,
+    NEXT,
+    NODES,
+    OWN,
+    ROVER,
+    SEEN,
+    TIES,
+    WIDTH,
+    Search,
+)
+from marsupial.planning.local_search.net import compiled
+
+
+def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -> Search:
+    """Return a search for plans shorter than `limit` ms, epsilon included, that remembers so many states."""
+    robots, targets = len(tables.traits), len(tables.targets)
+    tallies = np.zeros(8, dtype=np.int64)
+    tallies[LIMIT] = limit
+    tallies[KEYED] = keyed
+    tallies[LEVEL] = 0
+    search = Search(
+        states=np.zeros((LEVELS, robots, 3), dtype=np.int64),
+        levels=np.zeros((LEVELS, 4), dtype=np.int64),
+        events=np.zeros((WIDTH, 7), dtype=np.int64),
+        path=np.zeros((LEVELS, 7), dtype=np.int64),
+        best=np.zeros((LEVELS, 7), dtype=np.int64),
+        shares=np.zeros(robots, dtype=np.int64),
+        parts=np.zeros((robots, 4), dtype=np.int64),
+        scratch=np.zeros((4, max(1, targets)), dtype=np.int64),
+        tallies=tallies,
+        jobs=np.zeros((3, robots + 2 * BITS), dtype=np.int64),
+        loads=np.zeros((3, tables.carriers), dtype=np.int64),
+        memory=np.zeros((entries, robots + 3), dtype=np.int64),
+        order=np.zeros((2, robots + 3), dtype=np.int64),
+    )
+    search.states[0] = tables.beginning
+    search.levels[0, LEFT] = (1 << targets) - 1
+    enter(tables, search)
+    return search
+
+
+def root_bound_ms(tables: Tables, limit: int) -> int:
+    """Return a time no later than `limit` that no plan ends before, epsilon included."""
+    search = search_of(tables, 0, BUCKET)
+    low, high = 0, limit
+    while low < high:
+        middle = (low + high + 1) // 2
+        search.tallies[LIMIT] = middle
+        if hopeful(tables, search):
+            high = middle - 1
+        else:
+            low = middle
+    return low
+
+
+@native
+def hopeful(tables: Tables, search: Search) -> bool:
+    """Say whether there may be plans shorter than the limit."""
+    return may_lead_on(tables, search, 0)
+
+
+@native
+def enter(tables: Tables, search: Search) -> None:
+    """Enter the first state."""
+    _enter(tables, search, 0)
+
+
+@native
+def advance(tables: Tables, search: Search, nodes: int) -> bool:
+    """Enter that many nodes; return whether there may be more."""
+    tallies, levels = search.tallies, search.levels
+    until = tallies[NODES] + nodes
+    while tallies[NODES] < until:
+        level = tallies[LEVEL]
+        if level < 0:
+            return False
+        at = levels[level, NEXT]
+        if at == _end(search, level):
+            tallies[LEVEL] -= 1
+            continue
+        levels[level, NEXT] += 1
+        if search.events[at, END] // TIES >= tallies[LIMIT]:
+            levels[level, NEXT] = _end(search, level)
+            continue
+        _apply(tables, search, level, at)
+        tallies[LEVEL] += 1
+        tallies[NODES] += 1
+        _enter(tables, search, level + 1)
+    return tallies[LEVEL] >= 0
+
+
+@compiled
+def _end(search: Search, level: int) -> int:
+    return search.levels[level + 1, FIRST]
+
+
+@compiled
+def _apply(tables: Tables, search: Search, level: int, at: int) -> None:
+    """Make the state of the next level by an event."""
+    events = search.events
+    old, state = search.states[level], search.states[level + 1]
+    for r in range(len(state)):
+        for k in range(3):
+            state[r, k] = old[r, k]
+    for k in range(7):
+        search.path[level + 1, k] = events[at, k]
+    v, c = events[at, ROVER], events[at, CARRIER]
+    base = tables.meetings[events[at, AT]]
+    time = events[at, END] // TIES
+    state[c, WHERE], state[c, SINCE] = base, time
+    if events[at, DOWN]:
+        state[v, WHERE], state[v, ON], state[v, SINCE] = base, -1, time
+    else:
+        state[v, WHERE], state[v, ON], state[v, SINCE] = -1, c, 0
+    search.levels[level + 1, LEFT] = search.levels[level, LEFT] & ~(events[at, OWN] | events[at, BROUGHT])
+    search.levels[level + 1, KEY] = events[at, END]
+
+
+@compiled
+def _enter(tables: Tables, search: Search, level: int) -> None:
+    """Prune the state of a level, or look whether it is the end of a plan and list the events that can follow."""
+    levels, tallies = search.levels, search.tallies
+    first = levels[level, FIRST]
+    levels[level, NEXT] = first
+    levels[level + 1, FIRST] = first
+    if not may_lead_on(tables, search, level):
+        tallies[BOUND] += 1
+        return
+    if remember(tables, search.memory, search.order, search.states[level], levels[level, LEFT], levels[level, KEY]):
+        tallies[SEEN] += 1
+        return
+    _complete(tables, search, level)
+    if level + 2 >= LEVELS:
+        tallies[LOST] = 1
+        return
+    branch(tables, search, level)
+
+
+@compiled
+def _complete(tables: Tables, search: Search, level: int) -> None:
+    """If no dock or undock has to follow, note the plan in which none follows, and shorter ones of that kind."""
+    state, parts, tallies = search.states[level], search.parts, search.tallies
+    left = search.levels[level, LEFT]
+    for r in range(len(state)):
+        parts[r, MAY] = left
+        parts[r, FROM] = state[r, SINCE]
+        if state[r, ON] >= 0:
+            parts[r, ROW] = len(tables.book) - 1
+        else:
+            if r >= tables.carriers and tables.recover:
+                return
+            parts[r, ROW] = done_row(tables, tables.traits[r, TWIN], state[r, WHERE])
+    begun = search.levels[level, KEY] // TIES
+    while begun < tallies[LIMIT] and cover(tables.book, parts, search.scratch, left, tallies[LIMIT], 1 << 60) == YES:
+        last = begun
+        for r in range(len(state)):
+            time = tables.book[parts[r, ROW], parts[r, SHARE]]
+            if time > 0:
+                last = max(last, parts[r, FROM] + time)
+            search.shares[r] = parts[r, SHARE]
+        tallies[LIMIT] = last
+        tallies[FOUND] = level + 1
+        for i in range(1, level + 1):
+            for k in range(7):
+                search.best[i, k] = search.path[i, k]

@@ -1,0 +1,252 @@
+"""What a proof looks up: the shortest tours over sets of targets, for one robot alone, driving and being carried.
+
+A set of targets is a mask of bits in the order of the situation. Everything is worked out on the metric closure of the
+legs: the checker lets a robot drive by way of meetings, homes and targets (never of starts), and nothing says that this
+is no shorter. A *base* is where a robot can stand between two events that matter to others: a start or a meeting.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from marsupial.planning.branch_and_bound.errands import Errands, errands_of
+from marsupial.planning.branch_and_bound.tours import close, end_tours, shortest_tours
+from marsupial.planning.local_search.encoding import (
+    ABOARD,
+    AT,
+    CAPACITY,
+    CARRIERS,
+    DOCKING,
+    HOME,
+    MEETINGS,
+    NEVER,
+    READY,
+    ROVERS,
+    TARGETS,
+    TYPE,
+    UNDOCKING,
+    Ints,
+    Task,
+)
+from marsupial.planning.local_search.net import compiled
+
+WHERE, ON, SINCE = 0, 1, 2
+"""Columns of a state of robots: a base, or -1 aboard; the carrier, or -1; from when it is ready if it is not aboard."""
+
+KIND, PLACES, DOCKS, UNDOCKS, TWIN = range(5)
+"""Columns of traits: type, capacity, ms of docking and undocking, and the first robot that is like it."""
+
+
+class Tables(NamedTuple):
+    """Arrays of int64; robots are numbered carriers first.
+
+    Attributes
+    ----------
+    traits
+        (robots, 5): `KIND` and so on.
+    way
+        (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting.
+    book
+        (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
+        `done_row`, `least_row` and `riding_row`; the last one is for those that can't explore anything.
+    able
+        (types,): the set of targets that a type can explore.
+    beginning
+        (robots, 3): the state at the beginning.
+    carriers
+        How many there are.
+    recover
+        Whether all rovers have to end aboard.
+    errands
+        What carriers have to do.
+    closure
+        (types, places, places): the shortest times to drive, by way of whatever.
+    bases, meetings, targets, robots
+        Bases and targets as places, meetings as bases, robots as they are numbered in the situation.
+    """
+
+    traits: Ints
+    way: Ints
+    book: Ints
+    able: Ints
+    beginning: Ints
+    carriers: int
+    recover: bool
+    errands: Errands
+    closure: Ints
+    bases: Ints
+    meetings: Ints
+    targets: Ints
+    robots: Ints
+
+
+@compiled
+def done_row(tables: Tables, robot: int, base: int) -> int:
+    """Return the row for a robot on the ground at a base that is helped by nobody; a carrier ends at home."""
+    return robot * len(tables.bases) + base
+
+
+@compiled
+def least_row(tables: Tables, robot: int, base: int) -> int:
+    """Return the row for a rover on the ground at a base that finds a carrier at any meeting whenever it wants one."""
+    return (len(tables.traits) + robot) * len(tables.bases) + base
+
+
+@compiled
+def riding_row(tables: Tables, robot: int, kind: int, base: int) -> int:
+    """Return the row for such a rover when it is aboard a carrier of type `kind` that is at the base."""
+    return ((2 * len(tables.traits)) + robot * len(tables.able) + kind) * len(tables.bases) + base
+
+
+def tables_of(task: Task) -> Tables:
+    """Return the tables of a situation of few targets: they are as many as there are sets of targets."""
+    targets, meetings = task.members(TARGETS), task.members(MEETINGS)
+    robots = np.concatenate([task.members(CARRIERS), task.members(ROVERS)])
+    carriers = int(task.groups[CARRIERS, 0])
+    starts = np.array([place for place in task.robots[:, AT] if place >= 0], dtype=np.int64)
+    bases = np.concatenate([starts, meetings])
+    closure = _closure(task, starts)
+    exits = len(starts) + np.arange(len(meetings))
+    way, book = _tours(task, closure, bases, exits, robots)
+    return Tables(
+        traits=_traits(task, robots, carriers),
+        way=way,
+        book=book,
+        able=(closure[:, bases][:, :, targets] < NEVER).any(axis=1) @ (1 << np.arange(len(targets))),
+        beginning=_beginning(task, robots, bases),
+        carriers=carriers,
+        recover=task.recover,
+        errands=errands_of(task, closure, bases, robots[:carriers]),
+        closure=closure,
+        bases=bases,
+        meetings=exits,
+        targets=targets,
+        robots=robots,
+    )
+
+
+def _tours(task: Task, closure: Ints, bases: Ints, exits: Ints, robots: Ints) -> tuple[Ints, Ints]:
+    """Return `way` and `book`."""
+    targets, carriers = task.members(TARGETS), int(task.groups[CARRIERS, 0])
+    kinds, sets = len(closure), 1 << len(targets)
+    walks = [[shortest_tours(*_corner(closure[k], base, targets)) for base in bases] for k in range(kinds)]
+    way = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
+    for k, b in np.ndindex(kinds, len(bases)):
+        way[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
+    done = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
+    least = done.copy()
+    riding = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
+    for r, robot in enumerate(robots):
+        k, home = task.robots[robot, TYPE], task.robots[robot, HOME : HOME + 1]
+        twin = next((q for q in range(carriers, r) if _alike(task, robots[q], robot)), -1)
+        if twin >= 0:
+            done[r], least[r], riding[r] = done[twin], least[twin], riding[twin]
+            continue
+        for b, base in enumerate(bases):
+            if r < carriers and home[0] >= 0:
+                done[r, b] = _ended(closure[k], walks[k][b], int(base), targets, home)[:, 0]
+            elif r < carriers or not task.recover:
+                done[r, b] = _open(walks[k][b])
+        if r < carriers:
+            least[r] = done[r]
+        else:
+            _optimistic(task, closure, int(robot), bases, exits, least[r], riding[r])
+    nothing = np.full(sets, NEVER, dtype=np.int64)
+    nothing[0] = 0
+    return way, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, riding, nothing)])
+
+
+def _ended(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
+    """Return (sets, ends): tours from a base to each of the ends."""
+    return end_tours(walks, leg[base][ends], leg[np.ix_(targets, ends)])
+
+
+def _open(walks: Ints) -> Ints:
+    """Return (sets,): tours that end anywhere."""
+    return end_tours(walks, np.zeros(1, np.int64), np.zeros((walks.shape[1], 1), np.int64))[:, 0]
+
+
+def timeless(tables: Tables) -> Tables:
+    """Return the tables of the same situation with nothing taking any time."""
+    traits, beginning = tables.traits.copy(), tables.beginning.copy()
+    traits[:, [DOCKS, UNDOCKS]] = 0
+    beginning[:, SINCE] = 0
+    errands = tables.errands._replace(tours=_no_time(tables.errands.tours), docking=0, undocking=0)
+    return tables._replace(
+        traits=traits, way=_no_time(tables.way), book=_no_time(tables.book), beginning=beginning, errands=errands
+    )
+
+
+def _no_time(times: Ints) -> Ints:
+    return np.where(times < NEVER, 0, NEVER)
+
+
+def _closure(task: Task, starts: Ints) -> Ints:
+    """Return the shortest legs by way of any place that a robot can go to: not of starts."""
+    closure = task.leg.copy()
+    closure[:, :, starts] = NEVER
+    for k in range(len(closure)):
+        np.fill_diagonal(closure[k], 0)
+        close(closure[k])
+    return closure
+
+
+def _corner(leg: Ints, base: int, targets: Ints) -> tuple[Ints, Ints]:
+    return leg[base][targets], np.ascontiguousarray(leg[targets][:, targets])
+
+
+def _alike(task: Task, one: int, other: int) -> bool:
+    return bool(
+        task.robots[one, TYPE] == task.robots[other, TYPE] and task.robots[one, HOME] == task.robots[other, HOME]
+    )
+
+
+def _traits(task: Task, robots: Ints, carriers: int) -> Ints:
+    traits = np.array([task.robots[r, [TYPE, CAPACITY, DOCKING, UNDOCKING, TYPE]] for r in robots], dtype=np.int64)
+    traits = traits.reshape(-1, 5)
+    for r, robot in enumerate(robots):
+        first = 0 if r < carriers else carriers
+        traits[r, TWIN] = min(q for q in range(first, r + 1) if _alike(task, robots[q], robot))
+    return traits
+
+
+def _beginning(task: Task, robots: Ints, bases: Ints) -> Ints:
+    number, base = {int(r): i for i, r in enumerate(robots)}, {int(p): i for i, p in enumerate(bases)}
+    rows = [
+        (base.get(int(row[AT]), -1), number.get(int(row[ABOARD]), -1), int(row[READY])) for row in task.robots[robots]
+    ]
+    return np.array(rows, dtype=np.int64).reshape(-1, 3)
+
+
+def _optimistic(task: Task, closure: Ints, rover: int, bases: Ints, exits: Ints, least: Ints, riding: Ints) -> None:
+    """Enter a rover's `least` and `riding`."""
+    targets, meetings = task.members(TARGETS), bases[exits]
+    hosts = [int(c) for c in task.members(CARRIERS) if task.robots[c, CAPACITY] > 0]
+    docking, undocking = int(task.robots[rover, DOCKING]), int(task.robots[rover, UNDOCKING])
+    leg = closure[task.robots[rover, TYPE]].copy()
+    for k in {int(task.robots[c, TYPE]) for c in hosts}:
+        ride = closure[k][np.ix_(meetings, meetings)] + docking + undocking
+        leg[np.ix_(meetings, meetings)] = np.minimum(leg[np.ix_(meetings, meetings)], ride)
+    np.fill_diagonal(leg, 0)
+    close(leg)
+    ends = np.zeros(leg.shape[0], dtype=np.int64)
+    if task.recover:
+        homes = [
+            closure[task.robots[c, TYPE]][meetings, task.robots[c, HOME]]
+            if task.robots[c, HOME] >= 0
+            else np.zeros(len(meetings), dtype=np.int64)
+            for c in hosts
+        ]
+        leave = np.min([*homes, np.full(len(meetings), NEVER)], axis=0) + docking
+        ends = np.minimum((leg[:, meetings] + leave).min(axis=1, initial=NEVER), NEVER)
+    for b, base in enumerate(bases):
+        tours = shortest_tours(*_corner(leg, base, targets))
+        least[b] = end_tours(tours, ends[base : base + 1], ends[targets][:, None])[:, 0]
+    for k in {int(task.robots[c, TYPE]) for c in hosts}:
+        for b, base in enumerate(bases):
+            down = closure[k][base][meetings] + undocking
+            if len(exits):
+                riding[k, b] = np.minimum((down[:, None] + least[exits]).min(axis=0), NEVER)
+            riding[k, b, 0] = 0

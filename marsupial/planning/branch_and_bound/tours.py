@@ -1,0 +1,172 @@
+"""Shortest tours: over sets of targets to be explored, and over sets of errands of carriers, with rovers aboard."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from marsupial.native import native
+from marsupial.planning.local_search.encoding import NEVER, Ints
+from marsupial.planning.local_search.net import compiled
+
+
+@native
+def close(leg: Ints) -> None:
+    """Lower square legs to the shortest times by way of any place (Floyd and Warshall)."""
+    for k in range(len(leg)):
+        for i in range(len(leg)):
+            for j in range(len(leg)):
+                if leg[i, k] + leg[k, j] < leg[i, j]:
+                    leg[i, j] = leg[i, k] + leg[k, j]
+
+
+@native
+def shortest_tours(first: Ints, between: Ints) -> Ints:
+    """Return (sets, targets): the shortest time to be at each target last, having been at all of the set.
+
+    Parameters
+    ----------
+    first
+        (targets,): times to the first target.
+    between
+        (targets, targets): times from one to the next.
+
+    References
+    ----------
+    M. Held and R. M. Karp, A dynamic programming approach to sequencing problems, 1962.
+    """
+    n = len(first)
+    tours = np.full((1 << n, n), NEVER, dtype=np.int64)
+    for j in range(n):
+        tours[1 << j, j] = min(first[j], NEVER)
+    for s in range(1, 1 << n):
+        for last in range(n):
+            if tours[s, last] >= NEVER:
+                continue
+            for j in range(n):
+                if not s >> j & 1:
+                    time = tours[s, last] + between[last, j]
+                    if time < tours[s | 1 << j, j]:
+                        tours[s | 1 << j, j] = time
+    return tours
+
+
+@native
+def end_tours(tours: Ints, straight: Ints, ends: Ints) -> Ints:
+    """Return (sets, ends): the shortest tours with the way to each end added.
+
+    Parameters
+    ----------
+    straight
+        (ends,): the way there if no target is to be explored.
+    ends
+        (targets, ends): the way there from the last target.
+    """
+    times = np.full((len(tours), len(straight)), NEVER, dtype=np.int64)
+    for e in range(len(straight)):
+        times[0, e] = min(straight[e], NEVER)
+        for s in range(1, len(tours)):
+            for last in range(tours.shape[1]):
+                if tours[s, last] < NEVER:
+                    times[s, e] = min(times[s, e], tours[s, last] + ends[last, e])
+    return times
+
+
+ANY, LEFT = 0, 1
+"""Whether a rover has just been set down where a carrier is, and has to be picked up there."""
+
+
+@native
+def errand_tours(
+    first: Ints,
+    between: Ints,
+    straight: Ints,
+    ends: Ints,
+    points: Ints,
+    up: Ints,
+    lag: Ints,
+    bits: int,
+    rooms: int,
+    recover: bool,
+    capacity: int,
+    docking: int,
+) -> Ints:
+    """Return (loads, bases, sets): the shortest tours over errands and to the end with so many rovers aboard at first.
+
+    To set a rover down a carrier needs one aboard: one picked up on an errand, or another one, which costs a dock.
+
+    Parameters
+    ----------
+    first
+        (bases, places): ms from a base to a place.
+    between
+        (places, places).
+    straight, ends
+        (bases,) and (places,): ms to the end.
+    points
+        (rows, places), bool: whether the errands of a row can be done at a place.
+    up
+        (rows,): the bits for picking up; those for setting down are the numbers of the rows.
+    lag
+        (rooms,): the least ms between setting down and picking up.
+    """
+    rows, places = points.shape
+    rest = np.full((2, capacity + 1, 1 << bits, places), NEVER, dtype=np.int64)
+    tours = np.full((capacity + 1, len(first), 1 << bits), NEVER, dtype=np.int64)
+    rest[ANY, :, 0] = ends
+    tours[:, :, 0] = straight
+    for s in range(1, 1 << bits):
+        for load in range(capacity, -1, -1):
+            for e in range(rows):
+                for q in range(places):
+                    after = _after(rest, up, rooms, recover, load, s, e, q) if points[e, q] else NEVER
+                    if after >= NEVER:
+                        continue
+                    for p in range(places):
+                        rest[ANY, load, s, p] = min(rest[ANY, load, s, p], between[p, q] + after)
+                        if not points[e, p]:
+                            rest[LEFT, load, s, p] = min(rest[LEFT, load, s, p], between[p, q] + after)
+                    for b in range(len(first)):
+                        tours[load, b, s] = min(tours[load, b, s], first[b, q] + after)
+            if load < capacity:
+                for p in range(places):
+                    for mode in range(2):
+                        rest[mode, load, s, p] = min(rest[mode, load, s, p], rest[mode, load + 1, s, p] + docking)
+                for b in range(len(first)):
+                    tours[load, b, s] = min(tours[load, b, s], tours[load + 1, b, s] + docking)
+        for e in range(rows):
+            if up[e] != e and not s >> e & 1 and s >> up[e] & 1:
+                _wait(rest, between, points[e], s, 1 << up[e], lag[e], docking)
+    return tours
+
+
+@compiled
+def _wait(rest: Ints, between: Ints, points: Ints, errands: int, pick: int, lag: int, docking: int) -> None:
+    """Let a carrier that has just set a rover down wait to pick it up; other rovers it can pick up meanwhile."""
+    capacity, places = rest.shape[1] - 1, len(points)
+    for load in range(capacity + 1):
+        for p in range(places):
+            for q in range(places):
+                if not points[p] or not points[q]:
+                    continue
+                for more in range(capacity + 1):
+                    stay = max(between[p, q], lag, more * docking)
+                    stay += rest[ANY, min(capacity, load + 1 + more), errands & ~pick, q]
+                    rest[LEFT, load, errands, p] = min(rest[LEFT, load, errands, p], stay)
+
+
+@compiled
+def _after(rest: Ints, up: Ints, rooms: int, recover: bool, load: int, errands: int, row: int, place: int) -> int:
+    """Return the ms that errands take from when the first of them is done, one of that row at that place."""
+    capacity = rest.shape[1] - 1
+    if errands >> row & 1:
+        left = errands & ~(1 << row)
+        if row >= rooms:
+            return rest[ANY, load, left, place]
+        if up[row] == row and recover:
+            return rest[ANY, capacity, left, place] if capacity > 0 else NEVER
+        if load == 0:
+            return NEVER
+        return rest[LEFT if up[row] != row and left >> up[row] & 1 else ANY, load - 1, left, place]
+    if up[row] != row and errands >> up[row] & 1 and capacity > 0:
+        return rest[ANY, min(capacity, load + 1), errands & ~(1 << up[row]), place]
+    return NEVER

@@ -1,0 +1,389 @@
+"""Aries (up-aries): constraint solving over plans with a growing number of actions, anytime, minimising the makespan.
+
+Aries tries plans with 1, 2, ... instances of each action schema. So its problem has one schema per target to explore,
+per meeting to drive to, and per rover and meeting to dock or undock: nearly every plan then has one instance of each
+schema at most. What a robot does stands in one state variable per robot, its place. Times are integers; rounded up to
+about 500 units for the longest drive they are searched much faster than in ms; the plan is timed exactly afterwards.
+
+References
+----------
+Bit-Monnot: Enhancing hybrid CP-SAT search for disjunctive scheduling. ECAI 2023.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from importlib.util import find_spec
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.planning import EngineInfo, Outcome
+from marsupial.model.situation import RobotState, Situation
+from marsupial.planning.external.encodings import Task, Verdict, Vocabulary
+from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
+from marsupial.planning.schedule import retime
+from marsupial.processes.jobs import ToolDied
+
+if TYPE_CHECKING:
+    from unified_planning.model import Problem
+
+LONGEST_UNITS = 500
+"""Units of time in the longest drive."""
+
+HORIZON_UNITS = 10_000_000
+"""Latest time Aries may use; its own default is below 10,000, beyond which it finds nothing and says nothing."""
+
+EPSILON = Fraction(1, 10)
+"""What up-aries takes for the least gap; with any other value in the problem it drops proofs of its own."""
+
+SMALL_SCHEMAS = 20
+"""Up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once."""
+
+_KNOCK_S = 0.003
+
+_SETTINGS = {
+    "ARIES_PLANNING_HORIZON": str(HORIZON_UNITS),
+    "ARIES_PLANNING_PREPRO_STATE_VARS": "false",  # panics on our tables otherwise; our facts are state variables anyway
+    "no_grpc_proxy": "127.0.0.1,localhost",  # its server is on this machine
+}
+
+INFO = EngineInfo(
+    name="aries",
+    summary="constraint solving (up-aries); anytime, near-optimal on small teams",
+    licence="MIT",
+    anytime=True,
+    proves_optimality=False,
+    deterministic_steps=False,
+)
+
+
+def aries(finder: Finder = find_spec) -> ProcessEngine:
+    """Return the engine; `finder` says which modules are installed."""
+    needs = (
+        Requirement(module="unified_planning", distribution="unified-planning"),
+        Requirement(module="up_aries", distribution="up-aries"),
+        Requirement(module="grpc", distribution="grpcio"),
+    )
+    return ProcessEngine(INFO, "marsupial.planning.external.aries:search", needs, finder=finder)
+
+
+def search(task: Task) -> Iterator[Plan | Verdict]:
+    """Run Aries below this process: yield each of its plans and what it says at the end."""
+    os.environ.update(_SETTINGS)
+    encoding = encode(task.situation)
+    found, status = False, ""
+    for status, plan in _ask(encoding.problem, task.seconds):  # noqa: B007 - the last one counts
+        if plan is not None:
+            found = True
+            yield retime(task.situation, encoding.actions(plan))
+    yield _verdict(status, found)
+
+
+def _verdict(status: str, found: bool) -> Verdict:
+    if status == "SOLVED_OPTIMALLY" and found:
+        return Verdict(outcome=Outcome.OPTIMAL, detail="aries has proven the plan optimal, to a unit of its time")
+    if status == "UNSOLVABLE_PROVEN" and not found:
+        return Verdict(outcome=Outcome.UNSOLVABLE, detail="aries has proven that there is no plan")
+    if status == "TIMEOUT":
+        return Verdict(outcome=Outcome.TIMEOUT, detail="aries has used up its time")
+    return Verdict(outcome=Outcome.SATISFICING if found else Outcome.NO_PLAN, detail=f"aries says {status}")
+
+
+def _ask(problem: Problem, seconds: float) -> Iterator[tuple[str, Any]]:
+    """Yield (status, plan or None) as Aries finds them."""
+    from unified_planning.environment import get_environment
+    from unified_planning.grpc.proto_reader import ProtobufReader
+    from unified_planning.grpc.proto_writer import ProtobufWriter
+
+    get_environment().credits_stream = None
+    until = time.monotonic() + seconds
+    text = ProtobufWriter().convert(problem)
+    answers = _answers(text, until, anytime=True)
+    if len(problem.actions) <= SMALL_SCHEMAS:
+        answers = chain(_answers(text, until, anytime=False), answers)
+    for answer in answers:
+        result = ProtobufReader().convert(answer, problem)
+        yield result.status.name, result.plan
+
+
+def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
+    """Ask a server of its own (it serves once) until a moment; its death is raised as `ToolDied`."""
+    import unified_planning.grpc.generated.unified_planning_pb2 as messages
+    from grpc import RpcError  # type: ignore[import-untyped]
+
+    server, planner = _serve()
+    left = max(0.01, until - time.monotonic())
+    request = messages.PlanRequest(problem=text, timeout=left, engine_options={"optimal": "false"})
+    try:
+        if anytime:
+            yield from planner.planAnytime(request)
+        else:
+            yield planner.planOneShot(request)
+    except RpcError as error:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            raise ToolDied("the Aries server", server.wait(0.5)) from error
+        raise
+    finally:
+        server.kill()
+        server.wait()
+
+
+def _serve() -> tuple[subprocess.Popen[bytes], Any]:
+    """Start an Aries server and connect to it.
+
+    The one of up-aries waits 10 ms before it connects; where the server takes longer, the next try is a second later.
+    """
+    import grpc
+    from unified_planning.grpc.generated.unified_planning_pb2_grpc import UnifiedPlanningStub
+    from up_aries import solver
+
+    port = solver._get_available_port()
+    server = subprocess.Popen([solver._find_executable(), "serve", "--address", f"127.0.0.1:{port}"])
+    while server.poll() is None:
+        try:
+            socket.create_connection(("127.0.0.1", port)).close()
+            return server, UnifiedPlanningStub(grpc.insecure_channel(f"127.0.0.1:{port}"))
+        except ConnectionRefusedError:
+            time.sleep(_KNOCK_S)
+    raise ToolDied("the Aries server", server.returncode)
+
+
+@dataclass(kw_only=True)
+class Encoding:
+    """Aries' problem and what its schemas and objects mean.
+
+    Attributes
+    ----------
+    meaning
+        Per schema the function that makes an action of its parameters' names.
+    """
+
+    problem: Problem
+    meaning: dict[str, Callable[[list[str]], Action]] = field(default_factory=dict)
+
+    def actions(self, plan: Any) -> list[Action]:
+        """Return the actions of an Aries plan in order of start."""
+        timed = sorted(plan.timed_actions, key=lambda one: one[0])
+        return [self.meaning[a.action.name]([str(p) for p in a.actual_parameters]) for _, a, _ in timed]
+
+
+def encode(situation: Situation) -> Encoding:
+    """Return the problem for Aries."""
+    return _Writer(situation).write()
+
+
+class _Writer:
+    """Writes the problem; objects have plain names of our own, so that any name may occur in a situation."""
+
+    def __init__(self, situation: Situation) -> None:
+        from unified_planning.model import Problem
+        from unified_planning.model.timing import EndTiming, StartTiming
+
+        self.words = Vocabulary(situation)
+        self.situation = situation
+        self.encoding = Encoding(problem=Problem("situation"))
+        self.problem = self.encoding.problem
+        self.start, self.end = StartTiming(), EndTiming()
+        self.before = self.words.predecessors()
+        longest = max((a.duration_ms for robot in situation.robots for a in self.words.drives(robot)), default=1)
+        self.unit_ms = max(1, longest // LONGEST_UNITS)
+        self._names: dict[str, str] = {}  # of ours, by Aries'
+        self._objects: dict[str, Any] = {}
+        self._make_objects()
+        self._make_fluents()
+
+    def write(self) -> Encoding:
+        """Write everything."""
+        from unified_planning.model.metrics import MinimizeMakespan
+
+        for name in self.kinds:
+            self._drives([robot for robot in self.situation.robots if robot.type == name], name)
+        for rover in self.words.rovers:
+            for meeting in self.situation.meetings:
+                for kind in {carrier.type: None for carrier in self.words.carriers}:
+                    self._meets(rover, kind, meeting)
+        self._start_and_goal()
+        self.problem.add_quality_metric(MinimizeMakespan())
+        self.problem.epsilon = EPSILON
+        return self.encoding
+
+    def _units(self, ms: int) -> int:
+        return max(1, -(-ms // self.unit_ms))
+
+    def _make_objects(self) -> None:
+        from unified_planning.shortcuts import UserType
+
+        self.place, self.level = UserType("place"), UserType("level")
+        self.kinds = {kind.name: UserType(f"type{i}") for i, kind in enumerate(self.situation.types)}
+        for i, place in enumerate(self.situation.places):
+            self._object(place, f"p{i}", self.place)
+        for i, robot in enumerate(self.situation.robots):
+            self._object(robot.name, f"q{i}", self.kinds[robot.type])
+        for carrier in self.words.carriers:
+            self._object(f"on {carrier.name}", f"on_{self._objects[carrier.name].name}", self.place)
+        self._object("on the way", "on_the_way", self.place)
+        most = max((self.words.capacity(carrier) for carrier in self.words.carriers), default=0)
+        self.levels = [self._object(f"load {n}", f"load{n}", self.level) for n in range(most + 1)]
+
+    def _object(self, ours: str, name: str, kind: Any) -> Any:
+        from unified_planning.model import Object
+
+        self._objects[ours] = made = Object(name, kind)
+        self._names[name] = ours
+        self.problem.add_object(made)
+        return made
+
+    def _make_fluents(self) -> None:
+        from unified_planning.shortcuts import BoolType, Fluent
+
+        self.at = {kind: Fluent(f"at_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
+        self.deck = {kind: Fluent(f"deck_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
+        self.load = {kind: Fluent(f"load_{t.name}", self.level, robot=t) for kind, t in self.kinds.items()}
+        self.unexplored = Fluent("unexplored", BoolType(), target=self.place)
+        carriers = {carrier.type for carrier in self.words.carriers}
+        for kind in self.kinds:
+            self.problem.add_fluent(self.at[kind])
+            if kind in carriers:
+                self.problem.add_fluent(self.deck[kind])
+                self.problem.add_fluent(self.load[kind])
+        self.problem.add_fluent(self.unexplored, default_initial_value=False)
+
+    def _drives(self, robots: list[RobotState], kind: str) -> None:
+        """Write one schema per place robots of a type drive to, with tables of where from and how long."""
+        from unified_planning.shortcuts import BoolType, Fluent, IntType
+
+        roads: dict[str, dict[str, Action]] = {}
+        for robot in robots:
+            for action in self.words.drives(robot):
+                roads.setdefault(action.place, {})[action.origin or ""] = action
+        for goal, origins in roads.items():
+            name = f"to_{self._objects[goal].name}_{self.kinds[kind].name}"
+            time_from = Fluent(f"time_{name}", IntType(0, HORIZON_UNITS), origin=self.place)
+            open_from = Fluent(f"open_{name}", BoolType(), origin=self.place)
+            self.problem.add_fluent(time_from, default_initial_value=0)
+            self.problem.add_fluent(open_from, default_initial_value=False)
+            for origin, action in origins.items():
+                self.problem.set_initial_value(open_from(self._objects[origin]), True)
+                self.problem.set_initial_value(time_from(self._objects[origin]), self._units(action.duration_ms))
+            self._drive(name, kind, next(iter(origins.values())), time_from, open_from)
+
+    def _drive(self, name: str, kind: str, sample: Action, time_from: Any, open_from: Any) -> None:
+        from unified_planning.shortcuts import DurativeAction, Equals
+
+        schema = DurativeAction(name, robot=self.kinds[kind], origin=self.place)
+        robot, origin = schema.parameters
+        goal, at = self._objects[sample.place], self.at[kind](robot)
+        schema.set_fixed_duration(time_from(origin))
+        schema.add_condition(self.start, open_from(origin))
+        schema.add_condition(self.start, Equals(at, origin))
+        schema.add_effect(self.start, at, self._objects["on the way"])
+        schema.add_effect(self.end, at, goal)
+        if sample.name is ActionName.EXPLORE:
+            schema.add_condition(self.start, self.unexplored(goal))
+            schema.add_effect(self.start, self.unexplored(goal), False)
+        self._add(schema, lambda names: _drive_action(sample, robot=names[0], origin=names[1]))
+
+    def _meets(self, rover: RobotState, kind: str, meeting: str) -> None:
+        """Write docking and undocking of one rover with carriers of a type at one meeting."""
+        able = [carrier for carrier in self.words.carriers if carrier.type == kind]
+        if not any(self.words.can_be(carrier.name, meeting) and self.words.capacity(carrier) for carrier in able):
+            return
+        self._meet(ActionName.UNDOCK, rover, able[0], meeting)
+        if self.words.can_be(rover.name, meeting):
+            self._meet(ActionName.DOCK, rover, able[0], meeting)
+
+    def _meet(self, name: ActionName, rover: RobotState, sample: RobotState, meeting: str) -> None:
+        from unified_planning.shortcuts import DurativeAction, Equals
+
+        kind, docks = sample.type, name is ActionName.DOCK
+        scarce = {"load": self.level} if self.words.is_scarce(sample) else {}
+        title = f"{name}_{self._objects[rover.name].name}_{self._objects[meeting].name}_{self.kinds[kind].name}"
+        schema = DurativeAction(title, carrier=self.kinds[kind], **scarce)
+        carrier, *_ = schema.parameters
+        here, aboard = self._objects[meeting], self.deck[kind](carrier)
+        rover_at, carrier_at = self.at[rover.type](self._objects[rover.name]), self.at[kind](carrier)
+        times = self.situation.type_by_name[rover.type]
+        schema.set_fixed_duration(self._units(times.dock_ms if docks else times.undock_ms))
+        schema.add_condition(self.start, Equals(carrier_at, here))
+        schema.add_condition(self.start, Equals(rover_at, here if docks else aboard))
+        schema.add_effect(self.start, carrier_at, self._objects["on the way"])
+        schema.add_effect(self.start, rover_at, self._objects["on the way"])
+        schema.add_effect(self.end, carrier_at, here)
+        schema.add_effect(self.end, rover_at, aboard if docks else here)
+        if not docks:
+            self._keep_order(schema, rover.name)
+        if scarce:
+            self._count(schema, self.load[kind](carrier), schema.parameters[1], self.words.capacity(sample), docks)
+        self._add(schema, lambda names: _meet_action(name, rover.name, carrier=names[0], meeting=meeting))
+
+    def _count(self, schema: Any, load: Any, level: Any, capacity: int, docks: bool) -> None:
+        """Move the carrier's load by one level; nobody else does, as it takes part in one action at a time."""
+        from unified_planning.shortcuts import BoolType, Equals, Fluent
+
+        step = Fluent(f"step_{schema.name}", BoolType(), level=self.level)
+        after = Fluent(f"after_{schema.name}", self.level, level=self.level)
+        self.problem.add_fluent(step, default_initial_value=False)
+        self.problem.add_fluent(after, default_initial_value=self.levels[0])
+        for n in range(capacity):
+            low, high = self.levels[n], self.levels[n + 1]
+            self.problem.set_initial_value(step(low if docks else high), True)
+            self.problem.set_initial_value(after(low if docks else high), high if docks else low)
+        schema.add_condition(self.start, Equals(load, level))
+        schema.add_condition(self.start, step(level))
+        schema.add_effect(self.end, load, after(level))
+
+    def _keep_order(self, schema: Any, rover: str) -> None:
+        if rover in self.before:
+            schema.add_condition(self.start, self._released(self.before[rover]))
+        if rover in self.before.values():
+            schema.add_effect(self.start, self._released(rover), True)
+
+    def _released(self, rover: str) -> Any:
+        from unified_planning.shortcuts import BoolType, Fluent
+
+        name = f"released_{self._objects[rover].name}"
+        if not self.problem.has_fluent(name):
+            self.problem.add_fluent(Fluent(name, BoolType()), default_initial_value=False)
+        return self.problem.fluent(name)()
+
+    def _start_and_goal(self) -> None:
+        from unified_planning.shortcuts import Equals, Not, Or
+
+        problem, objects = self.problem, self._objects
+        for robot in self.situation.robots:
+            where = f"on {robot.carrier}" if robot.place is None else robot.place
+            problem.set_initial_value(self.at[robot.type](objects[robot.name]), objects[where])
+        for carrier in self.words.carriers:
+            mine = objects[carrier.name]
+            problem.set_initial_value(self.deck[carrier.type](mine), objects[f"on {carrier.name}"])
+            problem.set_initial_value(self.load[carrier.type](mine), self.levels[self.words.load(carrier)])
+            home = self.words.home(carrier)
+            if home is not None:
+                problem.add_goal(Equals(self.at[carrier.type](mine), objects[home]))
+        for target in self.situation.targets:
+            problem.set_initial_value(self.unexplored(objects[target.name]), True)
+            problem.add_goal(Not(self.unexplored(objects[target.name])))
+        decks = [objects[f"on {carrier.name}"] for carrier in self.words.carriers]
+        for rover in self.words.rovers if self.words.goal_aboard else ():
+            at = self.at[rover.type](objects[rover.name])
+            problem.add_goal(Or([Equals(at, deck) for deck in decks]))
+
+    def _add(self, schema: Any, meaning: Callable[[list[str]], Action]) -> None:
+        self.problem.add_action(schema)
+        self.encoding.meaning[schema.name] = lambda names: meaning([self._names[name] for name in names])
+
+
+def _drive_action(sample: Action, *, robot: str, origin: str) -> Action:
+    return Action(name=sample.name, start_ms=0, duration_ms=1, robot=robot, origin=origin, place=sample.place)
+
+
+def _meet_action(name: ActionName, rover: str, *, carrier: str, meeting: str) -> Action:
+    return Action(name=name, start_ms=0, duration_ms=1, robot=rover, carrier=carrier, place=meeting)

@@ -1,0 +1,259 @@
+"""Any PDDL 2.1 planner as an engine: a command line with places for the files, `cmd:optic-clp {domain} {problem}`.
+
+The command runs in a child process without a shell, in a private folder that holds the canonical domain and the
+problem. Its plans are taken from what it prints and the files it writes there (`marsupial.planning.external.output`),
+as they come. At the end of its time it is asked to end, read to the end, and killed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import selectors
+import shlex
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from marsupial.errors import UsageError
+from marsupial.formats.pddl.text import domain_text, problem_text
+from marsupial.model.plan import Plan
+from marsupial.model.planning import EngineInfo, Outcome
+from marsupial.planning.checker import check
+from marsupial.planning.external.encodings import Task, Verdict
+from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, Judge, PlanFiles, Printed
+from marsupial.planning.external.process_engine import ProcessEngine
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.processes.jobs import GIB, Job, Limits, death, ending_of
+
+PREFIX = "cmd:"
+"""What the names of these engines begin with; the rest is the command line."""
+
+GRACE_S = 0.2
+"""What a planner has, at the end of its budget, between TERM and KILL; a tenth of a budget below 2 s."""
+
+_SLACK_S = 0.5
+_POLL_S = 0.02
+_CHUNK = 1 << 16
+
+
+class External(ProcessEngine):
+    """The engine called `name`, which is `PREFIX` and a command line with places for {domain} and {problem}.
+
+    A place may be part of an argument. {plan}, where it is given, becomes the beginning of the names of plan files.
+
+    Raises
+    ------
+    UsageError
+        If the command line can't be split, or a place is missing.
+    """
+
+    def __init__(self, name: str, *, memory_bytes: int = 2 * GIB) -> None:
+        program, *self._arguments = split_command(name.removeprefix(PREFIX))
+        info = EngineInfo(
+            name=name,
+            summary="external planner",
+            licence="its own",
+            anytime=True,
+            proves_optimality=False,
+            deterministic_steps=False,
+        )
+        super().__init__(info, "marsupial.planning.external.commands:search", (), memory_bytes=memory_bytes)
+        found = shutil.which(program)
+        if found is None and self.info.missing is None:
+            self.info = replace(self.info, missing=f"there is no executable {program!r}")
+        self._program = program if found is None else os.path.abspath(found)
+
+    def job(self, task: Task) -> Job:
+        """Return the job that runs the command; it keeps the time by itself, its supervisor only if it fails to."""
+        limits = Limits(
+            wall_s=task.seconds + _SLACK_S,
+            memory_bytes=self._memory_bytes,
+            cpu_s=(task.seconds + _SLACK_S) * (os.cpu_count() or 1),
+        )
+        errand = Errand(words=(self._program, *self._arguments), task=task)
+        return Job(function=self._function, argument=errand, limits=limits)
+
+
+def split_command(command: str) -> tuple[str, ...]:
+    """Return the words of a command line, split as a shell does.
+
+    Raises
+    ------
+    UsageError
+        If that can't be done, or {domain} or {problem} is missing.
+    """
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        raise UsageError(f"planner {PREFIX}{command}: {str(error).lower()}") from None
+    missing = [place for place in ("{domain}", "{problem}") if not any(place in word for word in words)]
+    if missing:
+        example = f"{PREFIX}optic-clp {{domain}} {{problem}}"
+        raise UsageError(f"planner {PREFIX}{command}: {' and '.join(missing)} is missing, as in '{example}'")
+    return tuple(words)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Errand:
+    """What the child process gets: the command's words, places not yet filled, and the task."""
+
+    words: tuple[str, ...]
+    task: Task
+
+
+def search(errand: Errand) -> Iterator[Plan | Verdict]:
+    """Run the planner below this process: yield its plans, each better than the last, then how it ended."""
+    task = errand.task
+    grace_s = min(GRACE_S, task.seconds / 10)
+    child = _Child(time.monotonic() + task.seconds - grace_s, grace_s)
+    folder = Path(tempfile.mkdtemp(prefix="pddl-"))
+    (folder / "domain.pddl").write_text(domain_text(), encoding="utf-8")
+    (folder / "problem.pddl").write_text(problem_text(task.situation, records=False), encoding="utf-8")
+    printed, files, judge = Printed(), PlanFiles(folder), Judge(task)
+    try:
+        child.start(fill(errand.words, folder), folder)
+    except OSError as error:
+        yield Verdict(outcome=Outcome.CRASHED, detail=f"{errand.words[0]} can't be run: {error.strerror}")
+        return
+    try:
+        for chunk in child.chunks():
+            yield from judge.better(printed.feed(chunk), complete=True)
+            yield from judge.better([*printed.growing(chunk), *files.changed()], complete=False)
+        yield from judge.better([*printed.rest(), *files.all()], complete=True)
+        yield _verdict(child, printed, judge)
+    finally:
+        child.end()
+
+
+def fill(words: Iterable[str], folder: Path) -> list[str]:
+    """Return the words of a command with its places filled with files in `folder`."""
+    places = {
+        "{domain}": str(folder / "domain.pddl"),
+        "{problem}": str(folder / "problem.pddl"),
+        "{plan}": str(folder / PLAN_PREFIX),
+    }
+    return [re.sub(r"\{(?:domain|problem|plan)\}", lambda match: places[match[0]], word) for word in words]
+
+
+class _Child:
+    """The planner's process, asked to end at the moment `until`; what it says last on stderr is kept."""
+
+    def __init__(self, until: float, grace_s: float) -> None:
+        self.stopped = False
+        self.errors = b""
+        self._until = until
+        self._kill_at = until + grace_s
+        self._process: subprocess.Popen[bytes] | None = None
+        self._selector = selectors.DefaultSelector()
+
+    @property
+    def returncode(self) -> int:
+        """As `subprocess` gives it, once `chunks` is over."""
+        return 0 if self._process is None else self._process.wait()
+
+    def start(self, words: list[str], folder: Path) -> None:
+        """Start it in `folder`, in a session of its own."""
+        self._process = subprocess.Popen(
+            words,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        for stream in (self._process.stdout, self._process.stderr):
+            assert stream is not None
+            os.set_blocking(stream.fileno(), False)
+            self._selector.register(stream, selectors.EVENT_READ)
+
+    def chunks(self) -> Iterator[bytes]:
+        """Yield what it prints, and nothing each time there is nothing for a moment, until it has ended."""
+        assert self._process is not None
+        while self._process.poll() is None:
+            self._judge_time()
+            yield self._read(_POLL_S)
+        # Whoever it has left behind may hold the pipes open: no waiting for their end.
+        while self._selector.get_map() and self._selector.select(0) and time.monotonic() < self._kill_at:
+            yield self._read(0)
+
+    def _read(self, wait_s: float) -> bytes:
+        assert self._process is not None
+        printed = b""
+        for key, _ in self._selector.select(wait_s):
+            data = os.read(key.fd, _CHUNK)
+            if not data:
+                self._selector.unregister(key.fileobj)
+            elif key.fileobj is self._process.stdout:
+                printed = data
+            else:
+                self.errors = (self.errors + data)[-TAIL_BYTES:]
+        return printed
+
+    def _judge_time(self) -> None:
+        now = time.monotonic()
+        if now >= self._kill_at:
+            self.stopped = True
+            self._signal(signal.SIGKILL)
+        elif now >= self._until and not self.stopped:
+            self.stopped = True
+            self._signal(signal.SIGTERM)
+
+    def end(self) -> None:
+        """Kill it if it is running; what it has started elsewhere is left to the job's supervisor."""
+        self._selector.close()
+        if self._process is not None:
+            self._signal(signal.SIGKILL)
+            with self._process:
+                self._process.wait()
+
+    def _signal(self, signum: signal.Signals) -> None:
+        if self._process is not None and self._process.poll() is None:
+            os.killpg(self._process.pid, signum)
+
+
+def _verdict(child: _Child, printed: Printed, judge: Judge) -> Verdict:
+    outcome, reason = _outcome(child, printed, judge)
+    return Verdict(outcome=outcome, detail=f"{reason}; {judge.summary}")
+
+
+def _outcome(child: _Child, printed: Printed, judge: Judge) -> tuple[Outcome, str]:
+    code = child.returncode
+    if child.stopped:
+        return Outcome.TIMEOUT, "stopped at the end of its time"
+    how = f"it {death(code)}"
+    if code < 0:
+        return _as_ended(code, child), how + _last_words(child, printed)
+    if judge.accepted:
+        return Outcome.SATISFICING, how
+    if printed.claim is not None and not judge.faults:
+        if _is_refuted(judge):
+            return Outcome.NO_PLAN, f"it says {printed.claim!r}, which is not so: marsupial has a plan"
+        return Outcome.UNSOLVABLE, f"it says {printed.claim!r}"
+    if code > 0:
+        return _as_ended(code, child), how + _last_words(child, printed)
+    return Outcome.NO_PLAN, how
+
+
+def _as_ended(code: int, child: _Child) -> Outcome:
+    return Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
+
+
+def _is_refuted(judge: Judge) -> bool:
+    """Say whether there is a plan after all: planners also call a problem unsolvable that they can't handle."""
+    if judge.below_ms is not None:
+        return True
+    plan, _ = serve(judge.situation)
+    return check(judge.situation, plan).valid
+
+
+def _last_words(child: _Child, printed: Printed) -> str:
+    """Return the last lines of stderr, or of stdout where that is silent."""
+    text = (child.errors.strip() or printed.tail.strip()).decode(errors="replace")
+    lines = [line.strip() for line in text.splitlines() if line.strip()][-3:]
+    return f", saying: {' | '.join(lines)[-400:]}" if lines else ""

@@ -1,0 +1,163 @@
+"""What external planners say: plans in IPC format on stdout and in files, and that there is none.
+
+Each run of lines that are steps is a plan, and so is each file. Plans are timed anew and checked; only what the checker
+accepts and is better than all before goes on, the rest is counted. A plan that is not complete yet, because the planner
+thinks on before it prints the next line, or is writing the file, counts as soon as the checker accepts it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import time
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from marsupial.errors import PlanTextError
+from marsupial.formats.pddl.plantext import read_plan_text
+from marsupial.model.plan import Plan
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+from marsupial.planning.external.encodings import Task
+from marsupial.planning.schedule import retime
+
+PLAN_PREFIX = "plan"
+"""What the names of plan files begin with."""
+
+TAIL_BYTES = 2000
+"""How much is kept of what was printed last."""
+
+_SCAN_S = 0.05
+_PLAN_BYTES = 4 << 20
+"""How much of one plan is read."""
+
+_LINE_BYTES = 1 << 16
+
+_STEP = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?\s*:\s*\(", re.IGNORECASE)
+_LPG_DURATION = re.compile(r"\[\s*D:\s*([^;\]\s]+)\s*;[^\]]*\]", re.IGNORECASE)
+_UNSOLVABLE = re.compile(
+    r"problem unsolvable(!|$)"  # POPF, OPTIC; not "unsolvable by EHC, and best-first search has been disabled"
+    r"|the problem is unsolvable since at the fixpoint level"  # LPG
+    r"|completely explored state space -- no solution"  # TFD
+    r"|problem has been proven unsolvable",
+    re.IGNORECASE,
+)
+
+
+class Printed:
+    """Cuts plans out of what is printed; `claim` is the line that says there is none, if one does."""
+
+    def __init__(self) -> None:
+        self.claim: str | None = None
+        self.tail = b""
+        self._line = b""
+        self._steps: list[str] = []
+        self._size = 0
+        self._told = 0
+
+    def feed(self, chunk: bytes) -> Iterator[str]:
+        """Take what comes next and yield the plans that are complete with it."""
+        self.tail = (self.tail + chunk)[-TAIL_BYTES:]
+        *lines, self._line = (self._line + chunk).split(b"\n")
+        self._line = self._line[-_LINE_BYTES:]
+        for line in lines:
+            yield from self._take(line.decode(errors="replace"))
+
+    def _take(self, line: str) -> Iterator[str]:
+        if _STEP.match(line):
+            self._size += len(line)
+            if self._size <= _PLAN_BYTES:
+                self._steps.append(line)
+            return
+        if _UNSOLVABLE.search(line.strip()):
+            self.claim = line.strip()
+        yield from self._flush()
+
+    def _flush(self) -> Iterator[str]:
+        steps, self._steps, self._size, self._told = self._steps, [], 0, 0
+        if steps:
+            yield "\n".join(steps)
+
+    def growing(self, chunk: bytes) -> Iterator[str]:
+        """Yield the plan that is not complete, once, where nothing more came."""
+        if not chunk and len(self._steps) > self._told:
+            self._told = len(self._steps)
+            yield "\n".join(self._steps)
+
+    def rest(self) -> Iterator[str]:
+        """Yield what is left at the end."""
+        yield from self.feed(b"\n")
+        yield from self._flush()
+
+
+class PlanFiles:
+    """The files in a folder whose names begin like plan files; each one is a plan."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._seen: dict[Path, tuple[int, int]] = {}
+        self._looked = 0.0
+
+    def changed(self) -> Iterator[str]:
+        """Yield what stands in files that are new or have changed since they were looked at."""
+        if time.monotonic() - self._looked < _SCAN_S:
+            return
+        self._looked = time.monotonic()
+        for path in self._paths():
+            with contextlib.suppress(OSError):  # renamed meanwhile
+                state = path.stat()
+                if self._seen.get(path) != (state.st_mtime_ns, state.st_size):
+                    self._seen[path] = state.st_mtime_ns, state.st_size
+                    yield _steps_in(path)
+
+    def all(self) -> Iterator[str]:
+        """Yield what stands in all of them."""
+        for path in self._paths():
+            with contextlib.suppress(OSError):
+                yield _steps_in(path)
+
+    def _paths(self) -> list[Path]:
+        return sorted(path for path in self._folder.glob(f"{PLAN_PREFIX}*") if path.is_file())
+
+
+def _steps_in(path: Path) -> str:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return "\n".join(line for line in file.read(_PLAN_BYTES).splitlines() if _STEP.match(line))
+
+
+class Judge:
+    """Reads, times and checks plans, lets the better ones pass and counts the others."""
+
+    def __init__(self, task: Task) -> None:
+        self.situation: Situation = task.situation
+        self.below_ms = task.below_ms
+        self.accepted = 0
+        self.faults: list[str] = []
+
+    def better(self, texts: Iterable[str], *, complete: bool) -> Iterator[Plan]:
+        """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`.
+
+        A text without steps is none: planners write such a file where they have found nothing.
+        """
+        for text in filter(None, texts):
+            plan, fault = self._read(text)
+            if fault and complete:
+                self.faults.append(fault)
+            if plan is not None and (self.below_ms is None or plan.makespan_ms < self.below_ms):
+                self.below_ms = plan.makespan_ms
+                self.accepted += 1
+                yield plan
+
+    def _read(self, text: str) -> tuple[Plan | None, str]:
+        try:
+            plan = retime(self.situation, read_plan_text(_LPG_DURATION.sub(r"[\1]", text), self.situation).actions)
+        except PlanTextError as error:
+            return None, f"unreadable, {error.problems[0]}"
+        verdict = check(self.situation, plan)
+        return (plan, "") if verdict.valid else (None, f"wrong, {verdict.violation}")
+
+    @property
+    def summary(self) -> str:
+        """How many plans were taken and why others were not."""
+        words = f"{self.accepted} plan{'' if self.accepted == 1 else 's'} accepted"
+        return f"{words}, {len(self.faults)} refused (first: {self.faults[0]})" if self.faults else words

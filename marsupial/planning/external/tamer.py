@@ -1,0 +1,209 @@
+"""Tamer (up-tamer): heuristic search for temporal plans, without a metric and without a time limit of its own.
+
+It knows flat types only and is slow with numbers, so its problem is written out action by action, with nothing but
+propositions: no parameters, no static tables. The load of a carrier that could be overfull is counted by propositions,
+one per level. Since Tamer takes no metric, each plan found is followed by a search for one that is done a tenth sooner.
+
+References
+----------
+Valentini, Micheli, Cimatti: Temporal planning with intermediate conditions and effects. AAAI 2020.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.planning import EngineInfo, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.external.encodings import Task, Verdict, Vocabulary
+from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
+from marsupial.planning.schedule import retime
+
+if TYPE_CHECKING:
+    from unified_planning.model import DurativeAction, FNode, Problem
+
+WEIGHT = 0.9
+"""Of the heuristic in weighted A*; at 0.5 and below no plan comes in useful time."""
+
+SHRINK = 0.9
+"""The next plan has to be done within this share of the time of the best one."""
+
+INFO = EngineInfo(
+    name="tamer",
+    summary="heuristic search (up-tamer); small parts fast, no metric: asked again for shorter plans",
+    licence="free for educational use",
+    anytime=True,
+    proves_optimality=False,
+    deterministic_steps=False,
+)
+
+
+def tamer(finder: Finder = find_spec) -> ProcessEngine:
+    """Return the engine; `finder` says which modules are installed."""
+    needs = (
+        Requirement(module="unified_planning", distribution="unified-planning"),
+        Requirement(module="up_tamer", distribution="up-tamer"),
+        Requirement(module="pytamer", distribution="pytamer"),
+    )
+    return ProcessEngine(INFO, "marsupial.planning.external.tamer:search", needs, finder=finder)
+
+
+def search(task: Task) -> Iterator[Plan | Verdict]:
+    """Run Tamer in this process: yield plans, each sooner done than the last, and what it says at the end."""
+    best: Plan | None = None
+    below_ms = task.below_ms
+    while True:
+        problem, actions = encode(task.situation, None if below_ms is None else int(SHRINK * below_ms))
+        names = _ask(problem)
+        if names is None:
+            break
+        plan = retime(task.situation, [actions[name] for name in names])
+        if best is not None and plan.makespan_ms >= best.makespan_ms:
+            break
+        best = plan
+        below_ms = plan.makespan_ms
+        yield plan
+    if best is None:
+        yield Verdict(outcome=Outcome.NO_PLAN, detail="its search ended without a plan, which it doesn't call a proof")
+    else:
+        yield Verdict(outcome=Outcome.SATISFICING, detail=f"found none that is done in {SHRINK:.0%} of the time")
+
+
+def _ask(problem: Problem) -> list[str] | None:
+    """Return the names of the actions of a plan in order of start, or None."""
+    from unified_planning.environment import get_environment
+    from up_tamer.engine import EngineImpl
+
+    get_environment().credits_stream = None
+    result = EngineImpl(weight=WEIGHT).solve(problem)
+    # A result may say solved and have no plan in it: only the plan counts.
+    if result.plan is None:
+        return None
+    return [instance.action.name for _, instance, _ in sorted(result.plan.timed_actions, key=lambda timed: timed[0])]
+
+
+def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem, Mapping[str, Action]]:
+    """Return Tamer's problem and what each of its actions means.
+
+    Parameters
+    ----------
+    within_ms
+        When the goal has to be reached at the latest.
+    """
+    writer = _Writer(situation)
+    for robot in situation.robots:
+        for action in writer.words.drives(robot):
+            writer.drive(action)
+    for action in writer.words.meets():
+        writer.meet(action)
+    writer.start_and_goal(within_ms)
+    return writer.problem, writer.actions
+
+
+class _Writer:
+    """Writes the actions one by one; propositions come into being when first named."""
+
+    def __init__(self, situation: Situation) -> None:
+        from unified_planning.model import Problem
+        from unified_planning.model.timing import EndTiming, StartTiming
+
+        self.words = Vocabulary(situation)
+        self.situation = situation
+        self.problem = Problem("situation")
+        self.actions: dict[str, Action] = {}
+        self._fluents: dict[tuple[Any, ...], Any] = {}
+        self._before = self.words.predecessors()
+        self._follows = set(self._before.values())
+        self._start, self._end = StartTiming(), EndTiming()
+
+    def drive(self, action: Action) -> None:
+        """Write a move or explore."""
+        durative = self._durative(action)
+        self._change(durative, self._is("at", action.robot, action.origin), self._is("at", action.robot, action.place))
+        if action.name is ActionName.EXPLORE:
+            self._change(durative, self._is("unexplored", action.place), self._is("explored", action.place))
+        self.problem.add_action(durative)
+
+    def meet(self, action: Action) -> None:
+        """Write a dock or undock, once per load the carrier may have if its places are scarce."""
+        carrier = self.situation.robot_by_name[action.carrier or ""]
+        if not self.words.is_scarce(carrier):
+            self._meet(action, None)
+            return
+        for load in range(self.words.capacity(carrier)):
+            self._meet(action, (load, load + 1) if action.name is ActionName.DOCK else (load + 1, load))
+
+    def _meet(self, action: Action, load: tuple[int, int] | None) -> None:
+        durative = self._durative(action)
+        ashore, aboard = self._is("at", action.robot, action.place), self._is("on", action.robot, action.carrier)
+        here = self._is("at", action.carrier, action.place)
+        self._change(durative, here, here)
+        if action.name is ActionName.DOCK:
+            self._change(durative, ashore, aboard)
+        else:
+            self._change(durative, aboard, ashore)
+            self._keep_order(durative, action.robot)
+        if self.words.goal_aboard:
+            durative.add_effect(self._end, self._is("recovered", action.robot), action.name is ActionName.DOCK)
+        if load is not None:
+            self._change(durative, self._is("load", action.carrier, load[0]), self._is("load", action.carrier, load[1]))
+        self.problem.add_action(durative)
+
+    def _keep_order(self, durative: DurativeAction, rover: str) -> None:
+        if rover in self._before:
+            durative.add_condition(self._start, self._is("released", self._before[rover]))
+        if rover in self._follows:
+            durative.add_effect(self._start, self._is("released", rover), True)
+
+    def start_and_goal(self, within_ms: int | None) -> None:
+        """Write what is true now and what has to become true."""
+        for robot in self.situation.robots:
+            where = ("at", robot.name, robot.place) if robot.carrier is None else ("on", robot.name, robot.carrier)
+            self.problem.set_initial_value(self._is(*where), True)
+        for carrier in self.words.carriers:
+            if self.words.is_scarce(carrier):
+                self.problem.set_initial_value(self._is("load", carrier.name, self.words.load(carrier)), True)
+        for rover in self.words.rovers if self.words.goal_aboard else ():
+            self.problem.set_initial_value(self._is("recovered", rover.name), rover.carrier is not None)
+            self._wish(self._is("recovered", rover.name), within_ms)
+        for target in self.situation.targets:
+            self.problem.set_initial_value(self._is("unexplored", target.name), True)
+            self._wish(self._is("explored", target.name), within_ms)
+        for carrier in self.words.carriers:
+            home = self.words.home(carrier)
+            if home is not None:
+                self._wish(self._is("at", carrier.name, home), within_ms)
+
+    def _wish(self, goal: FNode, within_ms: int | None) -> None:
+        from unified_planning.model.timing import GlobalStartTiming
+
+        self.problem.add_goal(goal)
+        if within_ms is not None:
+            self.problem.add_timed_goal(GlobalStartTiming(within_ms), goal)
+
+    def _durative(self, action: Action) -> DurativeAction:
+        from unified_planning.model import DurativeAction
+
+        name = f"a{len(self.actions)}"
+        self.actions[name] = action
+        durative = DurativeAction(name)
+        durative.set_fixed_duration(action.duration_ms)
+        return durative
+
+    def _change(self, durative: DurativeAction, old: FNode, new: FNode) -> None:
+        """Need `old` and take it away at the start, give `new` at the end: nobody else has either in between."""
+        durative.add_condition(self._start, old)
+        durative.add_effect(self._start, old, False)
+        durative.add_effect(self._end, new, True)
+
+    def _is(self, *fact: object) -> FNode:
+        from unified_planning.model import Fluent
+
+        if fact not in self._fluents:
+            fluent = Fluent(f"f{len(self._fluents)}", environment=self.problem.environment)
+            self.problem.add_fluent(fluent, default_initial_value=False)
+            self._fluents[fact] = fluent()
+        return self._fluents[fact]

@@ -1,0 +1,139 @@
+"""When every robot could be at every meeting after a timeline: by itself, or with rides.
+
+Kept up to date with a timeline, since few robots change from one step to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from marsupial.model.plan import EPSILON_MS
+from marsupial.model.robots import Role
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Times
+from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.list_scheduling.transports import Ride
+
+
+class Arrivals:
+    """When robots could be at meetings; robots are numbered as in the situation.
+
+    Attributes
+    ----------
+    kinds
+        int64 (robots,): the number of each robot's type.
+    carriers, rovers
+        The numbers of the robots of each role.
+    arrive_ms
+        int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried.
+    boarding_ms
+        int64 (carriers, meetings): from when a rover could dock: a full carrier makes room first.
+    aboard
+        int64 (rovers,): which of the carriers each rover is aboard, -1 on the ground.
+    docking_ms, undocking_ms
+        int64 (robots,): from beginning to dock or undock to being ready again.
+    """
+
+    def __init__(self, timeline: Timeline, costs: Costs) -> None:
+        situation = timeline.situation
+        self.costs = costs
+        self.robots = [robot.name for robot in situation.robots]
+        self.row = {name: i for i, name in enumerate(self.robots)}
+        types = [situation.type_of(name) for name in self.robots]
+        numbers = {kind.name: k for k, kind in enumerate(situation.types)}
+        self.kinds: Indices = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
+        self.docking_ms: Times = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        self.undocking_ms: Times = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        self.capacity = [kind.capacity for kind in types]
+        self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
+        self.rovers = [i for i, kind in enumerate(types) if kind.role is Role.ROVER]
+        self._carrier_number = {i: k for k, i in enumerate(self.carriers)}
+        self._rover_number = {i: k for k, i in enumerate(self.rovers)}
+        n_meetings = len(situation.meetings)
+        self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
+        self.boarding_ms: Times = np.empty((len(self.carriers), n_meetings), dtype=np.int64)
+        self.aboard: Indices = np.empty(len(self.rovers), dtype=np.int64)
+        self._mend(timeline, range(len(types)))
+
+    def advance(self, timeline: Timeline) -> list[int]:
+        """Go on to a timeline that has only more actions; return the robots that take part in them."""
+        new = timeline.actions[self._seen :]
+        changed = sorted({self.row[robot] for action in new for robot in action.robots})
+        self._mend(timeline, changed)
+        return changed
+
+    def landed(self, v: int) -> Times:
+        """Return when a rover that is aboard would be ready at each meeting, set down by its carrier."""
+        carrier = self.row[self.timeline.on[self.robots[v]] or ""]
+        return np.asarray(self.arrive_ms[carrier] + self.undocking_ms[v])
+
+    def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
+        """Return (meetings, meetings): when rover `v`, itself at meetings at times `arrive_ms`, is carried to others.
+
+        `k` is the number of the carrier among the carriers.
+        """
+        docked = np.maximum(self.boarding_ms[k], arrive_ms) + self.docking_ms[v]
+        return np.asarray(docked[:, None] + self.costs.ride[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
+
+    def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Ride]]:
+        """Search the earliest times at which a rover could be at each meeting with any number of rides.
+
+        With `alone` no carrier fetches it: it drives, set down before by the carrier it is aboard.
+
+        Returns
+        -------
+        times, rides
+            Per meeting the time, and the last ride on the way there (absent: it drives there from where it stands).
+            Exact if no carrier is used twice, an estimate otherwise.
+        """
+        rides: dict[int, Ride] = {}
+        on, times = self.timeline.on[self.robots[v]], np.minimum(self.arrive_ms[v], NEVER)
+        if alone and on is None:
+            return times, rides
+        names, stay = self.timeline.situation.meetings, self.costs.stay[self.kinds[v]]
+        if on is not None:
+            via = self.landed(v)[:, None] + stay
+            for m in np.flatnonzero(via.min(axis=0, initial=NEVER) < NEVER):
+                down = int(np.argmin(via[:, m]))
+                rides[int(m)] = Ride(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
+                times[m] = via[down, m]
+        better = not alone
+        while better:
+            better = False
+            for k, c in enumerate(self.carriers):
+                up = self.carried(k, times, v)
+                landed = up.min(axis=0, initial=NEVER)[:, None] + stay
+                for m in np.flatnonzero(landed.min(axis=0, initial=NEVER) < times):
+                    down = int(np.argmin(landed[:, m]))
+                    pickup = int(np.argmin(up[:, down]))
+                    rides[int(m)] = Ride(
+                        carrier=self.robots[c], pickup=names[pickup], set_down=names[down], then_to=names[m]
+                    )
+                    times[m] = landed[down, m]
+                    better = True
+        return times, rides
+
+    def _mend(self, timeline: Timeline, changed: Iterable[int]) -> None:
+        self.timeline, self._seen = timeline, len(timeline.actions)
+        for i in changed:
+            name = self.robots[i]
+            at, on = timeline.at[name], timeline.on[name]
+            if at is None:
+                self.arrive_ms[i] = NEVER
+            else:
+                place = timeline.situation.place_index[at]
+                np.add(self.costs.meet[self.kinds[i], place], timeline.ready_ms[name], out=self.arrive_ms[i])
+            if i in self._rover_number:
+                self.aboard[self._rover_number[i]] = -1 if on is None else self._carrier_number[self.row[on]]
+            else:
+                self.boarding_ms[self._carrier_number[i]] = self._boarding(i)
+
+    def _boarding(self, c: int) -> Times:
+        """Return from when a rover could dock on a carrier at each meeting."""
+        name = self.robots[c]
+        if self.capacity[c] == 0:
+            return np.full(self.arrive_ms.shape[1], NEVER, dtype=np.int64)
+        if not self.timeline.is_full(name):
+            return self.arrive_ms[c]
+        return np.asarray(self.arrive_ms[c] + self.undocking_ms[self.row[self.timeline.cargo[name][0]]])

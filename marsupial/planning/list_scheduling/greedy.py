@@ -1,0 +1,206 @@
+"""The engine that always answers: list scheduling, one target after the other, then the rest of the goal.
+
+Each step takes the target that can be explored soonest, in the way that does so
+(`marsupial.planning.list_scheduling.insertions`), and adds its actions to the timeline; rovers are then picked up and
+carriers drive home (`marsupial.planning.list_scheduling.recovery`). What this does badly is to leave far targets for
+the end. So it is done over in a few rounds, each of which gives the target that came last a head start of half the
+makespan (the squeaky wheel gets the grease); the shortest plan stays.
+
+References
+----------
+D. Joslin and D. Clements, "Squeaky wheel" optimization, Journal of Artificial Intelligence Research 10, 1999.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from marsupial.model.plan import ActionName, Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Times
+from marsupial.planning.list_scheduling.detours import Detours
+from marsupial.planning.list_scheduling.insertions import Ways
+from marsupial.planning.list_scheduling.recovery import go_home, recover
+from marsupial.planning.list_scheduling.timeline import Timeline, replay
+from marsupial.planning.list_scheduling.transports import follow, ride
+from marsupial.planning.reachability import hopeless_targets, impossible, reach
+
+ROUNDS = 8
+"""How many plans are made at most; beyond that little is gained."""
+
+
+class Greedy:
+    """The engine; `clock` gives wall-clock seconds. One step of a budget is one round, of `ROUNDS` at most."""
+
+    info = EngineInfo(
+        name="greedy",
+        summary="list scheduling; always answers, never proves a plan best",
+        licence="Apache-2.0",
+        anytime=True,
+        proves_optimality=False,
+        deterministic_steps=True,
+    )
+
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
+
+        The first round is always finished, so that there is an answer however small the budget; no other is begun that
+        would, at the pace so far, end too late.
+        """
+        begun = self._clock()
+        if start is not None:
+            yield Improved(plan=start, elapsed_s=0.0)
+        proof = None if start is not None else impossible(situation)
+        if proof is not None:
+            yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
+            return
+        best, complaint = start, ""
+        rounds = islice(Listing(situation).drafts(), min(ROUNDS, budget.steps or ROUNDS))
+        for n, draft in enumerate(rounds, 1):
+            elapsed = self._clock() - begun
+            complaint = complaint or draft.complaint
+            if not draft.complaint and (best is None or draft.plan.makespan_ms < best.makespan_ms):
+                best = draft.plan
+                yield Improved(plan=best, elapsed_s=elapsed)
+            if budget.seconds is not None and elapsed * (n + 1) / n > budget.seconds:
+                break
+        yield Finished(
+            outcome=Outcome.NO_PLAN if best is None else Outcome.SATISFICING,
+            detail=complaint if best is None else "list scheduling, nothing proven",
+            elapsed_s=self._clock() - begun,
+        )
+
+
+def serve(situation: Situation, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
+    """Return a plan that does what it can, and the names of the targets it leaves out: see `Listing.serve`."""
+    return Listing(situation).serve(start)
+
+
+class Listing:
+    """List scheduling in one situation; the tables it looks things up in are made once."""
+
+    def __init__(self, situation: Situation) -> None:
+        self._detours = Detours(situation)
+        self._costs = Costs(self._detours.situation)
+
+    def serve(self, start: Plan | None = None) -> tuple[Plan, frozenset[str]]:
+        """Return a plan that does what it can, and the names of the targets it leaves out.
+
+        The plan can be carried out (`check` with the targets it explores finds nothing wrong), though of the rest of
+        the goal it reaches only what it can: some rovers may stay on the ground, some carriers away from home.
+
+        Parameters
+        ----------
+        start
+            A plan that can be carried out: it is kept, and what it leaves is added at its end.
+        """
+        plan = next(self.drafts(start)).plan
+        return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored
+
+    def drafts(self, start: Plan | None = None) -> Iterator[_Draft]:
+        """Yield one plan per round without end, all with the actions of `start` first.
+
+        Each round gives the target that came last a head start.
+        """
+        situation, costs = self._detours.situation, self._costs
+        begun = Timeline.of(situation) if start is None else replay(situation, start)
+        names = [target.name for target in situation.targets]
+        head_start_ms = np.zeros(len(names), dtype=np.int64)
+        while True:
+            timeline, left = _explore(begun.copy(), costs, head_start_ms)
+            last = names.index(left[0] if left else _last_explored(timeline)) if names else None
+            complaint = _why_left(situation, left)
+            goal = situation.goal
+            if goal.recover_rovers or goal.return_home:
+                timeline, trouble = recover(timeline, costs)
+                complaint = complaint or trouble
+            if goal.return_home:
+                trouble = go_home(timeline)
+                complaint = complaint or trouble
+            yield _Draft(plan=self._detours.told(timeline.plan), complaint=complaint)
+            if last is None:
+                return
+            head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Draft:
+    """A plan, and a sentence on what of the goal it does not reach: empty if nothing."""
+
+    plan: Plan
+    complaint: str
+
+
+def _why_left(situation: Situation, left: list[str]) -> str:
+    if not left:
+        return ""
+    reasons = hopeless_targets(situation, reach(situation))
+    return reasons.get(left[0], f"list scheduling found no way to {left[0]}")
+
+
+def _last_explored(timeline: Timeline) -> str:
+    explored = (action for action in timeline.actions if action.name is ActionName.EXPLORE)
+    return max(explored, key=lambda action: action.end_ms).place
+
+
+def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
+    """Add the exploring of every target that can be served; return the timeline and the names of the others."""
+    names = [target.name for target in timeline.situation.targets]
+    explored = timeline.explored
+    if explored.issuperset(names):
+        return timeline, []
+    ways = Ways(timeline, costs, np.array([name not in explored for name in names], dtype=np.bool_))
+    while ways.left.any():
+        done, numbers = ways.soonest()
+        target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
+        if done[target] < NEVER:
+            _take(ways, int(numbers[target]), target, names[target])
+            ways.advance()
+            ways.left[target] = False
+            continue
+        relayed = _relay_to_target(ways, names)
+        if relayed is None:
+            break
+        ways = Ways(relayed[0], costs, ways.left)
+        ways.left[relayed[1]] = False
+    return ways.timeline, [name for name, left in zip(names, ways.left, strict=True) if left]
+
+
+def _take(ways: Ways, number: int, target: int, name: str) -> None:
+    """Add a way to explore a target."""
+    robot, carrier = ways.way(number)
+    if carrier is not None:
+        ride(ways.timeline, robot, ways.journey(robot, carrier, target))
+    ways.timeline.explore(robot, name)
+
+
+def _relay_to_target(ways: Ways, names: list[str]) -> tuple[Timeline, int] | None:
+    """Return the timeline with one more target explored, by several rides in a row, or None if there is no such way."""
+    options, known = [], ways.arrivals
+    for i in known.rovers:
+        outing = np.where(ways.left, ways.costs.outing[known.kinds[i]], NEVER)
+        if not (outing < NEVER).any():
+            continue
+        times, rides = known.relay(i)
+        done = times[:, None] + outing
+        meeting, target = (int(k) for k in np.unravel_index(int(np.argmin(done)), done.shape))
+        if done[meeting, target] < NEVER:
+            options.append((int(done[meeting, target]), i, meeting, target, rides))
+    for _, i, meeting, target, rides in sorted(options, key=lambda option: option[:2]):
+        rover = known.robots[i]
+        timeline = ways.timeline.copy()
+        if follow(timeline, rover, meeting, rides) and timeline.can_drive(rover, names[target]):
+            timeline.explore(rover, names[target])
+            return timeline, target
+    return None

@@ -1,0 +1,186 @@
+"""The end of a plan made step by step: every rover is picked up, every carrier drives home.
+
+Rovers are picked up in the order of who can be aboard soonest, but no pick-up takes a place that a rover left over
+would need: a matching of rovers to places is kept possible. Where that takes it, rovers get rides by other carriers, or
+one that is aboard is set down to be picked up by another carrier.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from marsupial.model.plan import EPSILON_MS
+from marsupial.model.robots import Role
+from marsupial.model.situation import Situation
+from marsupial.planning.list_scheduling.arrivals import Arrivals
+from marsupial.planning.list_scheduling.costs import NEVER, Costs, Mask, Times
+from marsupial.planning.list_scheduling.kernels import soonest_aboard
+from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.list_scheduling.transports import Ride, board, follow
+from marsupial.planning.reachability import matching
+
+
+def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
+    """Add the picking up of every rover; return the timeline and a sentence on those left, if any.
+
+    Where some are left, it is done over with those that need rides going first, before the carriers that give them
+    rides are full.
+    """
+    recovered, left = _recovered(timeline, costs, rides_first=False)
+    if left:
+        other = _recovered(timeline, costs, rides_first=True)
+        recovered, left = (recovered, left) if other[1] else other
+    return recovered, f"list scheduling found no place on a carrier for {left[0]}" if left else ""
+
+
+def _recovered(timeline: Timeline, costs: Costs, *, rides_first: bool) -> tuple[Timeline, list[str]]:
+    """Return the timeline with the picking up of every rover added, and the rovers left."""
+    known, stranded_ms = Arrivals(timeline, costs), _stranded_ms(timeline.situation)
+    for _ in range(3 * len(known.rovers)):  # rides on full carriers set others down, and might do so for ever
+        if (known.aboard >= 0).all():
+            break
+        step = _Pickups(known, stranded_ms, rides_first=rides_first).next()
+        if step is None:
+            break
+        known.advance(step)
+    return known.timeline, [known.robots[known.rovers[i]] for i in np.flatnonzero(known.aboard < 0)]
+
+
+def go_home(timeline: Timeline) -> str:
+    """Add the carriers' way home; return a sentence on the first that can't get there, if any."""
+    complaint = ""
+    for robot in timeline.situation.of_role(Role.CARRIER):
+        if robot.home is None:
+            continue
+        if timeline.can_drive(robot.name, robot.home):
+            timeline.move(robot.name, robot.home)
+        else:
+            complaint = complaint or f"{robot.name} has no path to its home {robot.home}"
+    return complaint
+
+
+class _Pickups:
+    """Which carrier could pick up which rover, when and where. Rovers are indices into `Arrivals.robots`."""
+
+    def __init__(self, known: Arrivals, stranded_ms: Times, *, rides_first: bool) -> None:
+        self.known, self.timeline, self.rides_first = known, known.timeline, rides_first
+        self.meetings = known.timeline.situation.meetings
+        self.carriers = [known.robots[c] for c in known.carriers]
+        self.places = [known.capacity[c] for c in known.carriers]
+        self.free = [n - len(self.timeline.cargo[name]) for n, name in zip(self.places, self.carriers, strict=True)]
+        self.out = [known.rovers[i] for i in np.flatnonzero(known.aboard < 0)]
+        self.carrier_ms = known.arrive_ms[known.carriers] + stranded_ms
+        self.carrier_ms[np.array(self.places) == 0] = NEVER
+
+    def next(self) -> Timeline | None:
+        """Return the timeline one step further: with a rover picked up or, if need be, another set down."""
+        for alone in (True, False):
+            journeys = {v: self.known.relay(v, alone=alone) for v in self.out}
+            step = self._board_one(journeys, every=True) or self._make_room(journeys, alone=alone)
+            if step is not None:
+                return step
+        return self._board_one(journeys, every=False)
+
+    def _board_one(self, journeys: Mapping[int, _Journey], *, every: bool) -> Timeline | None:
+        """Return the timeline with the soonest pick-up after which as many others find a place as before.
+
+        With `every` only if all rovers that are out find one.
+        """
+        aboard_ms = self._aboard_ms(journeys)
+        seats = _seated(aboard_ms < NEVER, self.free)
+        if every and seats < len(self.out):
+            return None
+        wanted = np.where(np.array(self.free) > 0, aboard_ms, NEVER)
+        for row, k in self._in_order(wanted):
+            free = [n - (i == k) for i, n in enumerate(self.free)]
+            if _seated(np.delete(aboard_ms, row, axis=0) < NEVER, free) + 1 < seats:
+                continue
+            step = self._board(self.out[row], k, journeys[self.out[row]])
+            if step is not None:
+                return step
+        return None
+
+    def _in_order(self, aboard_ms: Times) -> Iterator[tuple[int, int]]:
+        """Yield the pairs of a rover that is out and a carrier, the soonest first; never those that can't be."""
+        untried = aboard_ms
+        if self.rides_first:
+            direct_ms = self._aboard_ms({v: self.known.relay(v, alone=True) for v in self.out})
+            yield from _soonest_first(np.where(direct_ms < NEVER, NEVER, untried))
+            untried = np.where(direct_ms < NEVER, untried, NEVER)
+        yield from _soonest_first(untried)
+
+    def _make_room(self, out: Mapping[int, _Journey], *, alone: bool) -> Timeline | None:
+        """Return the timeline with a rover set down so that more can be aboard in the end, None if none helps."""
+        aboard = [v for v in self.known.rovers if v not in out]
+        journeys = {v: self.known.relay(v, alone=alone) for v in aboard} | dict(out)
+        options = {v: _by_time(times) for v, times in zip(journeys, self._aboard_ms(journeys), strict=True)}
+        own = {v: self.carriers.index(self.timeline.on[self.known.robots[v]] or "") for v in aboard}
+        for v, k in own.items():
+            options[v] = [k, *(other for other in options[v] if other != k)]
+        chosen = dict(zip(options, matching(list(options.values()), self.places), strict=True))
+        for v in aboard:
+            if chosen[v] != own[v]:
+                timeline = self.timeline.copy()
+                meeting = self._meeting(v, chosen[v], journeys[v][0])
+                return timeline if follow(timeline, self.known.robots[v], meeting, journeys[v][1]) else None
+        return None
+
+    def _board(self, v: int, k: int, journey: _Journey) -> Timeline | None:
+        meeting = self._meeting(v, k, journey[0])
+        rover, carrier, place = self.known.robots[v], self.carriers[k], self.meetings[meeting]
+        timeline = self.timeline.copy()
+        if not follow(timeline, rover, meeting, journey[1]) or not timeline.can_drive(carrier, place):
+            return None
+        board(timeline, rover, carrier, place)
+        return timeline
+
+    def _aboard_ms(self, journeys: Mapping[int, _Journey]) -> Times:
+        """Return (journeys, carriers): when each rover could be aboard a carrier that can go home where it has to."""
+        ready_ms = np.array([times for times, _ in journeys.values()], dtype=np.int64)
+        docking_ms = self.known.docking_ms[list(journeys)] - EPSILON_MS
+        aboard_ms = np.empty((len(journeys), len(self.carriers)), dtype=np.int64)
+        soonest_aboard(ready_ms.reshape(len(journeys), -1), self.carrier_ms.T.copy(), docking_ms, aboard_ms)
+        return aboard_ms
+
+    def _meeting(self, v: int, k: int, ready_ms: Times) -> int:
+        """Return the meeting at which a rover could be aboard a carrier soonest."""
+        docked = np.maximum(ready_ms, self.carrier_ms[k]) + self.known.docking_ms[v] - EPSILON_MS
+        return int(np.argmin(np.minimum(docked, NEVER)))
+
+
+_Journey = tuple[Times, Mapping[int, Ride]]
+"""Per meeting when a rover could be there, and the rides that bring it there."""
+
+
+def _stranded_ms(situation: Situation) -> Times:
+    """Return (carriers, meetings): `NEVER` where a carrier that has to end at home could not drive there, else 0."""
+    carriers = situation.of_role(Role.CARRIER)
+    stranded = np.zeros((len(carriers), len(situation.meetings)), dtype=np.int64)
+    for k, robot in enumerate(carriers):
+        if situation.goal.return_home and robot.home is not None:
+            legs = [situation.travel(robot.type, meeting, robot.home) for meeting in situation.meetings]
+            stranded[k] = [NEVER if leg is None else 0 for leg in legs]
+    return stranded
+
+
+def _soonest_first(times: Times) -> Iterator[tuple[int, int]]:
+    """Yield the indices of the entries before `NEVER`, in order of time; few of them are ever asked for."""
+    untried = times.copy()
+    while untried.min(initial=NEVER) < NEVER:
+        row, column = divmod(int(np.argmin(untried)), untried.shape[1])
+        untried[row, column] = NEVER
+        yield row, column
+
+
+def _by_time(times: Times) -> list[int]:
+    return [int(k) for k in np.argsort(times, kind="stable") if times[k] < NEVER]
+
+
+def _seated(fits: Mask, places: Sequence[int]) -> int:
+    """Return how many rovers find a place; bool (rovers, carriers): who could go on which."""
+    if fits[:, np.array(places) > 0].all():
+        return min(len(fits), sum(places))
+    options = [np.flatnonzero(row).tolist() for row in fits]
+    return sum(carrier >= 0 for carrier in matching(options, places))

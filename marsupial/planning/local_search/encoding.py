@@ -1,0 +1,218 @@
+"""Situations as arrays of numbers, and plans as lists of events, for the compiled search.
+
+A plan is one linear list of events: a robot explores a target, a rover is set down, a rover is picked up. Driving to
+where an event happens is implied, and so is the carrier that a rover is set down from: the one it is aboard. The list
+begins with one `START` per robot, so that everything else can be inserted after something.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.plan import EPSILON_MS, ActionName, Plan
+from marsupial.model.robots import Role
+from marsupial.model.situation import UNREACHABLE, RobotState, Situation
+from marsupial.planning.aims import Aim
+from marsupial.planning.list_scheduling.recovery import go_home
+from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.score import worth as target_worth
+
+Ints = npt.NDArray[Any]
+"""int64, but for lists of events (int32)."""
+
+NEVER = 1 << 56
+"""A leg from here on has no path."""
+
+EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
+"""Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
+
+NEIGHBOURS = 10
+DOORS = 6
+
+
+TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
+"""Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
+
+TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
+ENTRIES, EXITS = 0, 1
+
+
+class Task(NamedTuple):
+    """A situation; robots, types and places are indices in its own order, times ms, all arrays int64.
+
+    Attributes
+    ----------
+    leg
+        (types, places, places): from being ready at one place to being ready again after driving to the other:
+        0 on the diagonal, `NEVER` without a path.
+    robots
+        (robots, 8): `TYPE` and so on.
+    worth
+        Per place what reaching it sooner is worth, 0 where it is no target.
+    groups
+        (4, n): how many targets, meetings, rovers and carriers there are, followed by them.
+    near
+        (places, n): the other targets nearest to a target, then -1.
+    doors
+        (2, types, places, n): the meetings from which a place is reached soonest (`ENTRIES`), and those reached
+        soonest from it (`EXITS`), then -1.
+    recover
+        Whether all rovers have to end aboard.
+    toll
+        What setting a rover down counts as driving, in ms.
+    """
+
+    leg: Ints
+    robots: Ints
+    worth: Ints
+    groups: Ints
+    near: Ints
+    doors: Ints
+    recover: bool
+    toll: int = 0
+
+    def members(self, group: int) -> Ints:
+        """Return a group without its number."""
+        return self.groups[group, 1 : 1 + self.groups[group, 0]]
+
+
+def encode(situation: Situation, aim: Aim | None = None) -> Task:
+    """Return the situation as arrays; worths are in thousandths."""
+    kinds = [kind.name for kind in situation.types]
+    index = situation.place_index
+    leg = _legs(situation)
+    targets = np.array([index[target.name] for target in situation.targets], dtype=np.int64)
+    meetings = np.array([index[name] for name in situation.meetings], dtype=np.int64)
+    worth = np.zeros(len(index), dtype=np.int64)
+    worth[targets] = [
+        target_worth(target) if aim is None else round(1000 * aim.worth[target.name]) for target in situation.targets
+    ]
+    roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
+    rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
+    robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
+    doors = np.stack([_doors(leg.transpose(0, 2, 1), meetings), _doors(leg, meetings)])
+    return Task(
+        leg=leg,
+        robots=robots,
+        worth=worth,
+        groups=_groups(targets, meetings, rovers, carriers),
+        near=_near(leg, targets, np.unique(robots[rovers, TYPE]), np.unique(robots[carriers, TYPE]), doors[ENTRIES]),
+        doors=doors,
+        recover=situation.goal.recover_rovers or situation.goal.return_home,
+        toll=0 if aim is None else round(aim.undocking_ms / aim.driving),
+    )
+
+
+def _row(situation: Situation, robot: RobotState, kinds: list[str]) -> tuple[int, ...]:
+    kind, index = situation.type_by_name[robot.type], situation.place_index
+    free = robot if robot.carrier is None else situation.robot_by_name[robot.carrier]
+    goes_home = situation.goal.return_home and kind.role is Role.CARRIER and robot.home is not None
+    return (
+        kinds.index(kind.name),
+        -1 if robot.place is None else index[robot.place],
+        -1 if robot.carrier is None else situation.robots.index(free),
+        free.free_at_ms,
+        kind.capacity,
+        max(1, kind.dock_ms) + EPSILON_MS,
+        max(1, kind.undock_ms) + EPSILON_MS,
+        index[robot.home or ""] if goes_home else -1,
+    )
+
+
+def _groups(*members: Ints) -> Ints:
+    groups = np.full((len(members), 1 + max(map(len, members))), -1, dtype=np.int64)
+    for group, row in zip(members, groups, strict=True):
+        row[0] = len(group)
+        row[1 : 1 + len(group)] = group
+    return groups
+
+
+def events_of(situation: Situation, plan: Plan) -> Ints:
+    """Return the events (n, 4) of a plan: its actions but the moves, after the starts."""
+    index = situation.place_index
+    number = {robot.name: i for i, robot in enumerate(situation.robots)}
+    kinds = {ActionName.EXPLORE: EXPLORE, ActionName.UNDOCK: UNDOCK, ActionName.DOCK: DOCK}
+    rows = [
+        (
+            START,
+            i,
+            -1 if robot.carrier is None else number[robot.carrier],
+            -1 if robot.place is None else index[robot.place],
+        )
+        for i, robot in enumerate(situation.robots)
+    ]
+    rows += [
+        (kinds[a.name], number[a.robot], -1 if a.carrier is None else number[a.carrier], index[a.place])
+        for a in plan.actions
+        if a.name in kinds
+    ]
+    return np.array(rows, dtype=np.int32).reshape(-1, 4)
+
+
+def plan_of(situation: Situation, events: Ints) -> Plan:
+    """Return the plan of a feasible list of events."""
+    timeline = Timeline.of(situation)
+    places, robots = situation.places, [robot.name for robot in situation.robots]
+    for kind, robot, carrier, place in events.tolist():
+        if kind == EXPLORE:
+            timeline.explore(robots[robot], places[place])
+        elif kind == UNDOCK:
+            timeline.undock(robots[robot], places[place])
+        elif kind == DOCK:
+            timeline.dock(robots[robot], robots[carrier], places[place])
+    if situation.goal.return_home:
+        go_home(timeline)
+    return timeline.plan
+
+
+def _legs(situation: Situation) -> Ints:
+    places = len(situation.places)
+    leg = np.full((len(situation.types), places, places), NEVER, dtype=np.int64)
+    for i, kind in enumerate(situation.types):
+        table = situation.travel_ms[kind.name]
+        leg[i] = np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1) + EPSILON_MS)
+        np.fill_diagonal(leg[i], 0)
+        for target in situation.targets:
+            if kind.name not in target.explorers:
+                leg[i, :, situation.place_index[target.name]] = NEVER
+    return leg
+
+
+def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints) -> Ints:
+    """Return per target the others that a robot gets to or from soonest, by itself or from door to door by carrier.
+
+    `rovers` and `carriers` are types, `entries` are `doors[ENTRIES]`.
+    """
+    places = leg.shape[1]
+    near = np.full((places, NEIGHBOURS), -1, dtype=np.int64)
+    if len(targets) < 2 or not len(leg):
+        return near
+    apart = leg[:, targets[:, None], targets].min(axis=0)
+    for carrier in carriers:
+        for rover in rovers:
+            base, walk = targets.copy(), np.zeros(len(targets), dtype=np.int64)
+            doors = entries[rover, targets, 0]
+            walks = (doors >= 0) & (leg[rover, doors, targets] < NEVER)
+            base[walks], walk[walks] = doors[walks], leg[rover, doors[walks], targets[walks]]
+            apart = np.minimum(apart, leg[carrier, base[:, None], base] + walk[:, None] + walk)
+    apart = np.minimum(apart, apart.T)
+    np.fill_diagonal(apart, 4 * NEVER)
+    order = np.argsort(apart, axis=1, kind="stable")[:, :NEIGHBOURS]
+    found = np.where(np.take_along_axis(apart, order, axis=1) < NEVER, targets[order], -1)
+    near[targets, : found.shape[1]] = found
+    return near
+
+
+def _doors(leg: Ints, meetings: Ints) -> Ints:
+    """Return (types, places, n): the meetings with the shortest legs from each place, then -1."""
+    types, places = leg.shape[:2]
+    doors = np.full((types, places, DOORS), -1, dtype=np.int64)
+    if len(meetings):
+        apart = leg[:, :, meetings]
+        order = np.argsort(apart, axis=2, kind="stable")[:, :, :DOORS]
+        found = np.where(np.take_along_axis(apart, order, axis=2) < NEVER, meetings[order], -1)
+        doors[:, :, : found.shape[2]] = found
+    return doors

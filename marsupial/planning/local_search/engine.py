@@ -1,0 +1,148 @@
+"""The anytime engine: list scheduling's plan at once, then simulated annealing on the exact schedule.
+
+Once the makespan is as short as the lower bound, only the mean time at which targets are reached and the driving can
+get better, and that gets as much effort as there has been so far, and a little more. Where
+`marsupial.planning.list_scheduling.greedy` finds no plan and none is given, there is none: a search over plans needs
+one to begin with.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+from marsupial.model.plan import EPSILON_MS, Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.aims import Aim
+from marsupial.planning.checker import check
+from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
+from marsupial.planning.local_search.bounds import makespan_bound_ms
+from marsupial.planning.local_search.encoding import Task, encode, events_of, plan_of
+from marsupial.planning.local_search.pace import Pace
+from marsupial.planning.local_search.search import can_be_carried_out
+from marsupial.planning.local_search.team import Team
+from marsupial.planning.score import Score, score
+
+STEPS_PER_ROUND, LISTING_SHARE = 5, 0.08
+"""How many steps of a budget there have to be for one more round of list scheduling, and what share of the seconds all
+rounds but the first take at most."""
+
+SIZE = 2
+"""How many searches there are, each in a thread."""
+
+
+class Anytime:
+    """The engine; `clock` gives wall-clock seconds. One step of a budget: each of `searches` tries
+    `search.STEP` changes.
+
+    The first call in a process takes up to half a second more, to load compiled code: a service had better make one
+    before a robot waits. The first call ever compiles, for about a minute.
+
+    Plans get better in their makespan, then in the mean time at which targets are reached, those that reveal more
+    counting more, then in the time spent driving.
+    """
+
+    info = EngineInfo(
+        name="anytime",
+        summary="annealing on exact schedules; a plan at once, then better ones; proves some makespans best",
+        licence="Apache-2.0",
+        anytime=True,
+        proves_optimality=True,
+        deterministic_steps=True,
+    )
+
+    def __init__(
+        self, clock: Callable[[], float] = time.perf_counter, searches: int = SIZE, aim: Aim | None = None
+    ) -> None:
+        self._clock, self._searches, self._aim = clock, searches, aim
+
+    def aimed(self, aim: Aim) -> Anytime:
+        """Return the engine whose plans get better by this aim instead; it proves nothing."""
+        return Anytime(self._clock, self._searches, aim)
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Yield `start` if it is valid, or list scheduling's plan, better ones, then `Finished`; see `Engine`.
+
+        A `start` that the checker refuses is passed over. With another aim than the makespan, list scheduling is asked
+        only where there is no start: it knows nothing of that aim. The first plan and one step come however small the
+        budget.
+        """
+        begun = self._clock()
+        plans = [start] if start is not None and check(situation, start).valid else []
+        for plan in plans:
+            yield Improved(plan=plan, elapsed_s=self._clock() - begun)
+        told = self._score(situation, plans[0]) if plans else None
+        for event in self._listed(situation, budget) if self._aim is None or not plans else ():
+            if isinstance(event, Finished):
+                if not plans:
+                    yield event
+                    return
+                break
+            plans.append(event.plan)
+            if told is None or self._score(situation, event.plan) < told:
+                told = self._score(situation, event.plan)
+                yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
+        task = encode(situation, self._aim)
+        bound_ms = makespan_bound_ms(task) if self._aim is None else 0
+        pace = Pace(budget, self._clock, begun, bound_ms)
+        makespan_ms = min(plan.makespan_ms for plan in plans)
+        for plan in self._improvements(situation, task, plans, pace):
+            makespan_ms = plan.makespan_ms
+            yield Improved(plan=plan, elapsed_s=self._clock() - begun)
+        if self._aim is None:
+            yield _finished(makespan_ms, bound_ms, self._clock() - begun)
+        else:
+            detail = "annealing by an aim that is not the makespan"
+            yield Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=self._clock() - begun)
+
+    def _score(self, situation: Situation, plan: Plan) -> Score:
+        """Return the score of a plan; with an aim, its cost comes first."""
+        makespan, reaching, driving = score(situation, plan)
+        return makespan if self._aim is None else round(self._aim.cost(plan)), reaching, driving
+
+    def _listed(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
+        """Return the plans of list scheduling, the first ones at least."""
+        if budget.seconds is None:
+            rounds = Budget(steps=min(ROUNDS, 1 + (budget.steps or 0) // STEPS_PER_ROUND))
+        else:
+            rounds = Budget(seconds=LISTING_SHARE * budget.seconds)
+        return Greedy(self._clock).solve(situation, rounds)
+
+    def _improvements(self, situation: Situation, task: Task, plans: list[Plan], pace: Pace) -> Iterator[Plan]:
+        """Yield plans better than all of `plans`, with the best of which the search begins."""
+        plans = sorted(plans, key=lambda plan: self._score(situation, plan))
+        told = self._score(situation, plans[0])
+        beginnings = [events_of(situation, plan) for plan in plans]
+        beginnings = [events for events in beginnings if can_be_carried_out(task, events)]
+        if not beginnings or len(beginnings[0]) == 0:
+            return
+        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches, self._aim) as team:
+            best = team.score
+            while pace.goes_on(best):
+                team.step(pace.used, pace.steps)
+                if pace.has_begun:
+                    team.expect(pace.expected)
+                best = team.score
+                if best < told and pace.is_due(best, told):
+                    told = best
+                    yield plan_of(situation, team.events)
+            if best < told:
+                yield plan_of(situation, team.events)
+
+
+def _finished(makespan_ms: int, bound_ms: int, elapsed_s: float) -> Finished:
+    optimal = makespan_ms <= bound_ms
+    seconds = bound_ms / 1000
+    return Finished(
+        outcome=Outcome.OPTIMAL if optimal else Outcome.SATISFICING,
+        detail=(
+            f"no plan ends before {seconds:.3f} s: the makespan is optimal, the rest is as good as was found"
+            if optimal
+            else f"annealing; no plan ends before {seconds:.3f} s"
+        ),
+        elapsed_s=elapsed_s,
+        lower_bound_ms=bound_ms,
+    )

@@ -1,0 +1,58 @@
+"""Several searches as one, side by side in threads: compiled code does not hold the interpreter's lock.
+
+They take their steps together, so that the same steps give the same plans, and the last runs of all begin at the best
+list that any has found.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from types import TracebackType
+from typing import Self
+
+from marsupial.planning.aims import Aim
+from marsupial.planning.local_search.encoding import Ints, Task
+from marsupial.planning.local_search.search import Annealing
+from marsupial.planning.score import Score
+
+
+class Team:
+    """That many searches; as a context, it leaves no thread behind. See `Annealing` for the rest."""
+
+    def __init__(self, task: Task, beginnings: list[Ints], bound_ms: int, size: int, aim: Aim | None = None) -> None:
+        self._searches = [Annealing(task, beginnings[i:] + beginnings[:i], bound_ms, i, aim) for i in range(size)]
+        self._threads = ThreadPoolExecutor(max(1, size - 1), thread_name_prefix="anytime")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._threads.shutdown()
+
+    @property
+    def score(self) -> Score:
+        """The score of the best list."""
+        return min(search.score for search in self._searches)
+
+    @property
+    def events(self) -> Ints:
+        """The best list so far."""
+        return min(self._searches, key=lambda search: search.score).events
+
+    def expect(self, steps: float) -> None:
+        """Choose the number of runs for a budget of about that many steps."""
+        for search in self._searches:
+            search.expect(steps)
+
+    def step(self, used: float, steps: int) -> None:
+        """Let each search take that many steps; `used` is the share of the budget used so far, from 0 to 1."""
+        if self._searches[0].is_last_run(used):
+            events = self.events
+            for search in self._searches:
+                search.begin_last(events)
+        others = [self._threads.submit(search.step, used, steps) for search in self._searches[1:]]
+        self._searches[0].step(used, steps)
+        for other in others:
+            other.result()

@@ -1,0 +1,175 @@
+"""Several engines as one: the lead at once, others beside it where they are of use, the best checked plan of all.
+
+With a budget in seconds they run side by side and improvements are passed on as they come, those with a better score
+(`marsupial.planning.score`) only; members that ask for the best plan of all get it at any time. It is over at the end
+of the budget, when all have ended, or when one proves that there is no plan. Once the makespan is proven optimal the
+lead goes on for as long again as it has taken, and a little more, to get targets reached sooner, from the plan of
+whoever has found it; unless the lead has ended by itself.
+
+With a budget in steps they run one after the other, each beginning with the best plan so far, so that the same steps
+give the same plans.
+
+An engine that crashes, or whose plans the checker refuses, costs nothing but its share of the processor.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
+from marsupial.model.situation import Situation
+from marsupial.planning.portfolio.incumbent import Standings
+from marsupial.planning.portfolio.race import Clock, Race, crash
+
+GRACE_S, FIRST_PLAN_S = 0.05, 1.0
+"""How long after the end of the budget engines may still finish their step and tell their bounds, with a plan and
+without any."""
+
+POLISH_S = 0.1
+"""How long the lead goes on at least where the makespan can't get shorter."""
+
+GIVEN = "the one before"
+"""Whose plan `start` is."""
+
+Latest = Callable[[], Plan | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """An engine of a portfolio.
+
+    Parameters
+    ----------
+    make
+        Makes it around a clock (seconds), which it has to keep its budget by unless its events can be cancelled, and
+        around something that tells the best plan of all so far at any time.
+    suits
+        Whether it is of use in a situation.
+    head_start_s
+        How long the lead runs alone before it; with less than twice that left it does not begin beside it.
+    """
+
+    name: str
+    make: Callable[[Clock, Latest], Engine]
+    suits: Callable[[Situation], bool] = lambda situation: True
+    head_start_s: float = 0.0
+
+
+class Portfolio:
+    """The engine; `clock` gives wall-clock seconds. The first of the members that suit a situation is in the lead."""
+
+    def __init__(self, info: EngineInfo, *members: Member, clock: Callable[[], float] = time.perf_counter) -> None:
+        self.info = info
+        self._members = members
+        self._clock = clock
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Yield `start` if it is valid, the plans that are better, then `Finished`; see `Engine`."""
+        begun = self._clock()
+        standings = Standings(situation)
+        if start is not None and standings.take(GIVEN, start):
+            yield Improved(plan=start, elapsed_s=self._clock() - begun)
+        members = tuple(member for member in self._members if member.suits(situation))
+        if budget.seconds is None:
+            events = self._in_turn(situation, budget, standings, members)
+        else:
+            events = _SideBySide(situation, standings, members, self._clock, begun + budget.seconds).events()
+        with closing(events):
+            for name, event in events:
+                if isinstance(event, Finished):
+                    standings.ended(name, event)
+                elif standings.take(name, event.plan):
+                    yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
+        elapsed_s = self._clock() - begun
+        time_is_up = budget.seconds is not None and elapsed_s >= budget.seconds
+        yield standings.finished(elapsed_s, time_is_up=time_is_up)
+
+    def _in_turn(
+        self, situation: Situation, budget: Budget, standings: Standings, members: tuple[Member, ...]
+    ) -> Generator[tuple[str, Improved | Finished]]:
+        for member in members:
+            try:
+                engine = member.make(self._clock, lambda: standings.plan)
+                if engine.info.deterministic_steps:
+                    for event in engine.solve(situation, budget, start=standings.plan):
+                        yield member.name, event
+            except Exception as error:
+                yield member.name, crash(error)
+            if standings.optimal or standings.unsolvable:
+                return
+
+
+class _SideBySide:
+    """The members of a portfolio in threads, the first of them in the lead, until a moment of the clock."""
+
+    def __init__(
+        self, situation: Situation, standings: Standings, members: tuple[Member, ...], clock: Clock, end: float
+    ) -> None:
+        self._situation, self._standings, self._clock = situation, standings, clock
+        self._lead, *self._waiting = members
+        self._begun, self._end = clock(), end
+        self._proven = False
+        self._race = Race(situation, clock)
+
+    def events(self) -> Generator[tuple[str, Improved | Finished]]:
+        """Yield what they say, expecting it to be entered in the standings; closing this stops them."""
+        self._enter(self._lead)
+        try:
+            while self._goes_on():
+                if self._standings.optimal and not self._proven:
+                    self._polish()
+                self._let_in()
+                event = self._race.next(self._due() - self._clock())
+                if event is not None:
+                    yield event
+        finally:
+            self._race.stop()
+
+    def _goes_on(self) -> bool:
+        if self._standings.unsolvable or not (self._race.running or self._waiting):
+            return False
+        if self._standings.optimal and self._lead.name not in self._race.running:
+            return False
+        return self._clock() < self._end + self._grace_s
+
+    @property
+    def _grace_s(self) -> float:
+        if self._standings.plan is None:
+            return FIRST_PLAN_S
+        return 0.0 if self._proven else GRACE_S
+
+    def _polish(self) -> None:
+        """Leave only the lead, with a plan of the makespan that can't get shorter, and little time."""
+        now = self._clock()
+        self._proven, self._waiting = True, []
+        self._end = min(self._end, 2 * now - self._begun + POLISH_S)
+        if not self._standings.has_shortest(self._lead.name):
+            self._race.stop()
+            self._race = Race(self._situation, self._clock)
+            self._enter(self._lead)
+
+    def _let_in(self) -> None:
+        """Start the members whose time has come, or all of them where nobody is left."""
+        now = self._clock()
+        for member in tuple(self._waiting):
+            if now - self._begun >= member.head_start_s or not self._race.running:
+                self._waiting.remove(member)
+                least_s = 2 * member.head_start_s if self._race.running else 0.0
+                if self._end - now > least_s:
+                    self._enter(member)
+
+    def _due(self) -> float:
+        return min([self._end + self._grace_s, *(self._begun + member.head_start_s for member in self._waiting)])
+
+    def _enter(self, member: Member) -> None:
+        left = Budget(seconds=max(1e-3, self._end - self._clock()))
+        self._race.enter(member.name, lambda clock: member.make(clock, self._latest), left, self._standings.plan)
+
+    def _latest(self) -> Plan | None:
+        return self._standings.plan

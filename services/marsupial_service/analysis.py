@@ -1,0 +1,151 @@
+"""What can be read off a map, as GeoJSON in metres of the map frame.
+
+It runs in a worker: `analyse` is the function of a job of `marsupial.processes.launcher`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from marsupial.errors import InputError
+from marsupial.formats.situation import situation_to_json
+from marsupial.maps.territory import Territory
+from marsupial.mission.survey import Survey, placed
+from marsupial.model.grid import Cell, Grid
+from marsupial_service.mapstate import MapState
+from marsupial_service.outlines import polygons
+
+INCLUDE = ("places", "reach", "frontiers", "costs")
+
+Feature = dict[str, Any]
+
+
+def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[dict[str, Any] | InputError]:
+    """Yield the analysis, or what is wrong with the map state."""
+    state, include = argument
+    try:
+        yield analysis(state, include)
+    except InputError as error:
+        yield error
+
+
+def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:
+    """Return the feature collection of a map state.
+
+    Parameters
+    ----------
+    include
+        Which of `INCLUDE` are told.
+    """
+    survey = state.survey()
+    features: list[Feature] = []
+    if "places" in include:
+        features += _places(state.grid, survey)
+    if "frontiers" in include:
+        features += _frontiers(state.grid, survey)
+    if "reach" in include:
+        features += _reach(state)
+    if "costs" in include:
+        features += _costs(state.grid, survey)
+    return {
+        "type": "FeatureCollection",
+        "features": features,
+        "situation": json.loads(situation_to_json(survey.situation)),
+    }
+
+
+def _feature(identity: str, geometry: str, coordinates: object, **properties: object) -> Feature:
+    return {
+        "type": "Feature",
+        "id": identity,
+        "geometry": {"type": geometry, "coordinates": coordinates},
+        "properties": properties,
+    }
+
+
+def _places(grid: Grid, survey: Survey) -> list[Feature]:
+    """Return a point for each robot type at each place: types may stand at different cells of it."""
+    kinds = {target.name: "target" for target in survey.targets} | {m.name: "meeting" for m in survey.meetings}
+    kinds |= dict.fromkeys(survey.situation.homes, "home")
+    reveal = {target.name: target.reveal_m2 for target in survey.situation.targets}
+    found = []
+    for place, poses in survey.poses.items():
+        for kind, cell in sorted(poses.items()):
+            more = {"reveal_m2": float(reveal[place])} if place in reveal else {}
+            what = kinds.get(place, "start")
+            point = _point(grid, cell)
+            found.append(
+                _feature(
+                    f"{place}/{kind}", "Point", point, what=what, name=place, robot_type=kind, cell=list(cell), **more
+                )
+            )
+    return found
+
+
+def _frontiers(grid: Grid, survey: Survey) -> list[Feature]:
+    return [
+        _feature(
+            f"{target.name}/frontier",
+            "MultiPoint",
+            [_point(grid, Cell(int(i) % grid.width, int(i) // grid.width)) for i in target.cells],
+            what="frontier",
+            name=target.name,
+            explorers=sorted(target.viewpoints),
+        )
+        for target in survey.targets
+    ]
+
+
+def _reach(state: MapState) -> list[Feature]:
+    reach = Territory(state.grid, state.kinds).reach(placed(state.robots))
+    return [
+        _feature(
+            f"reach/{kind}",
+            "MultiPolygon",
+            [[[_corner(state.grid, corner) for corner in ring] for ring in polygon] for polygon in polygons(mask)],
+            what="reach",
+            robot_type=kind,
+            area_m2=float(np.count_nonzero(mask) * state.grid.cell_area_m2),
+        )
+        for kind, mask in sorted(reach.by_type.items())
+    ]
+
+
+def _costs(grid: Grid, survey: Survey) -> list[Feature]:
+    """Return a straight line for each drive there is, with the time it takes on the way the robot really goes."""
+    situation, found = survey.situation, []
+    for kind in (one.name for one in situation.types):
+        for origin in situation.places:
+            for goal in situation.places:
+                travel_ms = situation.travel(kind, origin, goal) if origin != goal else None
+                if travel_ms is not None:
+                    ends = [_point(grid, survey.poses[place][kind]) for place in (origin, goal)]
+                    identity = f"cost/{kind}/{origin}/{goal}"
+                    found.append(
+                        _feature(
+                            identity,
+                            "LineString",
+                            ends,
+                            what="cost",
+                            robot_type=kind,
+                            origin=origin,
+                            place=goal,
+                            travel_ms=travel_ms,
+                        )
+                    )
+    return found
+
+
+def _point(grid: Grid, cell: Cell) -> list[float]:
+    return [round(value, 6) for value in grid.centre_m(cell)]
+
+
+def _corner(grid: Grid, corner: tuple[int, int]) -> list[float]:
+    x0, y0, yaw = grid.origin_m
+    dx, dy = corner[0] * grid.resolution_m, corner[1] * grid.resolution_m
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return [round(float(x0 + cos * dx - sin * dy), 6), round(float(y0 + sin * dx + cos * dy), 6)]

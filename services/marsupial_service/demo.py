@@ -1,0 +1,90 @@
+"""Requests for /v1/jobs to try the service with."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+from marsupial.formats.situation import situation_to_json
+from marsupial_service.jobs.warm import tiny
+
+BUDGET_S = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Demo:
+    """A request; `kind` is the field that holds what is asked."""
+
+    kind: str
+    summary: str
+    load: Callable[[], dict[str, Any]]
+
+    def request(self) -> dict[str, Any]:
+        """Return the body of a request."""
+        return {"planner": "auto", "budget": {"seconds": BUDGET_S}, self.kind: self.load()}
+
+
+def _moment(name: str) -> Callable[[], dict[str, Any]]:
+    def load() -> dict[str, Any]:
+        data = (files("marsupial.bench.suite") / "moments" / f"{name}.json.gz").read_bytes()
+        situation: dict[str, Any] = json.loads(gzip.decompress(data))
+        return situation
+
+    return load
+
+
+def _tiny() -> dict[str, Any]:
+    situation: dict[str, Any] = json.loads(situation_to_json(tiny()))
+    return situation
+
+
+def _yard() -> dict[str, Any]:
+    rows = (
+        "????????????????????",
+        "#........#~~~~~~????",
+        "#........#~~~~~~????",
+        "#........~~~~~~~????",
+        "#........#mmmmm~????",
+        "#........#mmmmm~????",
+        "#........####mm#####",
+        "#..................?",
+        "#..................?",
+        "#..................?",
+        "####################",
+    )
+    carrier = {"name": "carrier", "role": "carrier", "speed_mps": 1.0, "sensor_range_m": 10.0, "radius_m": 0.4}
+    rover = {"name": "rover", "role": "rover", "speed_mps": 0.5, "sensor_range_m": 5.0, "radius_m": 0.1}
+    return {
+        "map": {"rows": list(rows), "resolution_m": 0.5, "origin_m": [10.0, 5.0, 0.0], "legend": {"m": "mud"}},
+        "terrains": [{"name": "mud"}],
+        "robot_types": [
+            {**carrier, "terrains": ["floor"], "capacity": 2},
+            {**rover, "terrains": ["floor", "rough", "mud"], "dock_s": 10.0, "undock_s": 5.0},
+        ],
+        "robots": [
+            {"name": "mother", "type": "carrier", "pose_m": [11.75, 6.25]},
+            {"name": "joey1", "type": "rover", "carrier": "mother"},
+            {"name": "joey2", "type": "rover", "carrier": "mother"},
+        ],
+        "goal": {"recover_rovers": True},
+    }
+
+
+DEMOS: Mapping[str, Demo] = {
+    "tiny": Demo(kind="situation", summary="one carrier, one rover, one target behind a door", load=_tiny),
+    "office-2x2": Demo(
+        kind="situation",
+        summary="2 carriers with 2 rovers each and 8 targets in an office",
+        load=_moment("mission-office-2x2-8"),
+    ),
+    "office-6x3": Demo(
+        kind="situation",
+        summary="6 carriers with 3 rovers each and 18 targets in an office",
+        load=_moment("mission-office-6x3-18"),
+    ),
+    "yard": Demo(kind="map_state", summary="a yard with rough ground and mud that only rovers cross", load=_yard),
+}

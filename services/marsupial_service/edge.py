@@ -1,0 +1,88 @@
+"""The outermost layer: gives each request an id, logs and counts it, and lets no exception out.
+
+Where no keys are needed, only requests that name this machine are served: else a web page could have a browser's
+requests for a name of its own sent here.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+import uuid
+from typing import Any
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from marsupial_service.problems import HttpProblem, answer
+from marsupial_service.settings import LOOPBACK
+from marsupial_service.state import State
+
+log = logging.getLogger("marsupial.service")
+
+_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
+_GONE = 499
+
+
+class Edge:
+    """Wraps the application."""
+
+    def __init__(self, app: ASGIApp, state: State) -> None:
+        self._app = app
+        self._state = state
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        passage = _Passage(send)
+        begun = time.perf_counter()
+        try:
+            await self._serve(scope, receive, passage)
+        except Exception:
+            log.exception("request failed", extra={"request": passage.id, "path": scope["path"]})
+            if passage.status is None:
+                problem = HttpProblem("internal", f"the log says more under {passage.id}")
+                await answer(problem, scope["path"])(scope, receive, passage.send)
+        finally:
+            self._note(scope, passage, time.perf_counter() - begun)
+
+    async def _serve(self, scope: Scope, receive: Receive, passage: _Passage) -> None:
+        if not self._state.settings.needs_keys and not _names_this_machine(Headers(scope=scope).get("host", "")):
+            problem = HttpProblem("misdirected", "without keys the service answers to localhost only")
+            await answer(problem, scope["path"])(scope, receive, passage.send)
+            return
+        await self._app(scope, receive, passage.send)
+
+    def _note(self, scope: Scope, passage: _Passage, seconds: float) -> None:
+        status = passage.status or _GONE
+        route = getattr(scope.get("route"), "path", "none")
+        method = scope["method"] if scope["method"] in _METHODS else "other"
+        self._state.metrics.request(method, route, status, seconds)
+        more: dict[str, Any] = {"request": passage.id, "method": method, "route": route, "status": status}
+        about = scope.get("path_params") or {}
+        more |= {"ms": round(1000 * seconds, 2)} | {key: about[key] for key in ("job", "mission") if key in about}
+        log.info("request", extra=more)
+
+
+class _Passage:
+    """An answer on its way: its status, and the id of its request."""
+
+    def __init__(self, send: Send) -> None:
+        self.id = uuid.uuid4().hex
+        self.status: int | None = None
+        self._send = send
+
+    async def send(self, message: Message) -> None:
+        if message["type"] == "http.response.start":
+            self.status = message["status"]
+            headers = MutableHeaders(scope=message)
+            headers["X-Request-Id"] = self.id
+            headers["X-Content-Type-Options"] = "nosniff"
+        await self._send(message)
+
+
+def _names_this_machine(host: str) -> bool:
+    name = host[1:].partition("]")[0] if host.startswith("[") else host.rpartition(":")[0] or host
+    return name.lower() in LOOPBACK

@@ -1,0 +1,137 @@
+"""One attempt at a job: a thread that reads what the worker sends, and has it stored."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+
+from marsupial.errors import InternalError
+from marsupial.planning.engines import PROCESSES
+from marsupial.processes import launcher as processes
+from marsupial.processes.jobs import Ended, Ending, Job, Limits
+from marsupial_service.jobs import table
+from marsupial_service.jobs.messages import Analysed, Closed, Found, Work
+from marsupial_service.jobs.records import JobOutcome, JobSettings
+from marsupial_service.jobs.work import GAVE_UP
+from marsupial_service.store import Store, StoreError
+
+_SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
+"""What a planner that keeps its budget by itself may take longer before it is stopped; ours, and an operator's."""
+
+_MOST_UNSTORED = 16
+
+_OUTCOMES: Mapping[Ending, JobOutcome] = {
+    Ending.FINISHED: JobOutcome.ENGINE_FAILED,
+    Ending.CRASHED: JobOutcome.ENGINE_FAILED,
+    Ending.MEMORY: JobOutcome.OUT_OF_MEMORY,
+    Ending.TIMEOUT: JobOutcome.TIMEOUT,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lost:
+    """The attempt was ended by something that is not the job's fault; `reason` is empty where that was us."""
+
+    reason: str
+
+
+class Attempt:
+    """An attempt at the job of `claim`. `cancel` may be called from any thread, at any time."""
+
+    def __init__(self, claim: table.Claim, store: Store, settings: JobSettings, now_ms: Callable[[], int]) -> None:
+        self.claim = claim
+        self._store = store
+        self._settings = settings
+        self._now_ms = now_ms
+        self._lock = threading.Lock()
+        self._run: processes.Run | None = None
+        self._cancelled = False
+        self._unstored: deque[Future[bool]] = deque()
+        self._has_plan = claim.start is not None
+        self._closed: Closed | None = None
+
+    def cancel(self) -> None:
+        """Have it ended; returns at once."""
+        with self._lock:
+            self._cancelled = True
+            if self._run is not None:
+                self._run.cancel()
+
+    def run(self) -> Closed | Lost:
+        """Run it to its end; when this returns, nothing of it is running and its plans are stored."""
+        try:
+            run = processes.run(self._job())
+        except InternalError as error:
+            return self._lost(str(error))
+        try:
+            self._announce(run)
+            ended = self._read(run)
+            self._wait_stored(0)
+        except StoreError as error:
+            return self._lost(str(error))
+        finally:
+            run.close()
+        return self._closed or self._judge(ended)
+
+    def _announce(self, run: processes.Run) -> None:
+        with self._lock:
+            self._run = run
+            if self._cancelled:
+                run.cancel()
+
+    def _read(self, run: processes.Run) -> Ended:
+        for event in run:
+            if isinstance(event, Ended):
+                return event
+            self._take(event.value)
+        raise InternalError("a run ended without saying so")
+
+    def _job(self) -> Job:
+        claim, settings = self.claim, self._settings
+        limit_s = settings.steps_limit_s if claim.budget.seconds is None else claim.budget.seconds
+        work = Work(
+            task=claim.task,
+            engine=settings.commands.get(claim.planner, claim.planner),
+            budget=claim.budget,
+            start=claim.start,
+            score=claim.score,
+        )
+        limits = Limits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.memory_bytes)
+        return Job(function="marsupial_service.jobs.work:solve", argument=work, limits=limits)
+
+    def _slack_s(self) -> float:
+        if self.claim.planner in PROCESSES:
+            return 0.0
+        return _COMMAND_SLACK_S if self.claim.planner in self._settings.commands else _SLACK_S
+
+    def _take(self, value: object) -> None:
+        claim, now_ms = self.claim, self._now_ms()
+        if isinstance(value, Found):
+            found = value
+            self._has_plan = True
+            self._unstored.append(self._store.write(lambda tx: table.add_plan(tx, claim, found, now_ms)))
+        elif isinstance(value, Analysed):
+            analysed = value
+            self._unstored.append(self._store.write(lambda tx: table.add_analysis(tx, claim, analysed)))
+        elif isinstance(value, Closed):
+            self._closed = value
+        self._wait_stored(_MOST_UNSTORED)
+
+    def _wait_stored(self, at_most: int) -> None:
+        while len(self._unstored) > at_most:
+            self._unstored.popleft().result()
+
+    def _judge(self, ended: Ended) -> Closed | Lost:
+        """Put the end of the processes into the words of jobs."""
+        if self._cancelled or ended.ending in (Ending.KILLED, Ending.CANCELLED):
+            return self._lost(ended.detail)
+        closed = Closed(outcome=_OUTCOMES[ended.ending], detail=ended.detail)
+        if self._has_plan and closed.outcome in GAVE_UP:
+            return replace(closed, outcome=JobOutcome.SATISFICING)
+        return closed
+
+    def _lost(self, reason: str) -> Lost:
+        return Lost(reason="" if self._cancelled else reason)

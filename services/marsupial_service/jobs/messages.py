@@ -1,0 +1,58 @@
+"""What a job's worker is given, and what it sends back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget
+from marsupial.planning.score import Score
+from marsupial_service.jobs.records import JobOutcome
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Work:
+    """One attempt at a job.
+
+    Parameters
+    ----------
+    task
+        The pickled task; only the worker opens it.
+    engine
+        As `marsupial.planning.engines.engine` knows it.
+    start, score
+        The best plan of earlier attempts and how it compares; only better ones are sent back.
+    """
+
+    task: bytes
+    engine: str
+    budget: Budget
+    start: Plan | None = None
+    score: Score | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysed:
+    """What a map state came to: the situation and the places on the map, both as JSON text."""
+
+    situation: str
+    places: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """A plan that the checker accepts and that is better than all before it; its actions as JSON text, and as IPC."""
+
+    score: Score
+    makespan_ms: int
+    actions: str
+    ipc: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Closed:
+    """The worker's own word on how the job ended."""
+
+    outcome: JobOutcome
+    detail: str = ""
+    lower_bound_ms: int | None = None

@@ -1,0 +1,241 @@
+"""What passes between planning jobs and those who ask for them: requests, records, events, refusals.
+
+Times are integer milliseconds since 1970 (UTC); they become text in `marsupial_service.jobs.documents` only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Protocol
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget
+from marsupial.model.situation import Situation
+
+
+class JobState(StrEnum):
+    """Where a job is; the last three are final, and each job reaches exactly one of them once."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+class JobOutcome(StrEnum):
+    """How a job ended."""
+
+    OPTIMAL = "optimal"
+    SATISFICING = "satisficing"
+    UNSOLVABLE = "unsolvable"
+    NO_PLAN = "no_plan"
+    TIMEOUT = "timeout"
+    OUT_OF_MEMORY = "out_of_memory"
+    UNSUPPORTED = "unsupported"
+    ENGINE_FAILED = "engine_failed"
+    INVALID_INPUT = "invalid_input"  # what only the analysis of a map state can find; the problems are in the detail
+    CANCELLED = "cancelled"
+
+
+STATE_OF: Mapping[JobOutcome, JobState] = {
+    JobOutcome.OPTIMAL: JobState.SUCCEEDED,
+    JobOutcome.SATISFICING: JobState.SUCCEEDED,
+    JobOutcome.UNSOLVABLE: JobState.SUCCEEDED,
+    JobOutcome.NO_PLAN: JobState.FAILED,
+    JobOutcome.TIMEOUT: JobState.FAILED,
+    JobOutcome.OUT_OF_MEMORY: JobState.FAILED,
+    JobOutcome.UNSUPPORTED: JobState.FAILED,
+    JobOutcome.ENGINE_FAILED: JobState.FAILED,
+    JobOutcome.INVALID_INPUT: JobState.FAILED,
+    JobOutcome.CANCELLED: JobState.CANCELLED,
+}
+"""The final state that goes with each outcome."""
+
+FINAL = frozenset(STATE_OF.values())
+
+
+class EventType(StrEnum):
+    """What an event of a job tells."""
+
+    STATE = "state"
+    PLAN = "plan"
+    END = "end"
+
+
+class MapTask(Protocol):
+    """A map state, which the worker analyses before it plans. It has to be picklable.
+
+    Both methods may raise `marsupial.errors.InputError`: the job then ends as `INVALID_INPUT`.
+    """
+
+    def situation(self) -> Situation:
+        """Analyse the map and return what the planner is asked."""
+        ...
+
+    def places(self) -> Mapping[str, object]:
+        """Return what places are on the map, ready for JSON; called after `situation`."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobRequest:
+    """A job to be done.
+
+    Parameters
+    ----------
+    digest
+        Of what was sent; two requests with one idempotency key have to agree in it.
+    source
+        What was sent, to be kept with the job.
+    """
+
+    planner: str
+    budget: Budget
+    task: Situation | MapTask
+    digest: bytes
+    source: Mapping[str, object]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRecord:
+    """A revision of a job's plan, counted from 1, each better than the last and accepted by the checker.
+
+    Parameters
+    ----------
+    found_after_ms
+        Since the job first began to run.
+    ipc
+        The plan in the format of the planning competitions.
+    """
+
+    revision: int
+    plan: Plan
+    makespan_ms: int
+    found_after_ms: int
+    at_ms: int
+    ipc: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobRecord:
+    """A job as it is stored; `outcome` and `finished_at_ms` are there if and only if the state is final.
+
+    Parameters
+    ----------
+    attempts
+        How often it was started; more than one only where a process of it was killed or the server ended.
+    plans
+        How many revisions there are; `best` is the last.
+    lower_bound_ms
+        On the makespan, where the planner proved one.
+    """
+
+    id: str
+    owner: str
+    state: JobState
+    outcome: JobOutcome | None
+    detail: str
+    planner: str
+    budget: Budget
+    attempts: int
+    plans: int
+    best: PlanRecord | None
+    lower_bound_ms: int | None
+    created_at_ms: int
+    queued_at_ms: int
+    started_at_ms: int | None
+    first_plan_at_ms: int | None
+    finished_at_ms: int | None
+
+    @property
+    def gap(self) -> float | None:
+        """How much longer the best plan is than the bound, as a share of the plan; None where one is missing."""
+        if self.best is None or self.lower_bound_ms is None:
+            return None
+        makespan_ms = self.best.makespan_ms
+        return max(0, makespan_ms - self.lower_bound_ms) / makespan_ms if makespan_ms else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnalysisRecord:
+    """What the worker found on a map: the situation as JSON text, and its places as JSON text."""
+
+    situation: str
+    places: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventRecord:
+    """An event of a job: `seq` counts from 1, `data` is one line of JSON."""
+
+    job: str
+    seq: int
+    type: EventType
+    data: str
+    at_ms: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Submitted:
+    """An acknowledged job; `replayed` if an earlier request with the same key had made it."""
+
+    job: JobRecord
+    replayed: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metrics:
+    """Counts for operators: jobs in the store by state and by outcome, slots in use, those who follow or wait."""
+
+    states: Mapping[JobState, int]
+    outcomes: Mapping[JobOutcome, int]
+    slots: int
+    slots_in_use: int
+    following: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobSettings:
+    """What jobs may use.
+
+    Parameters
+    ----------
+    slots
+        How many run at once.
+    queue
+        How many may wait.
+    retention_s, kept_jobs
+        Finished jobs are removed when they are that old, or when there are more than that many.
+    memory_bytes
+        Of all processes of one job together.
+    max_attempts
+        How often a job is started, if its processes are killed or the server is.
+    steps_limit_s
+        Wall-clock limit of jobs whose budget is in steps.
+    commands
+        External planners by the name clients use, as engine names (``cmd:...``).
+    """
+
+    slots: int = 2
+    queue: int = 100
+    retention_s: float = 24 * 3600.0
+    kept_jobs: int = 10_000
+    memory_bytes: int = 2 << 30
+    max_attempts: int = 3
+    steps_limit_s: float = 60.0
+    commands: Mapping[str, str] = field(default_factory=dict)
+
+
+class QueueFull(Exception):
+    """No more jobs are taken at the moment; worth another try after `retry_after_s` seconds."""
+
+    def __init__(self, retry_after_s: int) -> None:
+        super().__init__(f"the queue is full, try again in {retry_after_s} s")
+        self.retry_after_s = retry_after_s
+
+
+class UnknownJob(Exception):
+    """There is no such job, or no longer."""

@@ -1,0 +1,121 @@
+"""The worker's part of a job: analyse the map if there is one, search, check every plan, tell the better ones.
+
+It runs below `marsupial.processes.launcher`, in a process of its own that is ended from outside at the job's limit.
+"""
+
+from __future__ import annotations
+
+import pickle
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from marsupial.errors import EngineUnavailable, InputError, UsageError
+from marsupial.formats.pddl.plantext import write_plan_text
+from marsupial.formats.situation import situation_to_json
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Finished, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import Violation, check
+from marsupial.planning.engines import engine
+from marsupial.planning.score import Score, score
+from marsupial_service.jobs.documents import actions_text, line
+from marsupial_service.jobs.messages import Analysed, Closed, Found, Work
+from marsupial_service.jobs.records import JobOutcome, MapTask
+from marsupial_service.jobs.search import events
+
+_LEAST_S = 0.05
+
+_OUTCOMES: Mapping[Outcome, JobOutcome] = {
+    Outcome.OPTIMAL: JobOutcome.OPTIMAL,
+    Outcome.SATISFICING: JobOutcome.SATISFICING,
+    Outcome.UNSOLVABLE: JobOutcome.UNSOLVABLE,
+    Outcome.NO_PLAN: JobOutcome.NO_PLAN,
+    Outcome.TIMEOUT: JobOutcome.TIMEOUT,
+    Outcome.MEMORY: JobOutcome.OUT_OF_MEMORY,
+    Outcome.CRASHED: JobOutcome.ENGINE_FAILED,
+    Outcome.KILLED: JobOutcome.ENGINE_FAILED,
+    Outcome.UNSUPPORTED: JobOutcome.UNSUPPORTED,
+}
+GAVE_UP = frozenset({JobOutcome.NO_PLAN, JobOutcome.TIMEOUT, JobOutcome.OUT_OF_MEMORY})
+"""Without a plan; where there is one, it is what the job was for."""
+
+
+def solve(work: Work) -> Iterator[Analysed | Found | Closed]:
+    """Do the work: yield what was found on the map, each better plan, and at last how it ended."""
+    begun = time.monotonic()
+    try:
+        task: Situation | MapTask = pickle.loads(work.task)
+        if isinstance(task, Situation):
+            yield from _search(work, task, begun)
+            return
+        situation = task.situation()
+        yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
+        yield from _search(work, situation, begun)
+    except InputError as error:
+        yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=str(error))
+    except (EngineUnavailable, UsageError) as error:
+        yield Closed(outcome=JobOutcome.UNSUPPORTED, detail=str(error))
+
+
+def _search(work: Work, situation: Situation, begun: float) -> Iterator[Found | Closed]:
+    budget = work.budget
+    if budget.seconds is not None:
+        budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))
+    yield from told(_steps(work, situation, budget), Judge(situation, work.score))
+
+
+def _steps(work: Work, situation: Situation, budget: Budget) -> Iterator[Plan | Finished]:
+    """Yield the plans of the search and its end."""
+    for event in events(engine(work.engine), situation, budget, work.start):
+        yield event if isinstance(event, Finished) else event.plan
+
+
+@dataclass(slots=True)
+class Judge:
+    """Lets pass what is valid and better than all before."""
+
+    situation: Situation
+    best: Score | None
+    refused: Violation | None = field(default=None)
+
+    def accept(self, plan: Plan) -> Found | None:
+        """Return what to tell of a plan, or None."""
+        verdict = check(self.situation, plan)
+        if not verdict.valid:
+            self.refused = verdict.violation
+            return None
+        found = score(self.situation, plan)
+        if self.best is not None and found >= self.best:
+            return None
+        self.best = found
+        return Found(
+            score=found,
+            makespan_ms=verdict.makespan_ms,
+            actions=actions_text(plan),
+            ipc=write_plan_text(plan, self.situation),
+        )
+
+
+def told(steps: Iterator[Plan | Finished], judge: Judge) -> Iterator[Found | Closed]:
+    """Yield what to tell of the plans and the end of a search."""
+    for step in steps:
+        if isinstance(step, Finished):
+            yield _closed(step, judge)
+            return
+        found = judge.accept(step)
+        if found is not None:
+            yield found
+
+
+def _closed(end: Finished, judge: Judge) -> Closed:
+    """Put the end into the words of jobs; a planner whose plan was refused has proven nothing."""
+    outcome, detail, bound_ms = _OUTCOMES[end.outcome], end.detail, end.lower_bound_ms
+    if judge.refused is not None:
+        outcome = JobOutcome.SATISFICING if judge.best is not None else JobOutcome.ENGINE_FAILED
+        detail, bound_ms = f"the planner gave a plan that is not valid: {judge.refused}", None
+    elif judge.best is None and outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING):
+        outcome, detail = JobOutcome.ENGINE_FAILED, f"the planner says it has a plan and gave none: {detail}"
+    elif judge.best is not None and (outcome in GAVE_UP or outcome is JobOutcome.UNSOLVABLE):
+        outcome = JobOutcome.SATISFICING
+    return Closed(outcome=outcome, detail=detail, lower_bound_ms=bound_ms)

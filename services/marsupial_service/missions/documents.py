@@ -1,0 +1,106 @@
+"""What the events of a mission hold, as JSON in one line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from marsupial.model.grid import Cell, Grid
+from marsupial.model.mission import Status
+from marsupial.model.planning import Outcome
+from marsupial.model.strategy import Decision, PlanningReport
+from marsupial_service.jobs.documents import action_document, line, plan_of
+from marsupial_service.missions.values import Event, EventType, Wish
+from marsupial_service.missions.world import Order
+
+
+def command(order: Order, revision: int, place: str | None, grid: Grid, *, stop: bool) -> dict[str, object]:
+    """Return a command; positions are given as cells and in metres of the map frame."""
+    head: dict[str, object] = {"id": order.id, "robot": order.robot, "name": "stop" if stop else order.name}
+    head["revision"] = revision
+    if stop:
+        return head
+    if order.carrier is not None:
+        head["carrier"] = order.carrier
+    head["place"] = place
+    if order.route:
+        head |= {"route": [list(cell) for cell in order.route], "route_m": [_point(grid, c) for c in order.route]}
+    if order.name == "undock" and order.cell is not None:
+        head |= {"cell": list(order.cell), "point_m": _point(grid, order.cell)}
+    return head
+
+
+def commands(
+    batch: int, revision: int, n: int, t_ms: int, until_ms: int | None, commands: Sequence[dict[str, object]]
+) -> str:
+    """Return what robots are to do after report `n`; the next report is due at `until_ms` of mission time."""
+    return line(
+        {
+            "batch": batch,
+            "revision": revision,
+            "n": n,
+            "t_ms": t_ms,
+            "until_ms": until_ms,
+            "commands": list(commands),
+        }
+    )
+
+
+def decision(decision: Decision) -> str:
+    """Return a plan as it was decided on (times from then on), and how it was found."""
+    report = decision.report
+    return line(
+        {
+            "planner": report.planner,
+            "outcome": report.outcome,
+            "wall_s": report.wall_s,
+            "first_plan_s": report.first_plan_s,
+            "refused": report.refused,
+            "detail": report.detail,
+            "actions": [action_document(action) for action in decision.plan.actions],
+        }
+    )
+
+
+def decision_of(text: str) -> Decision:
+    """Return the decision whose document this is."""
+    fields = json.loads(text)
+    return Decision(plan=plan_of(line(fields["actions"])), report=report_of(fields))
+
+
+def report_of(fields: dict[str, Any]) -> PlanningReport:
+    """Return how a decision was found, from its document."""
+    return PlanningReport(
+        planner=fields["planner"],
+        outcome=Outcome(fields["outcome"]),
+        wall_s=fields["wall_s"],
+        first_plan_s=fields["first_plan_s"],
+        refused=fields["refused"],
+        detail=fields["detail"],
+    )
+
+
+def state(wish: Wish, t_ms: int) -> str:
+    """Return that a mission is paused or goes on."""
+    return line({"state": "paused" if wish is Wish.PAUSE else "running", "t_ms": t_ms})
+
+
+def end(status: Status, reason: str, t_ms: int) -> str:
+    """Return how a mission ended."""
+    return line({"status": status, "reason": reason, "t_ms": t_ms})
+
+
+def end_of(text: str) -> dict[str, str]:
+    """Return the fields of `end`."""
+    found: dict[str, str] = json.loads(text)
+    return found
+
+
+def revision_of(event: Event) -> int:
+    """Return the plan revision of commands; 0 of anything else."""
+    return int(json.loads(event.data)["revision"]) if event.type is EventType.COMMANDS else 0
+
+
+def _point(grid: Grid, cell: Cell) -> list[float]:
+    return [round(metres, 6) for metres in grid.centre_m(cell)]

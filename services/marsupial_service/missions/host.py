@@ -1,0 +1,178 @@
+"""The process of a mission: the closed loop in a world of reports.
+
+After each input everything it led to goes back in one turn. A process that takes the place of a dead one is given the
+decisions of its predecessor with the inputs, and so comes to the same turns again without planning.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import replace
+
+from marsupial.formats.missionlog import encode_event
+from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
+from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.strategies.registry import strategy
+from marsupial_service.missions import documents, wire
+from marsupial_service.missions.values import Brief, Call, Event, EventType, Input, Next, Turn, Wish
+from marsupial_service.missions.world import MapChanged, Order, RemoteWorld
+
+
+def run(call: Call) -> Iterator[None]:
+    """Carry out a mission; what it does goes over the socket."""
+    with socket.socket(socket.AF_UNIX) as line:
+        line.connect(call.address)
+        line.sendall(call.token)
+        fly(call.brief, Desk(call.brief, line))
+    yield from ()
+
+
+def fly(brief: Brief, desk: Desk) -> None:
+    """Carry out a mission: again from the start each time the map turns out to have changed."""
+    kinds = {kind.name: kind for kind in brief.kinds}
+    world = RemoteWorld(brief, desk)
+    inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
+    assignment = Assignment(
+        goal=brief.goal,
+        limits=brief.limits,
+        planning_time=brief.planning_time,
+        reachable=brief.reachable,
+        homes=world.homes,
+    )
+    while True:
+        desk.event(_started(brief, world))
+        try:
+            Mission(world, kinds, _Remembering(inner, desk), assignment, desk).run(lambda: world.cancelled)
+        except MapChanged:
+            desk.begin_anew()
+            world.settle(brief.limits.time_ms)
+        else:
+            break
+    world.stop_all()
+    desk.end(world.now_ms)
+
+
+def _started(brief: Brief, world: RemoteWorld) -> MissionStarted:
+    return MissionStarted(
+        t_ms=world.now_ms,
+        scenario=brief.name,
+        strategy=brief.strategy,
+        planner=brief.planner,
+        seed=brief.seed,
+        width=brief.grid.width,
+        height=brief.grid.height,
+        resolution_m=brief.grid.resolution_m,
+        origin_m=brief.grid.origin_m,
+        terrains=brief.grid.terrains,
+        types=brief.kinds,
+        robots=world.placed(),
+        goal=brief.goal,
+    )
+
+
+class Desk(Observer):
+    """Gathers what the mission does into turns, and fetches the inputs."""
+
+    def __init__(self, brief: Brief, line: socket.socket) -> None:
+        self._brief = brief
+        self._line = line
+        self._events: list[Event] = []
+        self._commands: list[dict[str, object]] = []
+        self._n = self._t_ms = self._batch = self._stops = 0
+        self._revision = self._before = 0
+        self._action: ActionStarted | None = None
+        self._ended: MissionEnded | None = None
+        self._decisions = deque(self._receive().decisions)
+
+    def event(self, event: MissionEvent) -> None:
+        """Log an event; revisions go on counting when the mission begins anew."""
+        if isinstance(event, Planned | ActionStarted | ActionEnded):
+            event = replace(event, revision=self._before + event.revision)
+        if isinstance(event, Planned):
+            self._revision = event.revision
+        elif isinstance(event, ActionStarted):
+            self._action = event
+        elif isinstance(event, MissionEnded):
+            self._ended = event
+        self._tell(EventType.LOG, encode_event(event))
+
+    def decide(self, inner: Strategy, briefing: Briefing) -> Decision:
+        """Return the decision that was made before, if there is one, or make one."""
+        if self._decisions:
+            text = self._decisions.popleft()
+            decision = documents.decision_of(text)
+        else:
+            decision = self._told(inner.decide(briefing))
+            text = documents.decision(decision)
+        self._tell(EventType.DECISION, text)
+        return decision
+
+    def _told(self, decision: Decision) -> Decision:
+        """Return a decision that names the planner as the client does."""
+        say, report = self._brief.without_command, decision.report
+        return replace(decision, report=replace(report, planner=say(report.planner), detail=say(report.detail)))
+
+    def begin_anew(self) -> None:
+        """Count revisions on from here."""
+        self._before = self._revision
+
+    def order(self, order: Order, *, stop: bool = False) -> None:
+        """Put a command among those to be sent next."""
+        action = None if stop else self._action
+        revision = self._revision if action is None else action.revision
+        place = None if action is None else action.action.place
+        self._commands.append(documents.command(order, revision, place, self._brief.grid, stop=stop))
+
+    def exchange(self, until_ms: int) -> Input:
+        """Send everything there is, to be answered by `until_ms`, and wait for the next input."""
+        self._send_commands(until_ms)
+        self._send_turn(over=False)
+        answer = self._receive()
+        assert answer.input is not None
+        self._decisions = deque(answer.decisions)
+        if not isinstance(answer.input, Wish):
+            self._n, self._t_ms = answer.input.n, answer.input.t_ms
+        elif answer.input is not Wish.CANCEL:
+            self._tell(EventType.STATE, documents.state(answer.input, self._t_ms))
+        return answer.input
+
+    def end(self, t_ms: int) -> None:
+        """Send the last turn."""
+        if self._commands:
+            self._send_commands(None)
+        assert self._ended is not None
+        self._tell(EventType.END, documents.end(self._ended.status, self._ended.reason, t_ms))
+        self._send_turn(over=True)
+
+    def _tell(self, kind: EventType, data: str) -> None:
+        self._events.append(Event(kind, data))
+
+    def _send_commands(self, until_ms: int | None) -> None:
+        self._batch += 1
+        data = documents.commands(self._batch, self._revision, self._n, self._t_ms, until_ms, self._commands)
+        self._tell(EventType.COMMANDS, data)
+        self._commands = []
+
+    def _send_turn(self, *, over: bool) -> None:
+        self._line.sendall(wire.pack(Turn(events=tuple(self._events), over=over)))
+        self._events = []
+
+    def _receive(self) -> Next:
+        answer: Next = wire.receive(self._line)
+        return answer
+
+
+class _Remembering:
+    """A strategy whose decisions the desk keeps."""
+
+    def __init__(self, inner: Strategy, desk: Desk) -> None:
+        self.name = inner.name
+        self._inner = inner
+        self._desk = desk
+
+    def decide(self, briefing: Briefing) -> Decision:
+        return self._desk.decide(self._inner, briefing)

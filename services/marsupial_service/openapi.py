@@ -1,0 +1,119 @@
+"""The OpenAPI document: which errors each route can answer with, and nothing that the models don't say.
+
+It is kept in ``openapi.json`` beside this file; a test holds the two together.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from enum import StrEnum
+from importlib.resources import files
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from marsupial_service import jobs
+from marsupial_service.examples import EXAMPLES
+from marsupial_service.missions import values as missions
+from marsupial_service.problems import KINDS, MEDIA_TYPE
+from marsupial_service.schemas.answers import Problem
+
+FILE = "openapi.json"
+_REF = "#/components/schemas/{model}"
+
+EVENTS = "text/event-stream"
+_EVENT: dict[str, Any] = {
+    "description": "Each event of the stream; `data` is one line of JSON.",
+    "type": "object",
+    "properties": {
+        "id": {"type": "string", "pattern": "^[0-9]+$"},
+        "event": {"type": "string"},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+    },
+    "required": ["id", "event", "data"],
+}
+
+_EVENT_TYPES: Mapping[str, type[StrEnum]] = {"jobs": jobs.EventType, "missions": missions.EventType}
+
+_ALWAYS = ("not-acceptable", "invalid", "internal")
+_BODY = ("bad-json", "too-slow", "too-large", "media-type")
+
+
+def errors(*kinds: str, body: bool = False, key: bool = True) -> dict[int | str, dict[str, Any]]:
+    """Return the responses of a route that may fail in these ways, besides those that every route may."""
+    names = {*_ALWAYS, *kinds, *(_BODY if body else ()), *(("no-key", "no-scope") if key else ())}
+    by_status: dict[int, list[str]] = {}
+    for name in sorted(names, key=list(KINDS).index):
+        by_status.setdefault(KINDS[name].status, []).append(KINDS[name].title)
+    schema = {"schema": {"$ref": _REF.format(model="Problem")}}
+    return {
+        status: {"description": "; ".join(titles), "content": {MEDIA_TYPE: schema}}
+        for status, titles in by_status.items()
+    }
+
+
+def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
+    """Return the OpenAPI document of the service."""
+    found = get_openapi(title=app.title, version=app.version, description=app.description, routes=app.routes)
+    schemas = found["components"]["schemas"]
+    for name in ("HTTPValidationError", "ValidationError"):
+        schemas.pop(name, None)
+    problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+    schemas |= problem.pop("$defs", {}) | {"Problem": problem}
+    for path in found["paths"].values():
+        for operation in path.values():
+            _tidy(operation, needs_keys)
+    for name, example in EXAMPLES.items():
+        found["paths"][name]["post"]["requestBody"]["content"]["application/json"]["example"] = example()
+    if needs_keys:
+        found["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
+    _drop_null_defaults(found)
+    tidied: dict[str, Any] = json.loads(json.dumps(found, sort_keys=True))
+    return tidied
+
+
+def kept_text() -> str:
+    """Return the document as it is kept with the code."""
+    return (files("marsupial_service") / FILE).read_text(encoding="utf-8")
+
+
+def text_of(found: dict[str, Any]) -> str:
+    """Return a document as it is kept."""
+    return json.dumps(found, indent=1, sort_keys=True) + "\n"
+
+
+def _tidy(operation: dict[str, Any], needs_keys: bool) -> None:
+    for parameter in operation.get("parameters", ()):
+        variants = [v for v in parameter["schema"].pop("anyOf", ()) if v != {"type": "null"}]
+        for variant in variants[:1]:
+            parameter["schema"] |= variant
+    responses = operation["responses"]
+    if EVENTS in responses.get("200", {}).get("content", {}):
+        # beside `itemSchema`, `schema` is of the whole stream, which some tools read as text and others as an array
+        responses["200"]["content"][EVENTS] = {"schema": {}, "itemSchema": _event(*operation["tags"])}
+    if needs_keys and str(KINDS["no-key"].status) in responses:
+        operation["security"] = [{"key": []}]
+    elif not needs_keys:
+        for name in ("no-key", "no-scope"):
+            responses.pop(str(KINDS[name].status), None)
+
+
+def _event(tag: str) -> dict[str, Any]:
+    """Return the schema of the events of jobs or missions."""
+    kinds = {"type": "string", "enum": [kind.value for kind in _EVENT_TYPES[tag]]}
+    return {**_EVENT, "properties": {**_EVENT["properties"], "event": kinds}}
+
+
+def _drop_null_defaults(node: object) -> None:
+    """Remove the default null: a field that may be left out must not be null."""
+    values: Iterable[object] = ()
+    if isinstance(node, dict):
+        if "default" in node and node["default"] is None and "properties" not in node:
+            del node["default"]
+        values = node.values()
+    elif isinstance(node, list):
+        values = node
+    for value in values:
+        _drop_null_defaults(value)

@@ -1,0 +1,179 @@
+"""Planning jobs: sent, looked at, followed, cancelled."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, Response
+
+from marsupial.model.planning import EngineInfo
+from marsupial_service.answers import is_over, job_document, job_path, json_answer, plan_document, summary_document
+from marsupial_service.events import EventStream, stream
+from marsupial_service.intake import read_budget, read_situation, refuse
+from marsupial_service.intake_map import read_map_state
+from marsupial_service.jobs import JobRequest, JobState, QueueFull, Submitted
+from marsupial_service.openapi import errors
+from marsupial_service.planners import planner_info, planner_names
+from marsupial_service.problems import HttpProblem
+from marsupial_service.routes.parameters import (
+    IdempotencyKey,
+    JobOfPath,
+    Json,
+    LastEventId,
+    Owner,
+    Prefer,
+    Service,
+    digest_of,
+    wait_seconds,
+)
+from marsupial_service.routing import PlanRoute
+from marsupial_service.schemas import answers
+from marsupial_service.schemas.requests import JobBody
+from marsupial_service.settings import Settings
+
+DEFAULT_BUDGET_S = 5.0
+
+log = logging.getLogger("marsupial.service")
+
+router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
+
+_ACCEPTED = {
+    "model": answers.Job,
+    "description": "The job is stored; it is at Location.",
+    "headers": {"Location": {"schema": {"type": "string"}}},
+}
+
+
+@router.post(
+    "",
+    status_code=202,
+    response_model=answers.Job,
+    responses={
+        **errors("key-reused", "too-many", "not-ready", body=True),
+        200: {**_ACCEPTED, "description": "The job is over."},
+        202: _ACCEPTED,
+    },
+)
+async def submit_job(
+    state: Service,
+    owner: Owner,
+    sent: Json,
+    body: JobBody,
+    prefer: Prefer = None,
+    idempotency_key: IdempotencyKey = None,
+) -> Response:
+    """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
+    request = await asyncio.to_thread(_request, sent, state.settings)
+    try:
+        submitted = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
+    except QueueFull as full:
+        raise HttpProblem("too-many", str(full), headers={"Retry-After": str(full.retry_after_s)}) from full
+    log.info("job taken", extra={"job": submitted.job.id, "owner": owner, "planner": submitted.job.planner})
+    return await _answer(state, submitted, prefer)
+
+
+async def _answer(state: Service, submitted: Submitted, prefer: str | None) -> Response:
+    job, seconds = submitted.job, wait_seconds(prefer, state.settings.limits.wait_s)
+    if seconds is not None:
+        job = await state.running().wait(job.id, seconds)
+    headers = {"Location": job_path(job.id)}
+    if seconds is not None:
+        headers["Preference-Applied"] = f"wait={seconds:g}"
+    if submitted.replayed:
+        headers["Idempotency-Replayed"] = "true"
+    return json_answer(job_document(job), 200 if is_over(job) else 202, headers)
+
+
+def _request(sent: Mapping[str, Any], settings: Settings) -> JobRequest:
+    """Read the body; in a thread of its own, as maps may be large."""
+    planner = sent.get("planner", "auto")
+    info = _planner(planner, settings)
+    budget = read_budget(sent, settings.limits, DEFAULT_BUDGET_S)
+    if budget.steps is not None and not info.deterministic_steps:
+        raise refuse("/budget/steps", f"planner {planner} can't count steps: give it a budget in seconds")
+    read = read_situation if "situation" in sent else read_map_state
+    return JobRequest(
+        planner=planner,
+        budget=budget,
+        task=read(sent, settings.limits),
+        digest=digest_of(sent),
+        source=sent,
+    )
+
+
+def _planner(name: str, settings: Settings) -> EngineInfo:
+    names = planner_names(settings.planners)
+    if name not in names:
+        raise refuse("/planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
+    info = planner_info(name, settings.planners)
+    if info.missing is not None:
+        raise refuse("/planner", f"{name} can't be used here: {info.missing}")
+    return info
+
+
+@router.get("", response_model=answers.JobList, responses=errors())
+async def list_jobs(
+    state: Service,
+    owner: Owner,
+    job_state: Annotated[
+        Literal["queued", "running", "succeeded", "failed", "cancelled"] | None, Query(alias="state")
+    ] = None,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+    before: Annotated[str | None, Query(description="Id of a job: older ones only.", max_length=100)] = None,
+) -> Response:
+    """List one's jobs, the newest first."""
+    wanted = None if job_state is None else JobState(job_state)
+    found = await state.running().list(owner, state=wanted, limit=limit + 1, before=before)
+    jobs, following = found[:limit], None
+    if len(found) > limit:
+        state_part = f"&state={job_state}" if job_state else ""
+        following = f"/v1/jobs?limit={limit}{state_part}&before={jobs[-1].id}"
+    return json_answer({"jobs": [summary_document(job) for job in jobs], "next": following})
+
+
+@router.get("/{job}", response_model=answers.Job, responses=errors("not-found"))
+async def get_job(job: JobOfPath) -> Response:
+    """Return a job with its best plan so far."""
+    return json_answer(job_document(job))
+
+
+@router.post("/{job}/cancel", response_model=answers.Job, responses=errors("not-found", "not-ready"))
+async def cancel_job(state: Service, job: JobOfPath) -> Response:
+    """End a job early; it keeps its best plan. A job that is over stays as it is."""
+    return json_answer(job_document(await state.running().cancel(job.id)))
+
+
+@router.get("/{job}/plans", response_model=answers.Plans, responses=errors("not-found"))
+async def list_plans(state: Service, job: JobOfPath) -> Response:
+    """Return every plan found so far, each better than the one before."""
+    found = await state.running().plans(job.id)
+    return json_answer({"plans": [plan_document(plan) for plan in found]})
+
+
+@router.get(
+    "/{job}/events",
+    response_class=EventStream,
+    responses={
+        **errors("not-found", "too-many"),
+        200: {"description": "Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."},
+    },
+)
+async def follow_job(state: Service, owner: Owner, job: JobOfPath, last_event_id: LastEventId = None) -> Response:
+    """Stream the events of a job as they come, the stored ones first."""
+    return stream(state, owner, state.running().follow(job.id, int(last_event_id or 0)))
+
+
+@router.get("/{job}/situation", response_model=answers.JobSituation, responses=errors("not-found"))
+async def get_situation(state: Service, job: JobOfPath) -> Response:
+    """Return what the planner is asked; for a map state once that has been analysed."""
+    analysis = await state.running().analysis(job.id)
+    if analysis is not None:
+        return json_answer({"situation": json.loads(analysis.situation), "places": json.loads(analysis.places)})
+    sent = json.loads(await state.running().source(job.id) or "{}")
+    if "situation" not in sent:
+        raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
+    return json_answer({"situation": sent["situation"], "places": None})

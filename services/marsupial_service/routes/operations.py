@@ -1,0 +1,88 @@
+"""For those who run the service: is it alive, can it plan, how much does it do."""
+
+from __future__ import annotations
+
+import asyncio
+import sqlite3
+import tempfile
+import time
+from importlib.metadata import version
+from typing import Any
+
+from fastapi import APIRouter, Response
+from fastapi.responses import PlainTextResponse
+
+from marsupial_service.answers import json_answer
+from marsupial_service.openapi import errors
+from marsupial_service.problems import HttpProblem
+from marsupial_service.routes.parameters import Service
+from marsupial_service.routing import AdminRoute, Route
+from marsupial_service.schemas import answers
+from marsupial_service.state import State
+from marsupial_service.supervised import value_of
+
+router = APIRouter(route_class=Route, tags=["operations"])
+admin = APIRouter(route_class=AdminRoute, tags=["operations"])
+
+FRESH_S = 2.0
+"""How long a check of readiness is believed: a stranger may ask, and it costs a process."""
+
+_READY_S = 20.0
+
+
+@router.get("/healthz", response_model=answers.Health, responses=errors(key=False))
+async def healthz() -> Response:
+    """Say that the service answers."""
+    return json_answer({"status": "ok", "version": version("marsupial")})
+
+
+@router.get("/readyz", response_model=answers.Ready, responses=errors("not-ready", key=False))
+async def readyz(state: Service) -> Response:
+    """Plan for a tiny situation in a process of its own, write to the disk, read the store."""
+    async with state.readiness.lock:
+        if time.monotonic() - state.readiness.checked_s > FRESH_S:
+            state.readiness.found = await _check(state)
+            state.readiness.checked_s = time.monotonic()
+        found = state.readiness.found
+    if isinstance(found, str):
+        raise HttpProblem("not-ready", found, headers={"Retry-After": "2"})
+    return json_answer(found)
+
+
+@admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
+async def metrics(state: Service) -> Response:
+    """Return counts for Prometheus."""
+    text = state.metrics.text(
+        await state.running().metrics(), await state.flying().counts(), sum(state.streams.values())
+    )
+    return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
+
+
+async def _check(state: State) -> dict[str, Any] | str:
+    begun = time.monotonic()
+    limits = state.settings.limits
+    try:
+        function = "marsupial_service.readiness:plan_tiny"
+        planned = await value_of(function, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
+    except Exception as error:
+        return f"planning fails: {error}"
+    if planned is not True:
+        return "planning gives no valid plan"
+    took_ms = round(1000 * (time.monotonic() - begun), 1)
+    try:
+        await asyncio.to_thread(_write_something, state)
+        await state.running().metrics()
+    except Exception as error:
+        return f"the store can't be used: {error}"
+    return {
+        "status": "ready",
+        "planned_in_ms": took_ms,
+        "sqlite": sqlite3.sqlite_version,
+        "version": version("marsupial"),
+    }
+
+
+def _write_something(state: State) -> None:
+    with tempfile.TemporaryFile(dir=state.settings.data) as file:
+        file.write(b"x" * 4096)
+        file.flush()

@@ -1,0 +1,191 @@
+"""A map state: the map known so far, the robots on it and what they are doing, and what is asked.
+
+The words are those of scenario files; a pose is a point in metres of the map frame or a cell of the grid.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field, StringConstraints
+
+from marsupial_service.schemas.base import (
+    CellXY,
+    Maybe,
+    Metres,
+    PointM,
+    Request,
+    RobotName,
+    Seconds,
+    by_key,
+    one_of,
+    variant,
+)
+from marsupial_service.schemas.situations import GoalBody
+
+Base64 = Annotated[str, StringConstraints(min_length=4, pattern=r"^[A-Za-z0-9+/]*={0,2}$")]
+Resolution = Annotated[float, Field(ge=0.001, le=1000)]
+Origin = Annotated[list[Metres], Field(min_length=3, max_length=3)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Grey = Annotated[int, Field(ge=0, le=255)]
+
+
+class MaskBody(Request):
+    """Terrain painted in an image of the map's size: the greys of each terrain."""
+
+    image: Base64
+    greys: dict[str, Grey | list[Grey]]
+
+
+class _Map(Request):
+    mask: Maybe[MaskBody] = None
+
+
+class RowsMapBody(_Map):
+    """A map in rows of characters, the top row first: ``#`` obstacle, ``.`` floor, ``~`` rough, ``?`` unknown."""
+
+    rows: Annotated[list[Annotated[str, StringConstraints(min_length=1)]], Field(min_length=1)]
+    resolution_m: Resolution
+    origin_m: Maybe[Origin] = None
+    legend: Maybe[dict[str, str]] = None
+
+
+class ImageMapBody(_Map):
+    """A map as a PNG or PGM image in base64, read as nav2's map server reads it."""
+
+    image: Base64
+    resolution_m: Resolution
+    origin_m: Maybe[Origin] = None
+    negate: bool = False
+    free_thresh: Share = 0.25
+    occupied_thresh: Share = 0.65
+    mode: Literal["trinary", "scale", "raw"] = "trinary"
+
+
+class Nav2Body(Request):
+    """The two files of a nav2 map: the text of ``map.yaml`` (what it names as image is not looked at) and the image."""
+
+    yaml: Annotated[str, StringConstraints(min_length=1, max_length=65536)]
+    image: Base64
+
+
+class Nav2MapBody(_Map):
+    """A nav2 map."""
+
+    nav2: Nav2Body
+
+
+MapBody = Annotated[
+    Annotated[RowsMapBody, variant("rows")]
+    | Annotated[ImageMapBody, variant("image")]
+    | Annotated[Nav2MapBody, variant("nav2")],
+    by_key("rows", "image", "nav2"),
+]
+
+
+class TerrainBody(Request):
+    """A terrain class besides obstacle, floor and rough."""
+
+    name: RobotName
+    code: Maybe[Annotated[int, Field(ge=3, le=254)]] = None
+    blocks_sight: bool = False
+
+
+class EnergyBody(Request):
+    """Power drawn always, and on top of it while driving."""
+
+    idle_w: float = Field(0, ge=0, le=1e9)
+    drive_w: float = Field(0, ge=0, le=1e9)
+
+
+class _RobotType(Request):
+    name: RobotName
+    speed_mps: float = Field(ge=0.001, le=1000)
+    sensor_range_m: float = Field(gt=0, le=10_000)
+    radius_m: float = Field(ge=0, le=100)
+    terrains: Annotated[list[RobotName], Field(min_length=1)]
+    energy: Maybe[EnergyBody] = None
+
+
+class CarrierTypeBody(_RobotType):
+    """A type of carrier."""
+
+    role: Literal["carrier"]
+    capacity: int = Field(ge=0, le=10_000)
+
+
+class RoverTypeBody(_RobotType):
+    """A type of rover."""
+
+    role: Literal["rover"]
+    dock_s: Annotated[float, Field(ge=0, le=10_000_000)]
+    undock_s: Annotated[float, Field(ge=0, le=10_000_000)]
+
+
+RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]
+
+
+class DockBody(Request):
+    """The rover is being docked on the carrier it is given on, which is busy as long."""
+
+    name: Literal["dock"]
+    remaining_s: Seconds
+
+
+class UndockBody(Request):
+    """The rover is being set down by a carrier, which is busy as long."""
+
+    name: Literal["undock"]
+    carrier: RobotName
+    remaining_s: Seconds
+
+
+class DriveBody(Request):
+    """The robot drives, and is free at its pose so much later."""
+
+    name: Literal["drive"]
+    remaining_s: Seconds
+
+
+ActionInProgressBody = Annotated[DockBody | UndockBody | DriveBody, Field(discriminator="name")]
+
+
+class PlacedBody(Request):
+    """A robot and its place."""
+
+    model_config = ConfigDict(json_schema_extra=one_of("pose_m", "cell", "carrier"))
+
+    name: RobotName
+    type: RobotName
+    pose_m: Maybe[PointM] = None
+    cell: Maybe[CellXY] = None
+    carrier: Maybe[RobotName] = None
+
+
+class RobotBody(PlacedBody):
+    """A robot. Where it is free next: its pose in metres or its cell, or the carrier it is on."""
+
+    action: Maybe[ActionInProgressBody] = None
+    home_m: Maybe[PointM] = None
+    home_cell: Maybe[CellXY] = None
+
+
+class MeetingBody(Request):
+    """A meeting point in use, to be kept: the cells of carrier and rover, and the types it was made for."""
+
+    name: RobotName
+    carrier_cell: CellXY
+    rover_cell: CellXY
+    carrier_type: RobotName
+    rover_type: RobotName
+
+
+class MapStateBody(Request):
+    """The map known so far, and the robots on it."""
+
+    map: MapBody
+    terrains: list[TerrainBody] = Field(default_factory=list)
+    robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
+    robots: Annotated[list[RobotBody], Field(min_length=1)]
+    meetings: list[MeetingBody] = Field(default_factory=list)
+    goal: Maybe[GoalBody] = None

@@ -1,0 +1,103 @@
+"""Missions: the brief, and what is reported."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StringConstraints
+
+from marsupial_service.schemas.base import CellXY, Maybe, Milliseconds, Name, PointM, Request, RobotName
+from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypeBody, TerrainBody
+from marsupial_service.schemas.requests import BudgetBody
+from marsupial_service.schemas.situations import GoalBody
+
+RunsBody = list[Annotated[int, Field(ge=0, le=10**9)]]
+"""(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
+
+Side = Annotated[int, Field(ge=1, le=10**6)]
+Reason = Annotated[str, StringConstraints(max_length=1000)]
+Identity = Annotated[int, Field(ge=1, le=10**12)]
+Distance = Annotated[float, Field(ge=0, le=1e12)]
+
+
+class FrameBody(Request):
+    """The frame of the map, and what is known in it at first."""
+
+    width: Side
+    height: Side
+    resolution_m: Resolution
+    origin_m: Maybe[Origin] = None
+    known: RunsBody = Field(default=[])
+
+
+class MemberBody(PlacedBody):
+    """A robot at the start: its pose in metres or its cell, or the carrier it is on."""
+
+
+class MissionBody(Request):
+    """A mission: the map frame, the team, what is asked, and who decides how."""
+
+    name: Name = "mission"
+    frame: FrameBody
+    terrains: list[TerrainBody] = Field(default=[])
+    robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
+    team: Annotated[list[MemberBody], Field(min_length=1)]
+    goal: Maybe[GoalBody] = None
+    strategy: Name = "temporal"
+    planner: Name = "auto"
+    budget: Maybe[BudgetBody] = None
+    planning_time: Literal["instant", "charged"] = "instant"
+    time_limit_ms: Annotated[int, Field(ge=1, le=10**12)] = 4 * 3600 * 1000
+    area: Maybe[RunsBody] = None
+    seed: Annotated[int, Field(ge=0, le=10**12)] = 0
+
+
+class RevealedBody(Request):
+    """Cells that a robot has seen."""
+
+    robot: RobotName
+    runs: RunsBody
+
+
+class MapRunsBody(Request):
+    """All known cells of a map."""
+
+    runs: RunsBody
+
+
+class RobotNoteBody(Request):
+    """Where a robot is; of one that drives, where it would be, and when, if it were told to stop."""
+
+    name: RobotName
+    pose_m: Maybe[PointM] = None
+    cell: Maybe[CellXY] = None
+    free_at_ms: Maybe[Milliseconds] = None
+    distance_m: Maybe[Distance] = None
+    driving_ms: Maybe[Milliseconds] = None
+
+
+class FailedBody(Request):
+    """A command that could not be carried out."""
+
+    id: Identity
+    reason: Reason = ""
+
+
+class LostBody(Request):
+    """A robot that does nothing any more."""
+
+    robot: RobotName
+    reason: Reason = ""
+
+
+class ReportBody(Request):
+    """What happened up to a moment of mission time; `n` counts a mission's reports from 1."""
+
+    n: Annotated[int, Field(ge=1, le=10**9)]
+    t_ms: Milliseconds
+    revealed: list[RevealedBody] = Field(default=[])
+    map: Maybe[MapRunsBody] = None
+    robots: list[RobotNoteBody] = Field(default=[])
+    finished: list[Identity] = Field(default=[])
+    failed: list[FailedBody] = Field(default=[])
+    lost: list[LostBody] = Field(default=[])

@@ -1,0 +1,98 @@
+"""The bodies of requests."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, RootModel, StringConstraints
+
+from marsupial_service.schemas.base import LONGEST_MS, Maybe, Milliseconds, Name, Request, by_key, variant
+from marsupial_service.schemas.mapstates import MapStateBody
+from marsupial_service.schemas.situations import SituationBody
+
+
+class SecondsBudget(Request):
+    """Wall-clock seconds a planner may think."""
+
+    seconds: float = Field(gt=0, le=1e6)
+
+
+class StepsBudget(Request):
+    """Steps a planner may take: the same plan each time."""
+
+    steps: int = Field(ge=1, le=10**12)
+
+
+BudgetBody = Annotated[
+    Annotated[SecondsBudget, variant("seconds")] | Annotated[StepsBudget, variant("steps")],
+    by_key("seconds", "steps"),
+]
+
+
+class _Job(Request):
+    planner: Name = "auto"
+    budget: Maybe[BudgetBody] = None
+
+
+class SituationJobBody(_Job):
+    """A job that plans for a ready situation."""
+
+    situation: SituationBody
+
+
+class MapStateJobBody(_Job):
+    """A job that analyses a map state and plans for what it finds."""
+
+    map_state: MapStateBody
+
+
+class JobBody(
+    RootModel[
+        Annotated[
+            Annotated[SituationJobBody, variant("situation")] | Annotated[MapStateJobBody, variant("map_state")],
+            by_key("situation", "map_state"),
+        ]
+    ]
+):
+    """A planning job: a situation or a map state, a planner and its budget."""
+
+
+class AnalysisBody(Request):
+    """A map state to be analysed; `include` chooses what is told of it, all if absent."""
+
+    map_state: MapStateBody
+    include: Maybe[list[Literal["places", "reach", "frontiers", "costs"]]] = None
+
+
+class ActionBody(Request):
+    """An action of a plan."""
+
+    name: Literal["move", "explore", "dock", "undock"]
+    robot: Name
+    carrier: Maybe[Name] = None
+    origin: Maybe[Name] = None
+    place: Name
+    start_ms: Annotated[int, Field(ge=-LONGEST_MS, le=LONGEST_MS)]
+    duration_ms: Milliseconds
+
+
+class ActionsPlan(Request):
+    """A plan as a list of actions."""
+
+    actions: list[ActionBody]
+
+
+class TextPlan(Request):
+    """A plan in the format of the planning competitions."""
+
+    ipc: Annotated[str, StringConstraints(max_length=10_000_000)]
+
+
+class ValidationBody(Request):
+    """A situation and a plan that somebody made for it."""
+
+    situation: SituationBody
+    plan: Annotated[
+        Annotated[ActionsPlan, variant("actions")] | Annotated[TextPlan, variant("ipc")],
+        by_key("actions", "ipc"),
+    ]

@@ -1,0 +1,64 @@
+"""A ready situation, as `marsupial export` writes it (`marsupial.formats.situation`)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+
+from marsupial_service.schemas.base import MOST, Maybe, Milliseconds, Name, Request, one_of
+
+PLACES = 10**6
+
+
+class PlanningTypeBody(Request):
+    """What planning knows of a robot type."""
+
+    name: Name
+    role: Literal["carrier", "rover"]
+    capacity: int = Field(0, ge=0, le=PLACES)
+    dock_ms: Milliseconds = 0
+    undock_ms: Milliseconds = 0
+
+
+class RobotStateBody(Request):
+    """Where a robot is free next: at a place, or aboard a carrier."""
+
+    model_config = ConfigDict(json_schema_extra=one_of("place", "carrier"))
+
+    name: Name
+    type: Name
+    place: Maybe[Name] = None
+    carrier: Maybe[Name] = None
+    free_at_ms: Milliseconds = 0
+    home: Maybe[Name] = None
+
+
+class TargetBody(Request):
+    """A target and the robot types that can explore it."""
+
+    name: Name
+    explorers: list[Name]
+    reveal_m2: float = Field(0, ge=0, le=MOST)
+
+
+class GoalBody(Request):
+    """What is asked besides exploring every target."""
+
+    recover_rovers: bool = False
+    return_home: bool = False
+
+
+class SituationBody(Request):
+    """Robots, places, travel times and goal at one moment."""
+
+    format: Literal["marsupial situation"] = "marsupial situation"
+    version: Annotated[int, Field(ge=1, le=1)] = 1
+    types: list[PlanningTypeBody]
+    robots: list[RobotStateBody]
+    targets: list[TargetBody]
+    meetings: list[Name]
+    homes: list[Name] = Field(default_factory=list)
+    goal: Maybe[GoalBody] = None
+    places: Maybe[list[Name]] = None
+    travel_ms: dict[str, list[list[Milliseconds | None]]]

@@ -1,0 +1,107 @@
+"""The server process: one event loop, a socket that is bound before anything starts, an end within seconds."""
+
+from __future__ import annotations
+
+import gc
+import socket
+from collections.abc import Callable
+from types import FrameType
+
+import uvicorn
+
+from marsupial.errors import UsageError
+from marsupial_service import logs
+from marsupial_service.app import create_app
+from marsupial_service.keys import KeyFile
+from marsupial_service.planners import planner_infos
+from marsupial_service.settings import Settings
+from marsupial_service.state import state_of
+from marsupial_service.store import Store, StoreError
+
+_GRACE_S = 2
+_BACKLOG = 512
+
+
+class _Server(uvicorn.Server):
+    """Tells when it is ready, and streams to end as soon as it is asked to."""
+
+    def __init__(self, config: uvicorn.Config, leave: Callable[[], None], ready: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._leave = leave
+        self._ready = ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start, and say so."""
+        await super().startup(sockets)
+        if self.started:
+            self._ready()
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Begin to end."""
+        self._leave()
+        super().handle_exit(sig, frame)
+
+
+def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> bool:
+    """Serve until a signal asks to end; `tell` is given the address once requests are answered.
+
+    Returns
+    -------
+    bool
+        Whether it could start.
+
+    Raises
+    ------
+    UsageError
+        If the address can't be listened at, the folder can't be used, keys are needed and there is none, or a planner
+        of the operator's can't be offered.
+    """
+    planner_infos(settings.planners)
+    if settings.needs_keys and not KeyFile(settings.data).all():
+        raise UsageError(
+            f"API keys are needed to listen at {settings.host}: make one with "
+            f"'marsupial serve keys add NAME --data {settings.data}'"
+        )
+    logs.set_up(level)
+    with _listening(settings) as line:
+        app = create_app(settings)
+        state_of(app).store = _opened(settings)
+        config = uvicorn.Config(
+            app,
+            log_config=None,
+            access_log=False,
+            timeout_graceful_shutdown=_GRACE_S,
+            timeout_keep_alive=5,
+            server_header=False,
+            lifespan="on",
+        )
+        host = f"[{settings.host}]" if ":" in settings.host else settings.host
+        address = f"http://{host}:{line.getsockname()[1]}"
+        server = _Server(config, state_of(app).leaving.set, lambda: tell(address))
+        try:
+            server.run(sockets=[line])
+        finally:
+            gc.freeze()  # else the interpreter looks for cycles among all that was imported before it ends
+        return server.started
+
+
+def _opened(settings: Settings) -> Store:
+    try:
+        return Store(settings.data)
+    except StoreError as error:
+        raise UsageError(f"{settings.data}: {error}") from error
+
+
+def _listening(settings: Settings) -> socket.socket:
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            settings.host, settings.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        line = socket.socket(family, kind, protocol)
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        line.bind(address)
+        line.listen(_BACKLOG)
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise UsageError(f"can't listen at {settings.host}, port {settings.port}: {reason}") from error
+    return line

@@ -1,0 +1,73 @@
+"""What all routes share: settings, keys, jobs, missions, metrics."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+from starlette.applications import Starlette
+
+from marsupial_service.jobs import Jobs
+from marsupial_service.keys import KeyFile
+from marsupial_service.metrics import HttpMetrics
+from marsupial_service.missions.service import Missions
+from marsupial_service.settings import Settings
+from marsupial_service.store import Store
+
+
+@dataclass(slots=True)
+class Readiness:
+    """The last check whether the service can plan: what was found, or what was wrong."""
+
+    found: dict[str, Any] | str = "it has not been checked yet"
+    checked_s: float = -math.inf
+    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+
+
+@dataclass(slots=True, kw_only=True)
+class State:
+    """The service while it runs.
+
+    Parameters
+    ----------
+    store
+        The one to be used, if it is open already.
+    jobs, missions
+        None until the service has started.
+    leaving
+        Set when the service is asked to end: streams end then.
+    streams
+        Open event streams by owner.
+    analyses
+        Slots for analyses and checks of readiness.
+    """
+
+    settings: Settings
+    keys: KeyFile
+    analyses: asyncio.Semaphore
+    metrics: HttpMetrics = field(default_factory=HttpMetrics)
+    store: Store | None = None
+    jobs: Jobs | None = None
+    missions: Missions | None = None
+    leaving: asyncio.Event = field(default_factory=asyncio.Event)
+    streams: Counter[str] = field(default_factory=Counter)
+    readiness: Readiness = field(default_factory=Readiness)
+
+    def running(self) -> Jobs:
+        """Return the jobs of a service that has started."""
+        assert self.jobs is not None
+        return self.jobs
+
+    def flying(self) -> Missions:
+        """Return the missions of a service that has started."""
+        assert self.missions is not None
+        return self.missions
+
+
+def state_of(app: Starlette) -> State:
+    """Return the state of an application made by `marsupial_service.app`."""
+    state: State = app.state.service
+    return state

@@ -1,0 +1,61 @@
+"""JSON as it is meant: UTF-8, no field twice, no NaN, no half of a surrogate pair, nothing endless.
+
+JSON has one kind of number: ``1.0`` and ``1e0`` are read as ``1`` is, so that both are taken where a whole number is
+asked, and requests that differ in nothing else are the same request.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, NoReturn
+
+from marsupial_service.problems import HttpProblem
+
+
+def parse(data: bytes) -> Any:
+    """Return the value that JSON text describes.
+
+    Raises
+    ------
+    HttpProblem
+        If it is no such text.
+    """
+    try:
+        value = json.loads(
+            data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number
+        )
+        if b"\\u" in data:
+            json.dumps(value, ensure_ascii=False).encode("utf-8")
+    except HttpProblem:
+        raise
+    except json.JSONDecodeError as error:
+        raise HttpProblem("bad-json", f"line {error.lineno}, column {error.colno}: {error.msg}") from None
+    except UnicodeDecodeError:
+        raise HttpProblem("bad-json", "is not UTF-8 text") from None
+    except UnicodeEncodeError:
+        raise HttpProblem("bad-json", "a text has half of a surrogate pair in it") from None
+    except RecursionError:
+        raise HttpProblem("bad-json", "is nested too deep") from None
+    except ValueError:
+        raise HttpProblem("bad-json", "a number has too many digits") from None
+    return value
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    fields = dict(pairs)
+    if len(fields) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for key in fields if keys.count(key) > 1)
+
+        raise HttpProblem("bad-json", f"field {twice!r} is given twice")
+    return fields
+
+
+def _number(text: str) -> float:
+    """Return an int where the number is whole."""
+    value = float(text)
+    return int(value) if value.is_integer() else value
+
+
+def _no_constant(word: str) -> NoReturn:
+    raise HttpProblem("bad-json", f"{word} is no number of JSON")

@@ -1,0 +1,35 @@
+"""One value from a function that runs in a supervised process: analyses, and the check whether planning works."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+
+from marsupial.processes import launcher as processes
+from marsupial.processes.jobs import Ending, Job, Limits, Message
+from marsupial_service.problems import HttpProblem
+
+
+async def value_of(function: str, argument: object, *, seconds: float, memory_bytes: int) -> object:
+    """Return the first value that `function` (``package.module:name``) yields.
+
+    Raises
+    ------
+    HttpProblem
+        If it doesn't within the limits.
+    """
+    job = Job(function=function, argument=argument, limits=Limits(wall_s=seconds, memory_bytes=memory_bytes))
+    return await asyncio.to_thread(partial(_first, job))
+
+
+def _first(job: Job) -> object:
+    run = processes.run(job)
+    try:
+        event = next(run)
+    finally:
+        run.close()
+    if isinstance(event, Message):
+        return event.value
+    if event.ending in (Ending.TIMEOUT, Ending.MEMORY):
+        raise HttpProblem("too-large", f"it takes more than the service allows: {event.detail}")
+    raise HttpProblem("internal", f"the process for it ended: {event.ending}")

@@ -1,0 +1,111 @@
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from marsupial.errors import MapError
+from marsupial.formats.mapfiles.images import grey_of, read_grey, size_of
+
+SHADES = np.array([[0, 100, 200], [50, 150, 255]], dtype=np.uint8)
+
+
+def test_grey_comes_back_as_it_is_top_row_first(tmp_path: Path) -> None:
+    for name in ("a.pgm", "a.png", "a.bmp"):
+        Image.fromarray(SHADES).save(tmp_path / name)
+        image = read_grey(tmp_path / name)
+        assert (image.grey.tolist(), image.opaque, image.coloured) == (SHADES.tolist(), None, 0)
+
+
+def test_alpha_says_which_pixels_are_opaque(tmp_path: Path) -> None:
+    alpha = np.array([[255, 254, 0], [255, 1, 255]], dtype=np.uint8)
+    Image.fromarray(np.dstack([SHADES, SHADES, SHADES, alpha])).save(tmp_path / "a.png")
+    image = read_grey(tmp_path / "a.png")
+    assert image.grey.tolist() == SHADES.tolist()
+    assert image.opaque is not None
+    assert image.opaque.tolist() == [[True, False, False], [True, False, True]]
+
+
+def test_a_transparent_colour_of_a_grey_png_counts_as_alpha(tmp_path: Path) -> None:
+    Image.fromarray(SHADES).save(tmp_path / "a.png", transparency=100)
+    image = read_grey(tmp_path / "a.png")
+    assert image.opaque is not None
+    assert image.opaque.tolist() == [[True, False, True], [True, True, True]]
+
+
+def test_16_bit_greys_are_rounded_to_8(tmp_path: Path) -> None:
+    Image.fromarray(np.array([[0, 128, 129, 65535]], dtype=np.uint16)).save(tmp_path / "a.png")
+    (tmp_path / "a.pgm").write_bytes(b"P5 4 1 65535\n" + np.array([0, 128, 129, 65535], dtype=">u2").tobytes())
+    assert read_grey(tmp_path / "a.png").grey.tolist() == [[0, 0, 1, 255]]
+    assert read_grey(tmp_path / "a.pgm").grey.tolist() == [[0, 0, 1, 255]]
+
+
+def test_the_field_and_the_file_that_named_the_image_stand_in_the_error(tmp_path: Path) -> None:
+    with pytest.raises(MapError) as caught:
+        read_grey(tmp_path / "gone.png", field="terrain.mask", source="scenario.yaml")
+    assert str(caught.value) == f"scenario.yaml: terrain.mask: no such file: {tmp_path / 'gone.png'}"
+
+
+def test_more_pixels_than_allowed_are_refused(tmp_path: Path) -> None:
+    Image.fromarray(SHADES).save(tmp_path / "a.png")
+    assert read_grey(tmp_path / "a.png", max_cells=6).grey.size == 6
+    with pytest.raises(MapError, match="3 x 2 pixels are more than the limit of 5"):
+        read_grey(tmp_path / "a.png", max_cells=5)
+
+
+@pytest.mark.parametrize("name", ["a.pgm", "a.png", "a.bmp", "a.jpg"])
+def test_no_cut_or_changed_file_raises_anything_but_a_map_error(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    Image.fromarray(SHADES).save(path)
+    whole = path.read_bytes()
+    rng = np.random.default_rng(0)
+    broken = [whole[:size] for size in range(0, len(whole), 3)]
+    for _ in range(100):
+        changed = bytearray(whole)
+        for place in rng.integers(0, len(whole), 3):
+            changed[place] = rng.integers(0, 256)
+        broken.append(bytes(changed))
+    refused = 0
+    for data in broken:
+        path.write_bytes(data)
+        try:
+            read_grey(path, max_cells=10_000)
+        except MapError:
+            refused += 1
+    assert refused > 10
+
+
+def png_that_says(width: int, height: int) -> bytes:
+    """Return a PNG whose header names a size its data doesn't have."""
+
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(b"\0")) + chunk(b"IEND", b"")
+
+
+@pytest.mark.parametrize(
+    ("data", "size"),
+    [(png_that_says(3, 2), (3, 2)), (png_that_says(10**6, 10**6), (10**6, 10**6)), (b"P5 7 8 255\n", (7, 8))],
+)
+def test_the_size_is_read_from_the_header_alone(data: bytes, size: tuple[int, int]) -> None:
+    assert size_of(data) == size
+
+
+@pytest.mark.parametrize("data", [b"", b"GIF89a", b"\x89PNG\r\n\x1a\n", b"P5 x"])
+def test_what_has_no_header_of_an_image_has_no_size(data: bytes) -> None:
+    with pytest.raises(MapError, match="is not a PNG or PGM image"):
+        size_of(data)
+
+
+def test_an_image_is_read_from_bytes_as_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "map.pgm"
+    path.write_bytes(b"P5 2 1 255\n\x00\xfe")
+    assert grey_of(path.read_bytes()).grey.tolist() == read_grey(path).grey.tolist() == [[0, 254]]
+    with pytest.raises(MapError, match=r"mask: .*more than the limit of 1"):
+        grey_of(path.read_bytes(), field="mask", max_cells=1)

@@ -1,0 +1,213 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from marsupial.errors import MapError
+from marsupial.formats.mapfiles.movingai import ScenProblem, read_movingai, read_scen, understand_movingai
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell
+from marsupial.model.mapreading import LegendEntry
+
+F, O, R = FLOOR, OBSTACLE, ROUGH  # noqa: E741
+
+SMALL = "type octile\nheight 2\nwidth 3\nmap\n.@G\nSTW\n"
+
+
+def write(folder: Path, text: str | bytes, name: str = "small.map") -> Path:
+    path = folder / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+def map_problems(path: Path) -> list[str]:
+    with pytest.raises(MapError) as caught:
+        read_movingai(path)
+    return [str(problem) for problem in caught.value.problems]
+
+
+def scen_problems(path: Path) -> list[str]:
+    with pytest.raises(MapError) as caught:
+        read_scen(path)
+    return [str(problem) for problem in caught.value.problems]
+
+
+def test_the_last_row_of_the_file_is_row_0(tmp_path: Path) -> None:
+    grid = read_movingai(write(tmp_path, SMALL))
+    assert grid.cells.tolist() == [[R, O, O], [F, O, F]]
+    assert (grid.resolution_m, grid.origin_m) == (1.0, (0.0, 0.0, 0.0))
+
+
+def test_every_character_has_its_meaning_and_water_is_mentioned(tmp_path: Path) -> None:
+    reading = understand_movingai(write(tmp_path, "type octile\nheight 1\nwidth 8\nmap\n..GS@OTW"))
+    assert reading.grid.cells.tolist() == [[F, F, F, R, O, O, O, O]]
+    assert reading.legend[:3] == (
+        LegendEntry(symbol="'.'", code=FLOOR, cells=2),
+        LegendEntry(symbol="'G'", code=FLOOR, cells=1),
+        LegendEntry(symbol="'S'", code=ROUGH, cells=1),
+    )
+    assert reading.warnings == ("1 cells of water ('W') became obstacles: no robot on land gets there",)
+    assert reading.walled
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SMALL.replace("\n", "\r\n"),
+        SMALL.rstrip("\n"),
+        SMALL + "\n\n",
+        SMALL.replace("\n", "\r\n") + "\r\n",
+        SMALL.replace("height 2\nwidth 3", "width 3\nheight 2"),
+        SMALL.replace(".@G", ".@G  "),
+    ],
+    ids=["crlf", "no final newline", "blank lines at the end", "crlf and a blank line", "width first", "spaces"],
+)
+def test_other_ways_to_write_the_same_map_do_no_harm(tmp_path: Path, text: str) -> None:
+    assert read_movingai(write(tmp_path, text)).cells.tolist() == [[R, O, O], [F, O, F]]
+
+
+def test_rows_of_the_wrong_width_are_named_by_line(tmp_path: Path) -> None:
+    text = "type octile\nheight 3\nwidth 3\nmap\n...\n..\n....\n"
+    assert map_problems(write(tmp_path, text)) == [
+        "line 6: has 2 cells, but width is 3",
+        "line 7: has 4 cells, but width is 3",
+    ]
+
+
+def test_unknown_characters_are_named_by_line_and_column(tmp_path: Path) -> None:
+    text = "type octile\nheight 2\nwidth 3\nmap\n..x\n.\xe9\n"
+    assert map_problems(write(tmp_path, text.encode("latin-1"))) == [
+        "line 5: unknown character 'x' in column 3",
+        "line 6: has 2 cells, but width is 3",
+        "line 6: unknown character '\\\\xe9' in column 2",
+    ]
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_a_wrong_number_of_rows_is_named(tmp_path: Path, rows: int) -> None:
+    text = "type octile\nheight 2\nwidth 3\nmap\n" + "...\n" * rows
+    (problem,) = map_problems(write(tmp_path, text))
+    assert problem == f"line {rows + 4}: ends the map after {rows} rows, but height is 2"
+
+
+def test_a_wrong_header_is_named_at_once(tmp_path: Path) -> None:
+    assert map_problems(write(tmp_path, "type tile\nheight two\nwidth -3\nMAP\n")) == [
+        "line 1: must be `type octile`, got 'type tile'",
+        "line 2: must be `height N` or `width N`, got 'height two'",
+        "line 3: must be `height N` or `width N`, got 'width -3'",
+        "line 4: must be `map`, got 'MAP'",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "message"),
+    [
+        ("height 2\nheight 2", "height and width must both be given"),
+        ("height 0\nwidth 3", "height and width must be positive, got 3 x 0"),
+        ("height 20000\nwidth 20000", "20000 x 20000 cells are more than the limit of 100000000"),
+    ],
+)
+def test_impossible_sizes_are_named(tmp_path: Path, sizes: str, message: str) -> None:
+    assert map_problems(write(tmp_path, f"type octile\n{sizes}\nmap\n...\n")) == [f"line 3: {message}"]
+
+
+@pytest.mark.parametrize("text", [b"", b"\n\n", b"\x00\xff" * 50, b"type octile"])
+def test_files_that_are_no_map_are_refused(tmp_path: Path, text: bytes) -> None:
+    assert len(map_problems(write(tmp_path, text))) >= 3
+
+
+def test_a_file_full_of_faults_names_only_the_first_ten(tmp_path: Path) -> None:
+    problems = map_problems(write(tmp_path, "type octile\nheight 50\nwidth 3\nmap\n" + "..\n" * 50))
+    assert len(problems) == 11
+    assert problems[-1] == "and 40 more faults like these"
+
+
+def test_a_missing_file_and_a_directory_are_named(tmp_path: Path) -> None:
+    assert map_problems(tmp_path / "gone.map") == ["no such file"]
+    assert map_problems(tmp_path) == ["is a directory, not a file"]
+
+
+# Problems
+
+
+def test_problems_are_turned_to_our_rows(tmp_path: Path) -> None:
+    path = write(tmp_path, "version 1\n2\tmaps/a b.map\t4\t10\t0\t0\t3\t9\t12.5\n", "a.scen")
+    assert read_scen(path) == (
+        ScenProblem(
+            bucket=2,
+            map_name="maps/a b.map",
+            width=4,
+            height=10,
+            start=Cell(0, 9),
+            goal=Cell(3, 0),
+            optimal_length=12.5,
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["version 1.0\r\n0\tm\t2\t2\t0\t0\t1\t1\t1.4\r\n\r\n", "version 1\n0 m 2 2 0 0 1 1 1.4"],
+    ids=["crlf", "spaces, no final newline"],
+)
+def test_other_ways_to_write_the_same_problem_do_no_harm(tmp_path: Path, text: str) -> None:
+    (problem,) = read_scen(write(tmp_path, text, "a.scen"))
+    assert (problem.start, problem.goal, problem.optimal_length) == (Cell(0, 1), Cell(1, 0), 1.4)
+
+
+def test_faulty_problems_are_named_by_line_all_at_once(tmp_path: Path) -> None:
+    rows = [
+        "version 2",
+        "0\tm\t2\t2\t0\t0\t1\t1",
+        "0\tm\t2\t2\t0\t0\tx\t1\t1.4",
+        "0\tm\t2\t2\t0\t2\t1\t1\t1.4",
+        "0\tm\t2\t2\t0\t0\t-1\t1\t1.4",
+        "0\tm\t2\t2\t0\t0\t1\t1\tnan",
+    ]
+    problems = scen_problems(write(tmp_path, "\n".join(rows), "a.scen"))
+    assert [problem.split(":")[0] for problem in problems] == [f"line {i}" for i in range(1, 7)]
+    assert problems[1] == "line 2: must have 9 fields, got 8"
+    assert problems[3] == "line 4: start (0, 2) lies outside 2 x 2 cells"
+    assert problems[4] == "line 5: goal (-1, 1) lies outside 2 x 2 cells"
+
+
+def test_a_problem_that_is_no_text_is_named(tmp_path: Path) -> None:
+    assert len(scen_problems(write(tmp_path, b"version 1\n\xff\xfe\t1\n", "a.scen"))) == 1
+
+
+# Real maps
+
+PASSABLE = {
+    "room-32-32-4": (32, 32, 682), "room-64-64-16": (64, 64, 3646), "maze-32-32-2": (32, 32, 666),
+    "random-32-32-20": (32, 32, 819), "Boston_0_256": (256, 256, 47768), "warehouse-10-20-10-2-1": (161, 63, 5699),
+    "arena": (49, 49, 2054), "den312d": (65, 81, 2445),
+}  # fmt: skip
+
+PROBLEMS = {
+    "arena.map.scen": ("arena", 160), "den312d.map.scen": ("den312d", 320),
+    "room-32-32-4-even-1.scen": ("room-32-32-4", 130), "maze-32-32-2-even-1.scen": ("maze-32-32-2", 230),
+    "random-32-32-20-even-1.scen": ("random-32-32-20", 100),
+    "warehouse-10-20-10-2-1-even-1.scen": ("warehouse-10-20-10-2-1", 450),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PASSABLE)
+def test_real_maps_have_their_size_and_number_of_passable_cells(shared_maps: Path, name: str) -> None:
+    path = shared_maps / "movingai" / f"{name}.map"
+    grid = read_movingai(path)
+    assert (grid.width, grid.height, np.count_nonzero(grid.cells)) == PASSABLE[name]
+    rows = path.read_text().split("map\n", 1)[1].split()
+    assert [[c == "." for c in row] for row in reversed(rows)] == (grid.cells == FLOOR).tolist()
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_real_problems_start_and_end_on_free_cells(shared_maps: Path, name: str) -> None:
+    of_map, count = PROBLEMS[name]
+    grid = read_movingai(shared_maps / "movingai" / f"{of_map}.map")
+    problems = read_scen(shared_maps / "movingai" / name)
+    assert len(problems) == count
+    for problem in problems:
+        assert (problem.width, problem.height) == (grid.width, grid.height)
+        for cell in (problem.start, problem.goal):
+            assert grid.cells[cell.y, cell.x] == FLOOR

@@ -1,0 +1,471 @@
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import yaml
+from PIL import Image
+
+from marsupial.errors import MapError
+from marsupial.formats.mapfiles.nav2 import read_nav2, read_occupancy, understand_nav2
+from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
+from marsupial.model.mapreading import LegendEntry
+
+HEADER = {
+    "image": "map.pgm",
+    "resolution": 0.5,
+    "origin": [1.0, 2.0, 0.25],
+    "negate": 0,
+    "occupied_thresh": 0.65,
+    "free_thresh": 0.196,
+}
+
+F, O, U = FLOOR, OBSTACLE, UNKNOWN  # noqa: E741
+
+
+def write_map(folder: Path, pixels: npt.ArrayLike, *, drop: tuple[str, ...] = (), **changes: object) -> Path:
+    """Write image and yaml (fields changed or dropped); return the yaml's path."""
+    header = {key: value for key, value in (HEADER | changes).items() if key not in drop}
+    Image.fromarray(np.asarray(pixels, dtype=np.uint8)).save(folder / Path(str(header.get("image", "map.pgm"))).name)
+    return write_yaml(folder, header)
+
+
+def write_yaml(folder: Path, header: Mapping[str, object]) -> Path:
+    path = folder / "map.yaml"
+    path.write_text(yaml.safe_dump(dict(header)))
+    return path
+
+
+def problems_of(path: Path) -> dict[str, str]:
+    with pytest.raises(MapError) as caught:
+        read_nav2(path)
+    assert str(path) in str(caught.value)
+    return {problem.path: problem.message for problem in caught.value.problems}
+
+
+# What greys mean
+
+
+def test_saved_greys_become_free_obstacle_and_unknown(tmp_path: Path) -> None:
+    grid = read_nav2(write_map(tmp_path, [[254, 0, 205]]))
+    assert grid.cells.tolist() == [[F, O, U]]
+    assert (grid.resolution_m, grid.origin_m) == (0.5, (1.0, 2.0, 0.25))
+
+
+def test_the_bottom_row_of_the_image_is_row_0(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[0, 0], [205, 254]])
+    assert read_nav2(path).cells.tolist() == [[U, F], [O, O]]
+    assert read_occupancy(path).data.tolist() == [[-1, 0], [100, 100]]
+
+
+def test_negate_turns_black_into_free(tmp_path: Path) -> None:
+    assert read_nav2(write_map(tmp_path, [[255, 0, 100]], negate=1)).cells.tolist() == [[O, F, U]]
+    assert read_nav2(write_map(tmp_path, [[255, 0, 100]], negate=True)).cells.tolist() == [[O, F, U]]
+
+
+def test_the_thresholds_themselves_belong_to_obstacle_and_free(tmp_path: Path) -> None:
+    # p = 1 - 102/255 = 0.6 and 1 - 204/255 = 0.2
+    path = write_map(tmp_path, [[102, 103, 203, 204]], occupied_thresh=0.6, free_thresh=0.2)
+    assert read_nav2(path).cells.tolist() == [[O, U, U, F]]
+
+
+def test_a_threshold_is_compared_in_single_precision_like_the_map_server_does(tmp_path: Path) -> None:
+    # 1 - 153/255 is 0.4 in double precision, and a little less in single.
+    assert read_nav2(write_map(tmp_path, [[152, 153]], occupied_thresh=0.4)).cells.tolist() == [[O, U]]
+
+
+def test_free_wins_where_both_thresholds_are_the_same(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[0, 51, 255]], occupied_thresh=0.8, free_thresh=0.8)
+    assert read_nav2(path).cells.tolist() == [[O, F, F]]
+
+
+def test_scale_spreads_the_greys_between_the_thresholds(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[255, 204, 127, 1, 0]], mode="scale", occupied_thresh=1.0, free_thresh=0.0)
+    assert read_occupancy(path).data.tolist() == [[0, 20, 50, 100, 100]]
+    path = write_map(tmp_path, [[255, 203, 127, 1, 0]], mode="scale", occupied_thresh=0.9, free_thresh=0.1)
+    assert read_occupancy(path).data.tolist() == [[0, 13, 50, 100, 100]]  # 100 * (0.2039 - 0.1) / 0.8 = 12.99
+
+
+def test_only_100_is_an_obstacle_in_scale_and_it_is_said(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[255, 127, 3, 0]], mode="scale", occupied_thresh=1.0, free_thresh=0.0)
+    reading = understand_nav2(path)
+    assert read_occupancy(path).data.tolist() == [[0, 50, 99, 100]]
+    assert reading.grid.cells.tolist() == [[F, F, F, O]]
+    assert "2 cells have an occupancy between 1 and 99 and count as free" in reading.warnings
+
+
+def test_raw_takes_the_byte_and_leaves_thresholds_negate_and_alpha_alone(tmp_path: Path) -> None:
+    greys = np.array([[0, 1, 100, 101, 205, 255]], dtype=np.uint8)
+    path = write_map(tmp_path, greys, mode="raw", negate=1)
+    assert read_occupancy(path).data.tolist() == [[0, 1, 100, -1, -1, -1]]
+    assert read_nav2(path).cells.tolist() == [[F, F, O, U, U, U]]
+    path = write_map(tmp_path, np.dstack([greys, greys, greys, greys * 0]), mode="raw", image="map.png")
+    assert read_occupancy(path).data.tolist() == [[0, 1, 100, -1, -1, -1]]
+
+
+@pytest.mark.parametrize("mode", ["trinary", "scale"])
+def test_pixels_that_are_not_opaque_are_unknown(tmp_path: Path, mode: str) -> None:
+    grey = np.array([[255, 255, 0, 0]], dtype=np.uint8)
+    alpha = np.array([[255, 254, 0, 255]], dtype=np.uint8)
+    path = write_map(tmp_path, np.dstack([grey, grey, grey, alpha]), mode=mode, image="map.png")
+    assert read_occupancy(path).data.tolist() == [[0, -1, -1, 100]]
+    reading = understand_nav2(path)
+    assert reading.grid.cells.tolist() == [[F, U, U, O]]
+    assert "2 pixels are transparent and became unknown" in reading.warnings
+    assert reading.legend == (
+        LegendEntry(symbol="grey 0", code=OBSTACLE, cells=1),
+        LegendEntry(symbol="grey 255", code=FLOOR, cells=1),
+        LegendEntry(symbol="transparent", code=UNKNOWN, cells=2),
+    )
+
+
+def test_the_mode_may_be_absent_or_in_capitals(tmp_path: Path) -> None:
+    assert read_nav2(write_map(tmp_path, [[254]])).cells.tolist() == [[F]]
+    assert read_nav2(write_map(tmp_path, [[100]], mode="Raw")).cells.tolist() == [[O]]
+
+
+# Kinds of image
+
+
+def test_rgb_images_of_greys_read_like_grey_images_and_it_is_said(tmp_path: Path) -> None:
+    grey = np.array([[254, 0, 205]], dtype=np.uint8)
+    reading = understand_nav2(write_map(tmp_path, np.dstack([grey] * 3), image="map.png"))
+    assert reading.grid.cells.tolist() == [[F, O, U]]
+    assert reading.warnings == ("the image is RGB, not grey; none of its pixels is coloured, so nothing is lost",)
+
+
+def test_colours_count_by_their_luma_and_it_is_said(tmp_path: Path) -> None:
+    # Rec. 709: red 54, green 182, blue 18; a mean of the channels would make all three 85.
+    colours = [[[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]]
+    reading = understand_nav2(write_map(tmp_path, colours, image="map.png"))
+    assert [entry.symbol for entry in reading.legend] == ["grey 18", "grey 54", "grey 182", "grey 255"]
+    assert reading.grid.cells.tolist() == [[O, U, O, F]]
+    assert any("3 of its pixels are coloured" in warning for warning in reading.warnings)
+
+
+def test_palettes_bitmaps_and_16_bit_greys_are_read(tmp_path: Path) -> None:
+    grey = np.array([[255, 0]], dtype=np.uint8)
+    path = write_map(tmp_path, grey, image="map.png")
+    images = (
+        Image.fromarray(grey).convert("P"),
+        Image.fromarray(grey).convert("1"),
+        Image.fromarray(grey.astype(np.uint16) * 257),
+        Image.fromarray(grey).convert("LA"),
+    )
+    for image in images:
+        image.save(tmp_path / "map.png")
+        assert read_nav2(path).cells.tolist() == [[F, O]], image.mode
+
+
+def test_a_plain_pgm_with_another_white_and_a_comment_is_read(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[0]])
+    (tmp_path / "map.pgm").write_text("P2\n# a comment\n3 1\n100\n100 0 80")  # no newline at the end
+    assert [entry.symbol for entry in understand_nav2(path).legend] == ["grey 0", "grey 204", "grey 255"]
+
+
+def test_a_jpeg_is_read_with_a_warning(tmp_path: Path) -> None:
+    path = write_map(tmp_path, np.full((8, 8), 255), image="map.jpg")
+    reading = understand_nav2(path)
+    assert np.all(reading.grid.cells == FLOOR)
+    assert any("JPEG" in warning for warning in reading.warnings)
+
+
+def test_text_printed_inside_the_map_is_an_obstacle_where_it_is_dark(tmp_path: Path) -> None:
+    reading = understand_nav2(write_map(tmp_path, [[254, 254, 254], [254, 40, 254], [254, 254, 254]]))
+    assert reading.grid.cells[1].tolist() == [F, O, F]
+    assert LegendEntry(symbol="grey 40", code=OBSTACLE, cells=1) in reading.legend
+
+
+# Maps that mean something else
+
+
+def test_a_free_threshold_that_makes_unknown_free_is_named(tmp_path: Path) -> None:
+    reading = understand_nav2(write_map(tmp_path, [[254, 205, 205, 0]], free_thresh=0.25))
+    assert reading.grid.cells.tolist() == [[F, F, F, O]]
+    assert reading.warnings == (
+        "grey 205 became free in 2 cells (0.5 m2, 50.0%), yet map savers write grey 205 for unknown: "
+        "check free_thresh (0.25); 0.196 would leave them unknown",
+    )
+
+
+def test_grey_206_is_free_even_under_the_usual_threshold_and_is_named(tmp_path: Path) -> None:
+    (warning,) = understand_nav2(write_map(tmp_path, [[254, 206, 0]])).warnings
+    assert warning.startswith("grey 206 became free in 1 cells")
+    assert warning.endswith("0.192 would leave them unknown")
+    assert read_nav2(write_map(tmp_path, [[254, 206, 0]], free_thresh=0.192)).cells.tolist() == [[F, U, O]]
+
+
+@pytest.mark.parametrize("grey", range(200, 211))
+def test_the_threshold_that_is_advised_does_leave_the_grey_unknown(tmp_path: Path, grey: int) -> None:
+    (warning,) = understand_nav2(write_map(tmp_path, [[grey]], free_thresh=0.25)).warnings
+    advised = float(re.findall(r"([0-9.]+) would leave", warning)[0])
+    assert read_nav2(write_map(tmp_path, [[grey]], free_thresh=advised)).cells.tolist() == [[U]]
+
+
+def test_negate_that_makes_unknown_an_obstacle_is_named(tmp_path: Path) -> None:
+    (warning,) = understand_nav2(write_map(tmp_path, [[205, 0]], negate=1)).warnings
+    assert warning.startswith("grey 205 became obstacle in 1 cells")
+
+
+def test_the_blur_of_an_edge_is_no_reason_for_a_warning(tmp_path: Path) -> None:
+    pixels = np.full((100, 100), 254)
+    pixels[0, :4] = 207
+    assert understand_nav2(write_map(tmp_path, pixels)).warnings == ()
+
+
+@pytest.mark.parametrize("unknown", [222, 230])
+def test_another_grey_for_unknown_that_became_free_is_named(tmp_path: Path, unknown: int) -> None:
+    (warning,) = understand_nav2(write_map(tmp_path, [[255, unknown, unknown, 0]])).warnings
+    assert warning.startswith(f"greys {unknown} (50.0%) and 255 (25.0%) both became free")
+
+
+@pytest.mark.parametrize("unknown", [153, 203])
+def test_greys_that_are_unknown_anyway_are_no_reason_for_a_warning(tmp_path: Path, unknown: int) -> None:
+    assert understand_nav2(write_map(tmp_path, [[255, unknown, unknown, 0]])).warnings == ()
+
+
+def test_a_grey_wall_that_became_unknown_is_named(tmp_path: Path) -> None:
+    (warning,) = understand_nav2(write_map(tmp_path, [[255, 127, 203, 203]])).warnings
+    assert warning.startswith("greys 127 (25.0%) and 203 (50.0%) both became unknown")
+    assert read_nav2(write_map(tmp_path, [[255, 12, 203, 203]])).cells.tolist() == [[F, O, U, U]]
+
+
+# Files that are wrong
+
+
+def test_a_missing_image_is_named(tmp_path: Path) -> None:
+    path = write_yaml(tmp_path, HEADER)
+    assert problems_of(path) == {"image": f"no such file: {tmp_path / 'map.pgm'}"}
+
+
+def test_an_absolute_path_is_followed(tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    write_map(elsewhere, [[254]])
+    path = write_yaml(tmp_path, HEADER | {"image": str(elsewhere / "map.pgm")})
+    assert read_nav2(path).cells.tolist() == [[F]]
+
+
+def test_a_relative_path_starts_at_the_yaml_and_not_at_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "images").mkdir()
+    write_map(tmp_path / "images", [[254]])
+    path = write_yaml(tmp_path, HEADER | {"image": "images/map.pgm"})
+    monkeypatch.chdir(tmp_path / "images")
+    assert read_nav2(path).cells.tolist() == [[F]]
+
+
+def test_an_absolute_path_of_another_machine_is_named_with_the_image_beside_the_yaml(tmp_path: Path) -> None:
+    write_map(tmp_path, [[254]])
+    path = write_yaml(tmp_path, HEADER | {"image": "/home/nobody/maps/map.pgm"})
+    assert problems_of(path) == {
+        "image": "no such file: /home/nobody/maps/map.pgm (an absolute path; map.pgm stands beside the yaml: "
+        "write `image: map.pgm`)"
+    }
+
+
+def test_an_image_that_is_a_directory_is_named(tmp_path: Path) -> None:
+    path = write_yaml(tmp_path, HEADER | {"image": "."})
+    assert "is a directory" in problems_of(path)["image"]
+
+
+def test_all_missing_keys_are_named_at_once(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").write_text("mode: trinary\n")
+    problems = problems_of(tmp_path / "map.yaml")
+    keys = ("image", "resolution", "origin", "negate", "free_thresh", "occupied_thresh")
+    assert problems == dict.fromkeys(keys, "missing")
+
+
+def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Path) -> None:
+    path = write_yaml(
+        tmp_path,
+        {
+            "image": "gone.pgm",
+            "resolution": -1,
+            "origin": [0, 0],
+            "negate": "perhaps",
+            "free_thresh": "low",
+            "occupied_thresh": 65,
+            "mode": "binary",
+        },
+    )
+    assert problems_of(path) == {
+        "image": f"no such file: {tmp_path / 'gone.pgm'}",
+        "resolution": "must be positive (metres per pixel), got -1",
+        "origin": "must be three numbers [x, y, yaw], got [0, 0]",
+        "negate": "must be 0 or 1, got 'perhaps'",
+        "free_thresh": "must be a number, got 'low'",
+        "occupied_thresh": "must be from 0 to 1, got 65",
+        "mode": "must be trinary, scale or raw, got 'binary'",
+    }
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("image", 7, "must be the path of an image, got 7"),
+        ("image", "", "must be the path of an image, got ''"),
+        ("resolution", True, "must be a number, got True"),
+        ("resolution", float("nan"), "must be a finite number, got nan"),
+        ("resolution", 10**400, "must be a number, got 1000000"),
+        ("origin", 0.0, "must be three numbers [x, y, yaw], got 0.0"),
+        ("origin", [0, "x", 0], "must be a number, got 'x'"),
+        ("origin", [0, float("inf"), 0], "must be a finite number, got inf"),
+        ("negate", 0.0, "must be 0 or 1, got 0.0"),
+        ("mode", None, "must be trinary, scale or raw, got None"),
+    ],
+)
+def test_values_of_the_wrong_type_are_named(tmp_path: Path, key: str, value: object, message: str) -> None:
+    write_map(tmp_path, [[254]])
+    assert problems_of(write_yaml(tmp_path, HEADER | {key: value}))[key].startswith(message)
+
+
+def test_thresholds_out_of_order_are_named(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[254]], free_thresh=0.7)
+    assert problems_of(path) == {"free_thresh": "must not be above occupied_thresh (0.65), got 0.7"}
+
+
+def test_a_number_without_a_point_in_its_mantissa_is_a_number(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[254]])
+    path.write_text(path.read_text().replace("resolution: 0.5", "resolution: 5e-2"))
+    assert read_nav2(path).resolution_m == 0.05
+
+
+def test_extra_keys_crlf_and_a_missing_final_newline_do_no_harm(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[254]], elevation_image="x.pgm", cost_scaling={"a": [1, 2]})
+    path.write_bytes(path.read_bytes().rstrip().replace(b"\n", b"\r\n"))
+    assert read_nav2(path).cells.tolist() == [[F]]
+
+
+@pytest.mark.parametrize("text", ["", "- a\n- b\n", "just text", "42"])
+def test_a_yaml_that_is_no_mapping_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "map.yaml").write_text(text)
+    assert "must hold" in problems_of(tmp_path / "map.yaml")[""]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "image: [",
+        "image: 'x",
+        "a: b: c",
+        "\tx: 1",
+        "image: \x00",
+        "image: !!python/object/apply:os.getcwd []",
+        "image: !!timestamp x",
+        "image: !!bool x",
+        "image: 2024-13-45",
+        pytest.param("image: " + "9" * 5000, id="5000 digits"),
+        pytest.param("[" * 5000, id="5000 brackets"),
+    ],
+)
+def test_broken_yaml_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "map.yaml").write_text(text)
+    assert problems_of(tmp_path / "map.yaml")[""].startswith("is not valid YAML")
+
+
+def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").write_bytes(b"image: \xff\xfe\xc3(")
+    assert problems_of(tmp_path / "map.yaml")[""].startswith("is not valid YAML")
+
+
+def test_a_yaml_bomb_is_refused(tmp_path: Path) -> None:
+    lines = ["a0: &a0 {x: 1}"]
+    lines += [f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 9)}]}}" for i in range(1, 30)]
+    (tmp_path / "map.yaml").write_text("\n".join(lines))
+    assert "aliases are not allowed" in problems_of(tmp_path / "map.yaml")[""]
+
+
+def test_an_oversized_yaml_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").write_text("# filler\n" * 10_000)
+    assert problems_of(tmp_path / "map.yaml")[""] == "has 90000 bytes, more than the limit of 65536"
+
+
+def test_a_file_that_is_no_image_is_named(tmp_path: Path) -> None:
+    path = write_yaml(tmp_path, HEADER)
+    (tmp_path / "map.pgm").write_text("hello")
+    assert problems_of(path) == {"image": f"is not a PNG, PGM, BMP or JPEG image: {tmp_path / 'map.pgm'}"}
+
+
+@pytest.mark.parametrize("name", ["map.pgm", "map.png"])
+def test_a_truncated_image_is_named(tmp_path: Path, name: str) -> None:
+    path = write_map(tmp_path, np.arange(10_000).reshape(100, 100) % 251, image=name)
+    image = tmp_path / name
+    image.write_bytes(image.read_bytes()[: image.stat().st_size // 2])
+    assert problems_of(path)["image"].startswith("can't be decoded (")
+
+
+def test_floating_point_images_are_refused(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[0]])
+    (tmp_path / "map.pgm").write_bytes(b"Pf\n1 1\n-1.0\n" + np.float32(0.5).tobytes())
+    assert "pixel format F" in problems_of(path)["image"]
+
+
+@pytest.mark.parametrize("size", ["20000 20000", "9500 10600"])
+def test_an_image_that_is_too_big_is_refused_by_its_header_alone(tmp_path: Path, size: str) -> None:
+    path = write_map(tmp_path, [[254]])
+    (tmp_path / "map.pgm").write_bytes(f"P5 {size} 255\n".encode())
+    assert "100000000" in problems_of(path)["image"]
+
+
+# Real maps
+
+FREE_M2 = {
+    "fr079": 322, "fr079_step02": 208, "fr079_step10": 356, "fr079_step15": 404, "fr101": 157, "cartesium": 457,
+    "tsc_office": 2418, "tsc_office_nogo": 2252, "warehouse_aws": 234, "warehouse_nav2": 1280,
+    "warehouse_nav2_keepout": 1249, "depot_nav2": 449, "tb3_sandbox": 20, "diag_floor1": 817,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*FREE_M2, "depot_nav2_fixed", "warehouse_nav2_speed"])
+def test_real_maps_have_the_cells_that_the_rule_says(shared_maps: Path, name: str) -> None:
+    path = shared_maps / f"{name}.yaml"
+    header = yaml.safe_load(path.read_text())
+    with Image.open(shared_maps / header["image"]) as image:
+        pixels = np.asarray(image).astype(np.float32)
+    p = 1 - (pixels if pixels.ndim == 2 else pixels.mean(axis=2)) / np.float32(255)
+    low, high = np.float32(header["free_thresh"]), np.float32(header["occupied_thresh"])
+    free = p <= low if header.get("mode") != "scale" else p < high
+    grid = read_nav2(path)
+    assert p.dtype == np.float32
+    assert grid.cells.shape == p.shape
+    assert np.array_equal(grid.cells == FLOOR, free[::-1])
+    assert np.array_equal(grid.cells == OBSTACLE, (p >= high)[::-1])
+    if name in FREE_M2:
+        assert np.count_nonzero(free) * grid.cell_area_m2 == pytest.approx(FREE_M2[name], abs=0.5)
+
+
+def test_the_real_keepout_mask_holds_more_obstacles_than_its_map(shared_maps: Path) -> None:
+    plain = read_occupancy(shared_maps / "warehouse_nav2.yaml")
+    mask = read_occupancy(shared_maps / "warehouse_nav2_keepout.yaml")
+    assert mask.data.dtype == np.int8
+    assert (mask.resolution_m, mask.origin_m) == (0.03, (-15.1, -25.0, 0.0))
+    assert np.count_nonzero(mask.data == 100) == 66742
+    assert np.count_nonzero(plain.data == 100) == 30951
+
+
+def test_the_real_speed_mask_holds_percentages(shared_maps: Path) -> None:
+    data = read_occupancy(shared_maps / "warehouse_nav2_speed.yaml").data
+    values, counts = np.unique(data, return_counts=True)
+    assert dict(zip(values.tolist(), counts.tolist(), strict=True))[20] == 72195 + 227585
+    assert values.min() == 0
+    assert values.max() == 100
+
+
+def test_the_real_depot_map_warns_of_its_threshold_and_its_repaired_twin_does_not(shared_maps: Path) -> None:
+    (warning,) = understand_nav2(shared_maps / "depot_nav2.yaml").warnings
+    assert warning.startswith("grey 205 became free in 8894 cells (22.24 m2")
+    assert understand_nav2(shared_maps / "depot_nav2_fixed.yaml").warnings == ()
+
+
+def test_the_real_cartesium_map_warns_under_the_usual_thresholds(shared_maps: Path, tmp_path: Path) -> None:
+    path = write_yaml(tmp_path, HEADER | {"image": str(shared_maps / "cartesium.png")})
+    assert any(
+        warning.startswith("greys 230 (74.3%) and 255 (21.8%) both became free")
+        for warning in understand_nav2(path).warnings
+    )

@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from marsupial.errors import MapError
+from marsupial.formats.mapfiles.read import READERS, read_map
+
+YAML = "image: map.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+
+
+def error_of(path: Path | str) -> str:
+    with pytest.raises(MapError) as caught:
+        read_map(path)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["map.yaml", "map.yml", "map.YAML"])
+def test_a_yaml_is_a_nav2_map(tmp_path: Path, name: str) -> None:
+    (tmp_path / "map.pgm").write_bytes(b"P5 2 1 255\n\xfe\x00")
+    (tmp_path / name).write_text(YAML)
+    reading = read_map(str(tmp_path / name))
+    assert reading.format == "nav2 map, trinary, image map.pgm"
+    assert (reading.grid.width, reading.walled) == (2, False)
+
+
+def test_a_map_is_a_movingai_map(tmp_path: Path) -> None:
+    (tmp_path / "a.map").write_text("type octile\nheight 1\nwidth 2\nmap\n.@\n")
+    reading = read_map(tmp_path / "a.map")
+    assert (reading.format, reading.grid.width, reading.walled) == ("MovingAI map, 1 m a cell", 2, True)
+
+
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
+    assert error_of(tmp_path / "gone.yaml") == f"{tmp_path / 'gone.yaml'}: no such file"
+    (tmp_path / "file").touch()
+    assert error_of(tmp_path / "file" / "a.map").endswith(": no such file")
+
+
+@pytest.mark.parametrize("suffix", READERS)
+def test_a_directory_is_named(tmp_path: Path, suffix: str) -> None:
+    (tmp_path / f"a{suffix}").mkdir()
+    assert error_of(tmp_path / f"a{suffix}").endswith("is a directory, not a file")
+
+
+def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").touch()
+    assert "unknown kind of map '.txt': must be a nav2 map" in error_of(tmp_path / "a.txt")
+
+
+def test_an_image_alone_is_told_that_it_needs_its_yaml(tmp_path: Path) -> None:
+    (tmp_path / "a.pgm").touch()
+    assert error_of(tmp_path / "a.pgm").endswith("(an image needs its map.yaml: give that)")
+
+
+def test_a_pipe_is_refused_and_never_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.map")
+    assert error_of(tmp_path / "a.map").endswith("is not a regular file")
+
+
+def test_an_unreadable_file_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.map"
+    path.touch(mode=0o000)
+    if os.access(path, os.R_OK):
+        pytest.skip("this user may read every file")
+    assert error_of(path).endswith("can't be read (permission denied)")
+
+
+@pytest.mark.parametrize("name", ["a\0b.map", "a" * 5000 + ".map"], ids=["null byte", "long name"])
+def test_impossible_names_are_refused(name: str) -> None:
+    assert "can't be read" in error_of(name)
+
+
+def test_every_real_map_is_read(shared_maps: Path) -> None:
+    paths = [*shared_maps.glob("*.yaml"), *shared_maps.glob("movingai/*.map")]
+    assert len(paths) == 24
+    for path in paths:
+        reading = read_map(path)
+        assert sum(entry.cells for entry in reading.legend) == reading.grid.cells.size

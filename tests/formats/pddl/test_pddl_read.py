@@ -1,0 +1,161 @@
+"""Problems of the canonical domain read back."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from odd_situations import odd_situations
+from situations import SOLVABLE, in_flight, many_rooms, one_room, situations
+
+from marsupial.errors import SituationError
+from marsupial.formats.pddl.read import read_problem
+from marsupial.formats.pddl.text import problem_text
+from marsupial.model.situation import Situation, SituationGoal
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_a_problem_reads_back_as_the_same_situation(name: str) -> None:
+    situation = SOLVABLE[name]()
+    assert read_problem(problem_text(situation)) == situation
+
+
+def test_a_big_problem_reads_back() -> None:
+    situation = many_rooms(6, 3, 20, 8)
+    assert read_problem(problem_text(situation)) == situation
+
+
+@given(situations())
+@settings(deadline=None, max_examples=60)
+def test_every_drawn_situation_reads_back(situation: Situation) -> None:
+    assert read_problem(problem_text(situation)) == situation
+
+
+@given(odd_situations())
+@settings(deadline=None, max_examples=80, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+def test_odd_situations_read_back_too(situation: Situation) -> None:
+    text = problem_text(situation)
+    again = read_problem(text)
+    assert again == situation
+    assert problem_text(again) == text
+
+
+@given(situations())
+@settings(deadline=None, max_examples=40)
+def test_without_records_the_same_problem_is_read(situation: Situation) -> None:
+    text = problem_text(situation, records=False)
+    assert problem_text(read_problem(text), records=False) == text
+
+
+def test_case_and_layout_do_not_matter() -> None:
+    situation = one_room()
+    text = problem_text(situation)
+    assert read_problem(text.upper().replace("\n", "\r\n")) == situation
+
+
+def test_flags_are_told_by_the_goal_where_records_are_missing() -> None:
+    situation = one_room(goal=SituationGoal(recover_rovers=True))
+    assert read_problem(problem_text(situation, records=False)).goal == SituationGoal(recover_rovers=True)
+    situation = one_room(goal=SituationGoal(return_home=True))
+    again = read_problem(problem_text(situation, records=False))
+    assert again.goal == SituationGoal(return_home=True)
+    assert again.robot_by_name["c1"].home == "home"
+
+
+def _broken(old: str, new: str) -> tuple[str, int]:
+    """Return `in_flight` as text with one change, and the line of the change."""
+    text = problem_text(in_flight())
+    assert text.count(old) == 1, old
+    return text.replace(old, new), text[: text.index(old)].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("c1 - carrier", "c1 - lorry", "c1: type must be one of"),
+        ("m1 - meeting", "m1 - meeting c1 - meeting", "object c1 is declared twice"),
+        ("(on r1 c1)", "(on r1 c7)", "there is no object c7"),
+        ("(on r1 c1)", "(on c1 r1)", "c1 is a carrier, not a rover"),
+        ("(on r1 c1)", "(on r1)", "on takes 2 arguments, got 1"),
+        ("(on r1 c1)", "(glued r1 c1)", "unknown predicate glued"),
+        ("(on r1 c1)", "on", "a fact in brackets is expected, got on"),
+        ("(= (num_docked c1) 1)", "(= (num_docked c1) 2)", "1 rovers are on c1, not 2"),
+        ("(= (num_docked c1) 1)", "(= (num_docked c1) many)", "a number is expected, got many"),
+        ("(= (num_docked c1) 1)", "(= (num_docked c1) 1/0)", "a number is expected, got 1/0"),
+        ("(= (num_docked c1) 1)", "(= (num_docked c1) 0.5)", "must be a whole number"),
+        ("(= (num_docked c1) 1)", "(= num_docked 1)", "is expected, got"),
+        ("(= (num_docked c1) 1)", "(= (num_docked c1) 1)(= (num_docked c1) 1)", "has a value already"),
+        ("(= (capacity c1) 1)", "(= (weight c1) 1)", "unknown function weight"),
+        ("(= (undock_time r2) 5.000)", "(= (undock_time r2) 6.000)", "differs from that of r1"),
+        ("(= (undock_time r2) 5.000)", "(= (undock_time r2) 5.0004)", "at most three decimals"),
+        ("(at r2 r2_start)", "(at r2 c1_start)", "c1_start is the start of c1 already"),
+        ("(at r2 r2_start)", "(at r2 r2_start) (at r2 m1)", "must begin at a start of its own, not at m1"),
+        (
+            "(= (path_cost rover_type m1 t1) 4.000)",
+            "(= (path_cost rover_type m1 t2) 4.000)",
+            "(path_cost rover_type m1 t2) without",
+        ),
+        (
+            "(= (path_cost carrier_type c1_start m1) 17.000)",
+            "(= (path_cost carrier_type c1_start m1) 7.000)",
+            "must be more than 7.000",
+        ),
+        ("(= (reveal t1) 1.0)", "(explored t1)", "t1 is explored already"),
+        ("(= (reveal t1) 1.0)", "(= (travel rover_type m1 t1) 9.000)", "contradicts"),
+        ("(= (reveal t1) 1.0)", "(= (type_capacity carrier_type) 9)", "has capacity 9, its carriers 1"),
+        ("(= (reveal t1) 1.0)", "(= (type_dock_time rover_type) 9)", "has dock_time 9.000, its rovers 10.000"),
+        ("(:metric minimize", "(:preferences minimize", ":preferences is not a section"),
+        ("(:domain marsupial)", "(:domain logistics)", "the domain must be marsupial, got logistics"),
+    ],
+)
+def test_what_is_wrong_is_reported_with_its_line(old: str, new: str, message: str) -> None:
+    text, line = _broken(old, new)
+    with pytest.raises(SituationError) as caught:
+        read_problem(text)
+    found = [problem for problem in caught.value.problems if problem.path == f"line {line}"]
+    assert any(message in problem.message for problem in found), str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(on r1 c1)", "", "r1 must be at one place or on one carrier"),
+        ("(aboard r1)\n    (at", "(at", "(aboard r1) must be true if r1 is on a carrier"),
+        ("(is_a r1 rover_type)", "", "(is_a r1 <robot_type>) is missing"),
+        ("(is_a r1 rover_type)", "(is_a r1 rover_type) (is_a r1 carrier_type)", "r1 has rover_type already"),
+        ("(is_a r1 rover_type)", "(is_a r1 carrier_type)", "carrier_type is for both carriers and rovers"),
+        ("(role_rover rover_type)", "(role_carrier rover_type)", "rover_type is for both carriers and rovers"),
+        ("(at r2 r2_start)", "", "no robot is at start r2_start"),
+        ("(= (num_docked c1) 1)", "", "(num_docked c1) is missing"),
+        ("(= (capacity c1) 1)", "", "(capacity c1) is missing"),
+        ("(can_explore r2 t1)", "", "r2 can't explore t1, but another robot of type rover_type can"),
+        ("(= (path_cost rover_type m1 t1) 4.000)", "", "(path_cost rover_type m1 t1) is missing"),
+        ("    (explored t3)\n", "", "(explored t3) is missing in the goal"),
+        ("    (explored t3)\n", "(explored t3) (at r2 m1)", "(at r2 m1) is no goal that a situation can have here"),
+        ("    (explored t3)\n", "(explored t3) (aboard r1)", "(aboard r2) is missing in the goal"),
+        ("    (explored t3)\n", "(explored t3) (on r1 c1)", "a goal is explored, aboard or at"),
+        ("(:domain marsupial)", "", "section :domain is missing"),
+        ("(problem exploration)", "(domain exploration)", "'(define (problem <name>) ...' is expected"),
+    ],
+)
+def test_what_is_missing_or_contradicts_is_reported(old: str, new: str, message: str) -> None:
+    text, _ = _broken(old, new)
+    with pytest.raises(SituationError) as caught:
+        read_problem(text)
+    assert message in str(caught.value)
+
+
+def test_all_problems_are_reported_together_by_line() -> None:
+    text = problem_text(in_flight()).replace("(on r1 c1)", "(on r1 c7)").replace("(is_a r2 rover_type)", "(is_a r2)")
+    with pytest.raises(SituationError) as caught:
+        read_problem(text)
+    lines = [int(problem.path.removeprefix("line ")) for problem in caught.value.problems]
+    assert len(lines) == 2
+    assert lines == sorted(lines)
+
+
+def test_a_goal_of_one_fact_needs_no_and() -> None:
+    situation = one_room()
+    text = problem_text(situation)
+    start = text.index("(:goal")
+    text = text[:start] + "(:goal (explored t1)))"
+    assert read_problem(text) == situation

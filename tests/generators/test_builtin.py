@@ -1,0 +1,125 @@
+"""Built-in scenarios: fixed maps on which the default team has work for both kinds of robot."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+import pytest
+
+from marsupial.errors import ScenarioError
+from marsupial.generators import GENERATORS
+from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
+from marsupial.maps.reach import largest_reach, standable
+from marsupial.model.grid import FLOOR, ROUGH, Grid
+from marsupial.model.robots import Role
+
+every_scenario = pytest.mark.parametrize("name", SCENARIOS)
+
+
+@every_scenario
+def test_the_default_team_is_two_carriers_with_two_rovers_each(name: str) -> None:
+    scenario = builtin_scenario(name)
+    aboard = [(member.type, member.carrier, member.start) for member in scenario.team]
+    assert aboard == [
+        ("carrier", None, None),
+        ("rover", "carrier1", None),
+        ("rover", "carrier1", None),
+        ("carrier", None, None),
+        ("rover", "carrier2", None),
+        ("rover", "carrier2", None),
+    ]
+    assert scenario.name == name
+
+
+@every_scenario
+def test_carriers_drive_twice_as_fast_and_see_twice_as_far(name: str) -> None:
+    carrier, rover = builtin_scenario(name).robot_types
+    assert (carrier.role, rover.role) == (Role.CARRIER, Role.ROVER)
+    assert (carrier.speed_mps, rover.speed_mps) == (1.0, 0.5)
+    assert (carrier.sensor_range_m, rover.sensor_range_m) == (10.0, 5.0)
+    assert (carrier.radius_m, rover.radius_m) == (0.3, 0.1)
+    assert (rover.undock_ms, rover.dock_ms) == (5_000, 10_000)
+    assert carrier.terrains == {FLOOR}
+
+
+@pytest.mark.parametrize(
+    ("name", "terrains"),
+    [("office", {ROUGH}), ("maze", {ROUGH}), ("lobby", {ROUGH}), ("rooms", {FLOOR, ROUGH}), ("cave", {FLOOR, ROUGH})],
+)
+def test_rovers_drive_where_the_scenario_wants(name: str, terrains: set[int]) -> None:
+    assert builtin_scenario(name).robot_types[1].terrains == terrains
+
+
+@every_scenario
+def test_there_is_ground_for_carriers_and_ground_for_rovers_only(name: str) -> None:
+    scenario = builtin_scenario(name)
+    carrier, rover = scenario.robot_types
+    reach = largest_reach(scenario.grid, carrier)
+    only_rovers = standable(scenario.grid, rover) & ~standable(scenario.grid, carrier)
+    area = scenario.grid.cell_area_m2
+    assert np.count_nonzero(reach) * area > 20
+    assert np.count_nonzero(only_rovers) * area > 20
+
+
+@every_scenario
+def test_the_map_does_not_depend_on_the_team(name: str) -> None:
+    first, second = builtin_scenario(name), builtin_scenario(name, 6, 3)
+    assert first.grid.cells.tobytes() == second.grid.cells.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "digest"),
+    [
+        ("office", "114ad720ada1"),
+        ("maze", "c08b6a03b966"),
+        ("rooms", "6a37600f2000"),
+        ("random", "efc495212e8f"),
+        ("lobby", "f0e21529bb2c"),
+    ],
+)
+def test_a_built_in_map_never_changes(name: str, digest: str) -> None:
+    assert hashlib.sha256(builtin_scenario(name).grid.cells.tobytes()).hexdigest()[:12] == digest
+
+
+def test_the_lobby_is_small() -> None:
+    grid = builtin_scenario("lobby").grid
+    assert grid.width * grid.resolution_m < 15
+    assert grid.height * grid.resolution_m < 12
+
+
+@pytest.mark.parametrize(("rovers", "capacity"), [(0, 1), (1, 1), (3, 3)])
+def test_carriers_have_a_place_for_each_of_their_rovers(rovers: int, capacity: int) -> None:
+    scenario = builtin_scenario("lobby", 3, rovers)
+    assert len(scenario.team) == 3 * (1 + rovers)
+    assert scenario.robot_types[0].capacity == capacity
+
+
+def test_an_unknown_scenario_is_answered_with_the_known_ones() -> None:
+    with pytest.raises(ScenarioError, match="unknown scenario 'attic'; built in: office, maze,"):
+        builtin_scenario("attic")
+
+
+def test_a_team_of_nobody_is_refused() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        builtin_scenario("lobby", 0, -1)
+    assert str(caught.value) == "carriers: must be 1 or more, got 0\nrovers: must be 0 or more, got -1"
+
+
+def test_a_bare_map_gets_the_default_types() -> None:
+    grid = Grid(cells=np.ones((3, 4), dtype=np.uint8), resolution_m=1.0)
+    scenario = bare_map_scenario("yard", grid, 1, 3)
+    assert scenario.grid is grid
+    assert [kind.radius_m for kind in scenario.robot_types] == [0.5, 0.15]
+    assert [member.name for member in scenario.team] == ["carrier1", "rover1_1", "rover1_2", "rover1_3"]
+    assert scenario.robot_types[0].capacity == 3
+
+
+def test_a_bare_map_needs_a_carrier_too() -> None:
+    grid = Grid(cells=np.ones((3, 4), dtype=np.uint8), resolution_m=1.0)
+    with pytest.raises(ScenarioError, match="carriers: must be 1 or more, got 0"):
+        bare_map_scenario("yard", grid, 0, 1)
+
+
+def test_every_generator_has_a_scenario() -> None:
+    assert {entry.generator for entry in SCENARIOS.values()} == set(GENERATORS)

@@ -1,0 +1,220 @@
+"""Generated maps: closed, connected, repeatable, and with the features their names promise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from marsupial.errors import MapError
+from marsupial.generators import GENERATORS
+from marsupial.maps.reach import parts, standable
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid
+from marsupial.model.robots import RobotType, Role
+
+SIZES = {
+    "office": (60.0, 36.0),
+    "maze": (50.0, 50.0),
+    "rooms": (40.0, 30.0),
+    "random": (40.0, 40.0),
+    "cave": (50.0, 40.0),
+    "lobby": (14.0, 11.0),
+}
+SEEDS = range(8)
+every_generator = pytest.mark.parametrize("name", GENERATORS)
+
+
+def make(name: str, seed: int = 1, resolution_m: float = 0.25, **options: float) -> Grid:
+    width_m, height_m = SIZES[name]
+    arguments = {"width_m": width_m, "height_m": height_m, "resolution_m": resolution_m, "seed": seed, **options}
+    return GENERATORS[name].make(**arguments)
+
+
+def robot(radius_m: float, *terrains: int) -> RobotType:
+    return RobotType(
+        name="r", role=Role.CARRIER, speed_mps=1, sensor_range_m=1, radius_m=radius_m, terrains=frozenset(terrains)
+    )
+
+
+def areas(grid: Grid, kind: RobotType) -> list[int]:
+    """Sizes in cells of the connected areas where `kind` can stand, largest first."""
+    labels, count = parts(standable(grid, kind))
+    return sorted(np.bincount(labels.ravel(), minlength=count + 1)[1:].tolist(), reverse=True)
+
+
+def door_count(grid: Grid, inside: np.ndarray) -> int:
+    """Number of separate places where the area `inside` touches floor over an edge."""
+    touching = inside & ndimage.binary_dilation(grid.cells == FLOOR)
+    return int(ndimage.label(touching, structure=np.ones((3, 3)))[1])
+
+
+def rough_rooms(grid: Grid) -> list[int]:
+    """Number of doors of each rough room."""
+    labels, count = ndimage.label(grid.cells == ROUGH)
+    return [door_count(grid, labels == i) for i in range(1, count + 1)]
+
+
+@every_generator
+def test_every_generator_has_a_size_here(name: str) -> None:
+    assert name in SIZES
+
+
+@every_generator
+def test_the_same_seed_gives_the_same_map(name: str) -> None:
+    assert make(name).cells.tobytes() == make(name).cells.tobytes()
+
+
+@every_generator
+def test_different_seeds_give_different_maps(name: str) -> None:
+    assert len({make(name, seed).cells.tobytes() for seed in SEEDS}) == len(SEEDS)
+
+
+@every_generator
+@pytest.mark.parametrize("resolution_m", [0.1, 0.25, 0.5])
+def test_the_map_has_the_size_asked_for(name: str, resolution_m: float) -> None:
+    grid = make(name, resolution_m=resolution_m)
+    width_m, height_m = SIZES[name]
+    assert (grid.width, grid.height) == (round(width_m / resolution_m), round(height_m / resolution_m))
+    assert grid.resolution_m == resolution_m
+
+
+@every_generator
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_border_is_closed(name: str, seed: int) -> None:
+    cells = make(name, seed).cells
+    for edge in (cells[0], cells[-1], cells[:, 0], cells[:, -1]):
+        assert (edge == OBSTACLE).all()
+
+
+@every_generator
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_free_cell_is_cut_off(name: str, seed: int) -> None:
+    assert len(areas(make(name, seed), robot(0.0, FLOOR, ROUGH))) == 1
+
+
+@every_generator
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_small_rover_that_drives_everywhere_can_stand_on_every_free_cell(name: str, seed: int) -> None:
+    grid = make(name, seed)
+    assert areas(grid, robot(0.1, FLOOR, ROUGH)) == [int(np.count_nonzero(grid.cells != OBSTACLE))]
+
+
+@pytest.mark.parametrize("name", ["office", "maze", "lobby"])
+@pytest.mark.parametrize("resolution_m", [0.1, 0.25, 0.5])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_carriers_reach_all_floor_where_terrain_is_the_border(name: str, resolution_m: float, seed: int) -> None:
+    grid = make(name, seed, resolution_m)
+    assert len(areas(grid, robot(0.3, FLOOR))) == 1
+    assert len(areas(grid, robot(0.0, FLOOR))) == 1
+
+
+@pytest.mark.parametrize("name", ["random", "cave"])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_carriers_have_room_on_natural_ground(name: str, seed: int) -> None:
+    grid = make(name, seed)
+    assert areas(grid, robot(0.3, FLOOR))[0] * grid.cell_area_m2 > 300
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_about_half_of_the_offices_rooms_are_rough(seed: int) -> None:
+    grid = make("office", seed)
+    rough, floor = (int(np.count_nonzero(grid.cells == code)) for code in (ROUGH, FLOOR))
+    assert 0.5 < rough / floor < 1.0
+    assert 10 <= len(rough_rooms(grid)) <= 24
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_rough_rooms_of_the_office_have_one_door_or_two(seed: int) -> None:
+    doors = rough_rooms(make("office", seed))
+    assert doors.count(1) >= 3
+    assert doors.count(2) >= 1
+    assert min(doors) == 1
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_office_has_two_corridors_over_its_whole_length(seed: int) -> None:
+    free_rows = np.flatnonzero((make("office", seed).cells[:, 1:-1] == FLOOR).all(axis=1))
+    breaks = np.flatnonzero(np.diff(free_rows) > 1)
+    assert len(breaks) == 1
+    assert [len(part) for part in np.split(free_rows, breaks + 1)] == [10, 10]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_free_passage_joins_the_offices_corridors(seed: int) -> None:
+    cells = make("office", seed).cells
+    rows = np.flatnonzero((cells[:, 1:-1] == FLOOR).all(axis=1))
+    joined = (cells[rows[0] : rows[-1] + 1] == FLOOR).all(axis=0)
+    assert np.count_nonzero(joined) >= 8
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_mazes_centre_is_one_rough_area_with_openings_on_every_side(seed: int) -> None:
+    grid = make("maze", seed)
+    assert rough_rooms(grid) == [8]
+    ys, xs = np.nonzero(grid.cells == ROUGH)
+    assert (xs.max() - xs.min()) * grid.resolution_m > 20
+    assert (ys.max() - ys.min()) * grid.resolution_m > 20
+    assert abs(float(xs.mean()) - grid.width / 2) < 6
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_mazes_centre_has_inner_walls(seed: int) -> None:
+    cells = make("maze", seed).cells
+    ys, xs = np.nonzero(cells == ROUGH)
+    inner = cells[ys.min() + 2 : ys.max() - 1, xs.min() + 2 : xs.max() - 1]
+    assert 100 < np.count_nonzero(inner == OBSTACLE) < 0.2 * inner.size
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_some_rooms_have_doors_too_narrow_for_carriers(seed: int) -> None:
+    first, *others = areas(make("rooms", seed), robot(0.3, FLOOR))
+    assert len(others) >= 3
+    assert first > 0.6 * (first + sum(others))
+
+
+def test_rooms_of_the_least_size_still_leave_one_for_carriers() -> None:
+    for seed in SEEDS:
+        grid = GENERATORS["rooms"].make(width_m=12.0, height_m=12.0, resolution_m=0.25, seed=seed)
+        assert areas(grid, robot(0.3, FLOOR))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.35])
+def test_random_boxes_cover_the_share_asked_for(share: float) -> None:
+    inner = make("random", share=share).cells[1:-1, 1:-1]
+    assert share - 0.02 < np.count_nonzero(inner == OBSTACLE) / inner.size < share + 0.05
+
+
+def test_a_fifth_of_the_caves_ground_is_rough() -> None:
+    cells = make("cave").cells
+    ground = np.count_nonzero(cells != OBSTACLE)
+    assert np.count_nonzero(cells == ROUGH) / ground == pytest.approx(0.2, abs=0.02)
+
+
+@every_generator
+def test_every_parameter_out_of_range_is_named(name: str) -> None:
+    with pytest.raises(MapError) as caught:
+        GENERATORS[name].make(width_m=1.0, height_m=1e9, resolution_m=float("nan"), seed=-1)
+    assert {problem.path for problem in caught.value.problems} == {"width_m", "height_m", "resolution_m", "seed"}
+
+
+def test_a_small_office_is_refused_with_the_least_size() -> None:
+    with pytest.raises(MapError, match=r"^width_m: must be 30 to 500, got 20.0$"):
+        GENERATORS["office"].make(width_m=20.0, height_m=30.0, resolution_m=0.25, seed=1)
+
+
+def test_too_many_cells_are_refused() -> None:
+    with pytest.raises(MapError, match=r"^width_m: must be at most 4000 cells of 0.05 m, got 300.0$"):
+        GENERATORS["cave"].make(width_m=300.0, height_m=30.0, resolution_m=0.05, seed=1)
+
+
+def test_a_share_out_of_range_is_refused() -> None:
+    with pytest.raises(MapError, match=r"^share: must be 0 to 0.35, got 0.9$"):
+        make("random", share=0.9)
+
+
+@pytest.mark.parametrize(("name", "least"), [("office", (30, 24)), ("maze", (24, 24)), ("lobby", (8, 9))])
+def test_the_least_size_works(name: str, least: tuple[float, float]) -> None:
+    for seed in SEEDS:
+        grid = GENERATORS[name].make(width_m=least[0], height_m=least[1], resolution_m=0.5, seed=seed)
+        assert len(areas(grid, robot(0.3, FLOOR))) == 1
+        assert rough_rooms(grid)

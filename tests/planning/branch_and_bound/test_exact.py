@@ -1,0 +1,344 @@
+"""The exact engine beside a search that knows nothing of it: every action of every robot is tried, in any order."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import count, pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from situations import (
+    SOLVABLE,
+    carrier,
+    default_types,
+    door,
+    hall,
+    many_rooms,
+    one_hall,
+    one_room,
+    out_of_reach,
+    room,
+    rover,
+    rover_left_behind,
+    situation_of,
+    situations,
+    two_rooms,
+)
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
+from marsupial.model.robots import Role
+from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.planning.branch_and_bound.engine import Exact
+from marsupial.planning.checker import check
+from marsupial.planning.list_scheduling.greedy import Greedy
+
+AMPLE = Budget(steps=1000)
+
+
+def solve(
+    situation: Situation, budget: Budget = AMPLE, start: Plan | None = None, latest: Plan | None = None
+) -> tuple[list[Plan], Finished]:
+    *improved, finished = Exact(latest=lambda: latest).solve(situation, budget, start=start)
+    assert isinstance(finished, Finished)
+    return [event.plan for event in improved if isinstance(event, Improved)], finished
+
+
+@dataclass(frozen=True)
+class Moment:
+    """Where everybody is (a place, or the name of a carrier), from when, and what is explored."""
+
+    where: tuple[str, ...]
+    ready: tuple[int, ...]
+    explored: frozenset[str]
+
+
+class Everything:
+    """All that a team could do, action by action, as the checker sees it."""
+
+    def __init__(self, situation: Situation) -> None:
+        self.situation = situation
+        self.names = [robot.name for robot in situation.robots]
+        self.kinds = [situation.type_of(name) for name in self.names]
+        self.carriers = {robot.name: i for i, robot in enumerate(situation.robots) if self.role(i) is Role.CARRIER}
+
+    def role(self, i: int) -> Role:
+        return self.kinds[i].role
+
+    def beginning(self) -> Moment:
+        robots = self.situation.robots
+        free = {robot.name: robot.free_at_ms for robot in robots}
+        return Moment(
+            tuple(robot.place or robot.carrier or "" for robot in robots),
+            tuple(free[robot.carrier or robot.name] for robot in robots),
+            frozenset(),
+        )
+
+    def following(self, now: Moment) -> Iterator[tuple[Moment, int]]:
+        """Yield what there is after each possible action, and when that ends."""
+        for i, where in enumerate(now.where):
+            if where in self.carriers:
+                c = self.carriers[where]
+                if now.where[c] in self.situation.meetings:
+                    end = max(now.ready[i], now.ready[c]) + max(1, self.kinds[i].undock_ms)
+                    yield self.changed(now, {i: (now.where[c], end + 1), c: (now.where[c], end + 1)}), end
+                continue
+            targets = [t.name for t in self.situation.targets if self.kinds[i].name in t.explorers]
+            for place in (*self.situation.meetings, *self.situation.homes, *targets):
+                travel = self.situation.travel(self.kinds[i].name, where, place)
+                if travel is not None and place != where:
+                    end = now.ready[i] + max(1, travel)
+                    after = self.changed(now, {i: (place, end + 1)})
+                    yield (replace(after, explored=after.explored | {place}) if place in targets else after), end
+            for name, c in self.carriers.items() if self.role(i) is Role.ROVER else ():
+                full = now.where.count(name) >= self.kinds[c].capacity
+                if now.where[c] == where and where in self.situation.meetings and not full:
+                    end = max(now.ready[i], now.ready[c]) + max(1, self.kinds[i].dock_ms)
+                    yield self.changed(now, {i: (name, end + 1), c: (where, end + 1)}), end
+
+    def changed(self, now: Moment, changes: dict[int, tuple[str, int]]) -> Moment:
+        where, ready = list(now.where), list(now.ready)
+        for i, (place, free) in changes.items():
+            where[i], ready[i] = place, free
+        return Moment(tuple(where), tuple(ready), now.explored)
+
+    def is_goal(self, now: Moment) -> bool:
+        goal = self.situation.goal
+        if len(now.explored) < len(self.situation.targets):
+            return False
+        if goal.recover_rovers or goal.return_home:
+            aboard = (where in self.carriers for i, where in enumerate(now.where) if self.role(i) is Role.ROVER)
+            if not all(aboard):
+                return False
+        return not goal.return_home or all(
+            robot.home is None or where == robot.home
+            for i, (robot, where) in enumerate(zip(self.situation.robots, now.where, strict=True))
+            if self.role(i) is Role.CARRIER
+        )
+
+    def has_plan(self) -> bool:
+        """Say whether there is any plan."""
+        seen: set[tuple[object, ...]] = set()
+        pending = [self.beginning()]
+        while pending:
+            now = pending.pop()
+            if self.is_goal(now):
+                return True
+            if (now.where, now.explored) not in seen:
+                seen.add((now.where, now.explored))
+                pending += [after for after, _ in self.following(now)]
+        return False
+
+    def has_plan_before(self, makespan_ms: int) -> bool:
+        """Say whether there is a plan with a shorter makespan."""
+        seen: dict[tuple[object, ...], list[tuple[int, ...]]] = {}
+        pending = [self.beginning()] if makespan_ms > 0 else []
+        for now in pending:
+            if self.is_goal(now):
+                return True
+            known = seen.setdefault((now.where, now.explored), [])
+            if any(all(a <= b for a, b in zip(other, now.ready, strict=True)) for other in known):
+                continue
+            known.append(now.ready)
+            pending += [after for after, end in self.following(now) if end < makespan_ms]
+        return False
+
+
+def reduced(situation: Situation, configurations: int = 3000) -> Situation:
+    """Return the situation without so many robots, meetings and targets that everything could not be tried."""
+    for i in count():
+        robots = len(situation.robots)
+        places = len(situation.places) - robots / 2
+        if 2 ** len(situation.targets) * places**robots <= configurations:
+            return situation
+        names = [r.name for r in situation.robots]
+        carriers = {r.name for r in situation.of_role(Role.CARRIER)}
+        if i % 3 == 0 and robots > 2:
+            last = (
+                next((n for n in reversed(names) if n not in carriers), names[-1])
+                if robots - len(carriers) > 1
+                else max(carriers)
+            )
+            kept = frozenset(r.name for r in situation.robots if last not in (r.name, r.carrier))
+            situation = situation.restricted(robots=kept)
+        elif i % 3 == 1:
+            situation = situation.restricted(targets=frozenset(t.name for t in situation.targets[:-1][-3:]))
+        else:
+            situation = situation.restricted(meetings=frozenset(situation.meetings[:-1][:3]))
+    raise AssertionError
+
+
+def disturbed(situation: Situation, data: st.DataObject) -> Situation:
+    """Return the situation with some times changed, so that detours may be shorter, and some roads closed."""
+    n = len(situation.places)
+    changes = data.draw(
+        st.lists(
+            st.tuples(
+                st.sampled_from([kind.name for kind in situation.types]),
+                st.integers(0, n - 1),
+                st.integers(0, n - 1),
+                st.sampled_from([UNREACHABLE, 0, 1, 3, 20]),
+            ),
+            max_size=20,
+        )
+    )
+    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
+    for name, origin, place, time in changes:
+        tables[name][origin, place] = time
+    return replace(situation, travel_ms=tables)
+
+
+def confirm(situation: Situation) -> None:
+    plans, finished = solve(situation)
+    everything = Everything(situation)
+    assert all(check(situation, plan).valid for plan in plans)
+    assert all(one.makespan_ms > other.makespan_ms for one, other in pairwise(plans))
+    if finished.outcome is Outcome.UNSOLVABLE:
+        assert not plans
+        assert not everything.has_plan()
+    else:
+        assert finished.outcome is Outcome.OPTIMAL, finished.detail
+        assert finished.lower_bound_ms == plans[-1].makespan_ms
+        assert not everything.has_plan_before(plans[-1].makespan_ms)
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_every_hand_made_situation_is_solved_and_proven(name: str) -> None:
+    situation = SOLVABLE[name]()
+    plans, finished = solve(situation)
+    assert finished.outcome is Outcome.OPTIMAL
+    assert finished.lower_bound_ms == plans[-1].makespan_ms
+    assert check(situation, plans[-1]).valid
+
+
+@pytest.mark.parametrize(
+    ("situation", "best_ms"),
+    [(one_hall(), 30_001), (one_room(), 19_002), (two_rooms(), 72_007), (rover_left_behind(), 59_004)],
+)
+def test_where_the_best_plan_is_seen_by_eye_it_is_found(situation: Situation, best_ms: int) -> None:
+    assert solve(situation)[0][-1].makespan_ms == best_ms
+
+
+@pytest.mark.parametrize("recover", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_two_carriers_with_two_rovers_are_proven(seed: int, recover: bool) -> None:
+    situation = replace(many_rooms(2, 2, 8, 4, seed=seed), goal=SituationGoal(recover_rovers=recover))
+    plans, finished = solve(situation, Budget(steps=2000))
+    assert finished.outcome is Outcome.OPTIMAL
+    assert check(situation, plans[-1]).valid
+
+
+def test_steps_decide_what_is_found() -> None:
+    situation = replace(many_rooms(2, 2, 8, 6, seed=1), goal=SituationGoal(recover_rovers=True))
+    one, other = (solve(situation, Budget(steps=3)) for _ in range(2))
+    assert one[0] == other[0]
+    assert one[1].outcome is Outcome.SATISFICING
+    assert one[1].lower_bound_ms == other[1].lower_bound_ms
+    assert 0 < (one[1].lower_bound_ms or 0) < one[0][-1].makespan_ms
+
+
+def test_more_targets_than_fit_are_refused() -> None:
+    plans, finished = solve(many_rooms(2, 2, 13, 4))
+    assert not plans
+    assert finished.outcome is Outcome.UNSUPPORTED
+    assert "13 targets" in finished.detail
+
+
+def test_tables_that_take_too_much_memory_are_refused() -> None:
+    plans, finished = solve(many_rooms(4, 2, 12, 40))
+    assert not plans
+    assert finished.outcome is Outcome.UNSUPPORTED
+    assert "too many together" in finished.detail
+
+
+def test_what_nobody_can_reach_is_proven_unsolvable() -> None:
+    plans, finished = solve(out_of_reach())
+    assert not plans
+    assert finished.outcome is Outcome.UNSOLVABLE
+    assert "t2" in finished.detail
+
+
+def test_a_start_that_is_best_is_proven_so() -> None:
+    known = solve(two_rooms())[0][-1]
+    (plan,), finished = solve(two_rooms(), start=known)
+    assert plan == known
+    assert finished.outcome is Outcome.OPTIMAL
+
+
+def test_a_better_plan_of_somebody_else_is_gone_on_from() -> None:
+    situation = replace(many_rooms(2, 1, 6, 4), goal=SituationGoal(recover_rovers=True))
+    (poor,) = (event.plan for event in Greedy().solve(situation, Budget(steps=1)) if isinstance(event, Improved))
+    best = solve(situation)[0][-1]
+    alone, beside = (solve(situation, Budget(steps=1), poor, latest)[0][-1] for latest in (None, best))
+    assert alone.makespan_ms > best.makespan_ms
+    assert beside == best
+
+
+def test_closing_early_ends_the_search() -> None:
+    events = Exact().solve(many_rooms(2, 2, 8, 6, seed=3), Budget(seconds=60))
+    assert isinstance(next(iter(events)), Improved)
+    events.close()  # type: ignore[attr-defined]
+
+
+@settings(deadline=None)
+@given(situations())
+def test_what_is_called_optimal_is_and_what_is_called_unsolvable_too(situation: Situation) -> None:
+    confirm(reduced(situation))
+
+
+@settings(deadline=None)
+@given(situations(), st.data())
+def test_the_same_where_detours_are_shorter_and_roads_are_closed(situation: Situation, data: st.DataObject) -> None:
+    confirm(disturbed(reduced(situation), data))
+
+
+def drawn(seed: int, rooms: int = 2, pressure: bool = False) -> Situation:
+    """Return a small situation with plans as a rule: rooms with a door or two, any times at all, few closed roads.
+
+    Under `pressure` every room has a target, rovers begin and have to end aboard.
+    """
+    draw = random.Random(seed)
+    carriers, rovers = draw.choice([(1, 1), (1, 2), (1, 2), (2, 1), (2, 2)])
+    targets, meetings = (rooms, rooms) if pressure else (draw.randint(1, 3), draw.randint(1, 3))
+    capacity = draw.choice([1, 1, 2])
+    aboard = [
+        f"c{1 + i % carriers}" if i < capacity * carriers and draw.random() < 0.8 else None for i in range(rovers)
+    ]
+    homes = {"h": hall(0)} if draw.random() < 0.5 else {}
+    robots = [carrier(i + 1, free_at_ms=draw.randrange(4), home="h" if homes else None) for i in range(carriers)]
+    robots += [rover(i + 1, on, free_at_ms=draw.randrange(4)) for i, on in enumerate(aboard)]
+    spots = {f"t{i}": hall(0) if draw.random() < 0.2 else room(0, draw.randrange(rooms)) for i in range(targets)}
+    if pressure:
+        spots = {f"t{i}": room(0, i) for i in range(rooms)}
+    starts = {r.place: hall(0) if r.type == "carrier" else room(0, draw.randrange(2)) for r in robots if r.place}
+    recover = pressure or draw.random() < 0.5
+    situation = situation_of(
+        robots,
+        spots,
+        {f"m{i}": door(0, i % rooms) for i in range(meetings)},
+        starts,
+        homes=homes,
+        types=tuple(
+            replace(kind, dock_ms=draw.randrange(5), undock_ms=draw.randrange(5)) for kind in default_types(capacity)
+        ),
+        goal=SituationGoal(recover_rovers=recover, return_home=recover and draw.random() < 0.5),
+    )
+    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
+    for table in tables.values():
+        for i, j in np.argwhere(table == 0):
+            table[i, j] = UNREACHABLE if draw.random() < 0.05 else draw.choice([0, 2, 5, 9, 14])
+    return replace(situation, travel_ms=tables)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_small_rooms_are_planned_as_well_as_by_trying_everything(seed: int) -> None:
+    confirm(drawn(seed))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_where_rovers_are_fewer_than_rooms_and_fetched_again_it_is_so_too(seed: int) -> None:
+    confirm(drawn(seed, rooms=3, pressure=True))

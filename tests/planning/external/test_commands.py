@@ -1,0 +1,466 @@
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from launcher_tree import below_launcher
+from situations import carrier, door, hall, in_flight, one_hall, one_room, room, rover, situation_of
+
+from marsupial.cli.main import main
+from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
+from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
+from marsupial.formats.situation import situation_to_json
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
+from marsupial.model.situation import UNREACHABLE, Situation
+from marsupial.planning.checker import check
+from marsupial.planning.engines import engine, mission_engine
+from marsupial.planning.external.commands import External
+from marsupial.planning.external.output import Printed
+from marsupial.planning.external.process_engine import Events
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.schedule import retime
+
+AMPLE = Budget(seconds=60)
+
+# Two plans for `one_hall`: 30.001 s and, the far target first, 50.001 s.
+GOOD = "0.000: (explore c1 carrier_type c1_start t1)  [10.000]\n10.001: (explore c1 carrier_type t1 t2)  [20.000]\n"
+LONG = "0.000: (explore c1 carrier_type c1_start t2)  [30.000]\n30.001: (explore c1 carrier_type t2 t1)  [20.000]\n"
+HALF = "0.000: (explore c1 carrier_type c1_start t1)  [10.000]\n"
+OPTIC_HEADER = "b (1.000 | 10.000)(G)\n; Plan found with metric 30.001\n; States evaluated so far: 3\n; Time 0.01\n"
+OPTIC_END = (
+    "\nResorting to best-first search\nb (2.000 | 9.000)\nProblem Unsolvable\n;;;; Solution Found\n; Cost: 50.001\n"
+)
+
+PRELUDE = f"""
+import os, signal, subprocess, sys, time
+from pathlib import Path
+GOOD, LONG, HALF = {GOOD!r}, {LONG!r}, {HALF!r}
+def say(text):
+    print(text, end="", flush=True)
+def wait_for(name):
+    while not (Path(__file__).parent / name).exists():
+        time.sleep(0.01)
+"""
+
+
+@pytest.fixture(autouse=True)
+def nothing_left() -> Iterator[None]:
+    yield
+    until = time.monotonic() + 5
+    while below_launcher() and time.monotonic() < until:
+        time.sleep(0.01)
+    assert below_launcher() == []
+
+
+def stand_in(folder: Path, body: str, places: str = "{domain} {problem}") -> str:
+    """Write a planner in Python and return its name as an engine."""
+    script = folder / "planner.py"
+    script.write_text(PRELUDE + body)
+    return f"cmd:{shlex.quote(sys.executable)} -SE {shlex.quote(str(script))} {places}"
+
+
+def solve(
+    name: str, situation: Situation | None = None, budget: Budget = AMPLE, **options: int
+) -> tuple[list[int], Finished]:
+    """Return the makespans of the plans, each of which is valid, and the end."""
+    situation = one_hall() if situation is None else situation
+    *improved, end = External(name, **options).solve(situation, budget)
+    assert isinstance(end, Finished)
+    makespans = []
+    for event in improved:
+        assert isinstance(event, Improved)
+        assert check(situation, event.plan).valid
+        makespans.append(event.plan.makespan_ms)
+    return makespans, end
+
+
+def asked(name: str, budget: Budget = AMPLE) -> Events:
+    return External(name).solve(one_hall(), budget)
+
+
+def next_makespan(events: Events) -> int:
+    event = next(events)
+    assert isinstance(event, Improved), event
+    return event.plan.makespan_ms
+
+
+def one_way() -> Situation:
+    """Return: one rover, two targets, no way back from either: no plan, and no cheap proof of that."""
+    situation = situation_of(
+        [carrier(), rover(on="c1")], {"t1": room(12), "t2": room(14)}, {"m1": door(10)}, {"c1_start": hall(0)}
+    )
+    table = np.array(situation.travel_ms["rover"])
+    for target in ("t1", "t2"):
+        table[situation.place_index[target]] = UNREACHABLE
+    return replace(situation, travel_ms={**situation.travel_ms, "rover": table})
+
+
+def test_every_improving_plan_comes_as_soon_as_it_is_complete(tmp_path: Path) -> None:
+    body = f"say({OPTIC_HEADER!r} + LONG + chr(10)); wait_for('go'); say({OPTIC_HEADER!r} + GOOD)"
+    events = asked(stand_in(tmp_path, body))
+    assert next_makespan(events) == 50_001
+    (tmp_path / "go").touch()
+    assert next_makespan(events) == 30_001
+    end = next(events)
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.SATISFICING
+    assert "2 plans accepted" in end.detail
+
+
+def test_a_plan_nothing_follows_counts_while_the_planner_thinks_on(tmp_path: Path) -> None:
+    events = asked(stand_in(tmp_path, "say(LONG); wait_for('go'); say(GOOD.rstrip())"))
+    assert next_makespan(events) == 50_001
+    (tmp_path / "go").touch()
+    # Both together are no plan: to read on would be to explore everything twice.
+    (end,) = events
+    assert isinstance(end, Finished)
+
+
+def test_a_plan_that_stops_growing_halfway_is_not_refused_before_it_is_complete(tmp_path: Path) -> None:
+    body = "first, second = GOOD.splitlines(True); say(first); wait_for('go'); say(second)"
+    events = asked(stand_in(tmp_path, body))
+    threading.Timer(0.3, (tmp_path / "go").touch).start()
+    assert next_makespan(events) == 30_001
+    end = next(events)
+    assert isinstance(end, Finished)
+    assert "refused" not in end.detail
+
+
+def test_the_last_plan_of_an_optimiser_that_finds_no_better_one_stands(tmp_path: Path) -> None:
+    makespans, end = solve(stand_in(tmp_path, f"say(LONG + {OPTIC_END!r} + LONG)"))
+    assert makespans == [50_001]
+    assert end.outcome is Outcome.SATISFICING
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\n0.0003:   (EXPLORE C1 CARRIER_TYPE C1_START T1) [10.0000]\n"
+        "10.0008:   (EXPLORE C1 CARRIER_TYPE T1 T2) [20.0000]",
+        " 0.0000: (EXPLORE C1 CARRIER_TYPE C1_START T1) [D:10.00; C:0.10]\n"
+        " 10.0000: (EXPLORE C1 CARRIER_TYPE T1 T2) [D:20.00; C:0.10]\n\n\nMETRIC_VALUE = 30.00\n",
+        "10.01: (explore c1 carrier_type t1 t2)[2e1]\r\n0: ( explore c1 carrier_type c1_start t1 ) [1.0E+01]\r\n",
+        "0.00000000: (explore c1 carrier_type c1_start t1 ) [10.00000000]\n"
+        "10.00000000: (explore c1 carrier_type t1 t2 ) [20.00000000]\n",
+    ],
+    ids=["LPG file", "LPG stdout", "unordered, scientific", "TFD, touching"],
+)
+def test_what_planners_write_is_read_and_timed_anew(tmp_path: Path, text: str) -> None:
+    assert solve(stand_in(tmp_path, f"say({text!r})"))[0] == [30_001]
+
+
+@pytest.mark.parametrize("names", [("plan.1", "plan.2"), ("plan_1.SOL", "plan_2.SOL"), ("plan", "plan")])
+def test_plan_files_are_read_while_the_planner_runs(tmp_path: Path, names: tuple[str, str]) -> None:
+    endings = [name.removeprefix("plan") for name in names]
+    body = f"""
+prefix = sys.argv[1].removeprefix("--out=")
+with open(prefix + {endings[0]!r}, "w") as file:
+    first, second = LONG.splitlines(True)
+    file.write(first)
+    file.flush()
+    time.sleep(0.2)
+    file.write(second)
+wait_for("go")
+Path(prefix + {endings[1]!r}).write_text(";; Version LPG" + chr(10) + chr(10) + GOOD)
+"""
+    events = asked(stand_in(tmp_path, body, "--out={plan} {domain} {problem}"))
+    assert next_makespan(events) == 50_001
+    (tmp_path / "go").touch()
+    assert next_makespan(events) == 30_001
+    end = next(events)
+    assert isinstance(end, Finished)
+    assert (end.outcome, "refused" in end.detail) == (Outcome.SATISFICING, False)
+
+
+def test_robots_that_are_busy_at_first_are_waited_for(tmp_path: Path) -> None:
+    situation = read_problem(problem_text(in_flight(), records=False))
+    text = write_greedy_plan(situation)
+    makespans, end = solve(stand_in(tmp_path, f"say({text!r})"), in_flight())
+    assert makespans, end.detail
+
+
+def write_greedy_plan(situation: Situation) -> str:
+    return write_plan_text(serve(situation)[0], situation)
+
+
+def test_rubbish_is_no_plan(tmp_path: Path) -> None:
+    body = "sys.stdout.buffer.write(bytes(range(256)) * 100); say('0.1: no plan' + chr(10)); say('x' * 300000)"
+    assert solve(stand_in(tmp_path, body)) == (
+        [],
+        Finished(
+            outcome=Outcome.NO_PLAN,
+            detail="it ended with exit code 0; 0 plans accepted",
+            elapsed_s=pytest.approx(30, abs=30),
+        ),
+    )
+
+
+def test_wrong_and_unreadable_plans_are_counted_with_the_first_reason(tmp_path: Path) -> None:
+    makespans, end = solve(stand_in(tmp_path, "say('0: (fly c1)' + 2 * chr(10) + HALF)"))
+    assert (makespans, end.outcome) == ([], Outcome.NO_PLAN)
+    assert "2 refused (first: unreadable, line 1: (fly c1): unknown action fly)" in end.detail
+
+
+def test_a_wrong_plan_does_not_hide_a_longer_one_that_is_right(tmp_path: Path) -> None:
+    makespans, end = solve(stand_in(tmp_path, "say(HALF + chr(10) + GOOD)"))
+    assert (makespans, end.outcome) == ([30_001], Outcome.SATISFICING)
+    assert "1 plan accepted, 1 refused (first: wrong, 10.000 s, at the end: " in end.detail
+
+
+def test_an_exit_code_without_a_plan_is_a_crash_with_the_end_of_stderr(tmp_path: Path) -> None:
+    _, end = solve(stand_in(tmp_path, "print('boiler pressure', file=sys.stderr); sys.exit(3)"))
+    assert end.outcome is Outcome.CRASHED
+    assert "exit code 3, saying: boiler pressure" in end.detail
+
+
+def test_an_exit_code_without_stderr_is_a_crash_with_the_end_of_stdout(tmp_path: Path) -> None:
+    _, end = solve(stand_in(tmp_path, "say('Unrecognised switch'); sys.exit(1)"))
+    assert "saying: Unrecognised switch" in end.detail
+
+
+def test_an_exit_code_after_a_plan_takes_nothing_from_the_plan(tmp_path: Path) -> None:
+    makespans, end = solve(stand_in(tmp_path, "say(GOOD); sys.exit(137)"))
+    assert (makespans, end.outcome) == ([30_001], Outcome.SATISFICING)
+    assert "exit code 137" in end.detail
+
+
+@pytest.mark.parametrize(("signum", "outcome"), [(9, Outcome.KILLED), (11, Outcome.CRASHED)])
+def test_a_planner_ended_by_a_signal_is_told_apart(tmp_path: Path, signum: int, outcome: Outcome) -> None:
+    _, end = solve(stand_in(tmp_path, f"os.kill(os.getpid(), {signum})"))
+    assert end.outcome is outcome
+    assert "signal" in end.detail
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [
+        "b (2.0 | 1.0)d;; Problem unsolvable!\n;;;; Solution Found\n; Time 0.01\n",
+        "The problem is unsolvable since at the fixpoint level the goals are mutex or not reachable\n",
+        "Completely explored state space -- no solution!\n",
+        "The problem has been proven unsolvable.",
+    ],
+    ids=["POPF", "LPG", "TFD", "other"],
+)
+@pytest.mark.parametrize("code", [0, 1])
+def test_a_planner_that_says_unsolvable_is_believed(tmp_path: Path, claim: str, code: int) -> None:
+    _, end = solve(stand_in(tmp_path, f"say({claim!r}); sys.exit({code})"), one_way())
+    assert end.outcome is Outcome.UNSOLVABLE
+    assert "nsolvable" in end.detail or "no solution" in end.detail
+
+
+def test_a_planner_that_says_unsolvable_is_not_believed_where_there_is_a_plan(tmp_path: Path) -> None:
+    _, end = solve(stand_in(tmp_path, "say(';; Problem unsolvable!')"))
+    assert end.outcome is Outcome.NO_PLAN
+    assert "which is not so" in end.detail
+
+
+def test_giving_up_is_not_a_proof(tmp_path: Path) -> None:
+    text = "Problem unsolvable by EHC, and best-first search has been disabled\n"
+    assert solve(stand_in(tmp_path, f"say({text!r})"), one_way())[1].outcome is Outcome.NO_PLAN
+
+
+def test_an_empty_plan_file_is_no_plan(tmp_path: Path) -> None:
+    body = "Path(sys.argv[3] + '_1.SOL').write_text('; Version LPG' + chr(10))"
+    _, end = solve(stand_in(tmp_path, body, "{domain} {problem} {plan}"))
+    assert end.outcome is Outcome.NO_PLAN
+    assert "refused" not in end.detail
+
+
+def test_a_planner_that_never_ends_is_stopped_with_all_it_started(tmp_path: Path) -> None:
+    body = """
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+sleep = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(1000)"
+child = subprocess.Popen([sys.executable, "-SEc", sleep], start_new_session=True)
+(Path(__file__).parent / "pids").write_text(f"{os.getpid()} {child.pid}")
+time.sleep(1000)
+"""
+    began = time.monotonic()
+    makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=2))
+    assert (makespans, end.outcome) == ([], Outcome.TIMEOUT)
+    assert time.monotonic() - began < 30
+    pids = [int(pid) for pid in (tmp_path / "pids").read_text().split()]
+    assert not any(psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE for pid in pids)
+
+
+def test_a_planner_that_prints_steps_without_end_is_stopped_for_its_time(tmp_path: Path) -> None:
+    body = "signal.signal(signal.SIGTERM, signal.SIG_IGN)\nwhile True:\n    os.write(1, HALF.encode() * 1000)"
+    makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=1))
+    assert (makespans, end.outcome) == ([], Outcome.TIMEOUT)
+
+
+def test_of_a_plan_without_end_no_more_is_kept_than_is_read_of_a_file() -> None:
+    printed = Printed()
+    for _ in range(100):
+        assert list(printed.feed(GOOD.encode() * 1000)) == []
+    (kept,) = printed.rest()
+    assert len(kept) < 5 << 20
+    assert list(printed.feed(GOOD.encode() + b"\n")) == [GOOD.rstrip()]
+
+
+def test_what_a_finished_planner_leaves_running_is_ended(tmp_path: Path) -> None:
+    body = "subprocess.Popen(['sleep', '1000'], start_new_session=True); say(GOOD)"
+    makespans, end = solve(stand_in(tmp_path, body))
+    assert (makespans, end.outcome) == ([30_001], Outcome.SATISFICING)
+
+
+def test_a_planner_may_print_its_plan_when_asked_to_end(tmp_path: Path) -> None:
+    body = """
+def leave(*_):
+    say(GOOD)
+    os._exit(1)
+signal.signal(signal.SIGTERM, leave)
+say(LONG + chr(10))
+while True:
+    time.sleep(1)
+"""
+    makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=3))
+    assert (makespans, end.outcome) == ([50_001, 30_001], Outcome.SATISFICING)
+    assert "end of its time" in end.detail
+
+
+def test_a_planner_that_eats_memory_is_told_apart(tmp_path: Path) -> None:
+    body = "blocks = []\nwhile True:\n    blocks.append(bytearray(b'x') * (8 << 20)); time.sleep(0.01)"
+    _, end = solve(stand_in(tmp_path, body), memory_bytes=200 << 20)
+    assert end.outcome is Outcome.MEMORY
+
+
+def test_closing_early_ends_the_planner(tmp_path: Path) -> None:
+    events = asked(stand_in(tmp_path, "say(LONG + chr(10)); time.sleep(1000)"))
+    next_makespan(events)
+    _supervisor, *rest = sorted(below_launcher(), key=lambda process: process.pid)
+    assert len(rest) == 2  # job, planner
+    events.close()
+    assert not any(process.is_running() for process in rest)  # the supervisor itself may need a moment more
+
+
+def test_a_known_plan_comes_first_and_only_better_ones_follow(tmp_path: Path) -> None:
+    known = retime(one_hall(), read_plan_text(LONG, one_hall()).actions)
+    name = stand_in(tmp_path, "say(LONG + chr(10) + GOOD)")
+    events = list(External(name).solve(one_hall(), AMPLE, start=known))
+    assert [event.plan.makespan_ms for event in events if isinstance(event, Improved)] == [50_001, 30_001]
+
+
+def test_the_files_are_the_domain_and_the_problem_in_a_private_folder_without_a_shell(tmp_path: Path) -> None:
+    body = """
+import json
+folder = Path(sys.argv[1].removeprefix("-d=")).parent
+told = {"words": sys.argv[1:], "mode": folder.stat().st_mode & 0o777, "here": os.getcwd(), "folder": str(folder)}
+told["domain"], told["problem"] = ((folder / name).read_text() for name in ("domain.pddl", "problem.pddl"))
+(Path(__file__).parent / "told").write_text(json.dumps(told))
+"""
+    solve(stand_in(tmp_path, body, "-d={domain} {problem}:{plan} '$HOME; a b' {} *"))
+    told = json.loads((tmp_path / "told").read_text())
+    folder = told["folder"]
+    assert told["words"] == [
+        f"-d={folder}/domain.pddl",
+        f"{folder}/problem.pddl:{folder}/plan",
+        "$HOME; a b",
+        "{}",
+        "*",
+    ]
+    assert (told["mode"], os.path.realpath(folder)) == (0o700, told["here"])
+    assert told["domain"] == domain_text()
+    assert told["problem"] == problem_text(one_hall(), records=False)
+    assert not Path(folder).exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("cmd:", r"\{domain\} and \{problem\} is missing"),
+        ("cmd:popf {domain}", r"\{problem\} is missing, as in 'cmd:optic-clp \{domain\} \{problem\}'"),
+        ("cmd:popf {Domain} {problem}", r"\{domain\} is missing"),
+        ("cmd:popf '{domain} {problem}", "no closing quotation"),
+    ],
+)
+def test_a_command_line_that_cant_be_used_is_refused(name: str, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        engine(name)
+
+
+def test_an_executable_that_is_not_there_is_named() -> None:
+    name = "cmd:no-such-planner {domain} {problem}"
+    with pytest.raises(EngineUnavailable, match="there is no executable 'no-such-planner'"):
+        engine(name).solve(one_hall(), AMPLE)
+    with pytest.raises(EngineUnavailable, match="no-such-planner"):
+        mission_engine(name, AMPLE)
+
+
+def test_an_executable_that_cant_be_started_is_a_crash(tmp_path: Path) -> None:
+    script = tmp_path / "planner"
+    script.write_text("#!/no/such/interpreter\n")
+    script.chmod(0o700)
+    _, end = solve(f"cmd:{script} {{domain}} {{problem}}")
+    assert end.outcome is Outcome.CRASHED
+    assert "planner can't be run: No such file" in end.detail
+
+
+def test_steps_cant_be_counted(tmp_path: Path) -> None:
+    name = stand_in(tmp_path, "")
+    with pytest.raises(UsageError, match="seconds"):
+        engine(name).solve(one_hall(), Budget(steps=3))
+    with pytest.raises(UsageError, match="seconds"):
+        mission_engine(name, Budget(steps=3))
+
+
+GREEDY = """
+from marsupial.formats.pddl.text import check_domain, read_problem
+from marsupial.formats.pddl.plantext import write_plan_text
+from marsupial.planning.list_scheduling.greedy import serve
+
+check_domain(Path(sys.argv[1]).read_text())
+situation = read_problem(Path(sys.argv[2]).read_text())
+print("; Plan found with metric 0")
+print(write_plan_text(serve(situation)[0], situation).upper())
+with open(Path(__file__).parent / "calls", "a") as file:
+    file.write("called" + chr(10))
+"""
+
+
+def greedy_stand_in(folder: Path) -> str:
+    """Write a planner that reads the PDDL it is given with marsupial's own reader."""
+    script = folder / "greedy planner.py"
+    script.write_text(PRELUDE + GREEDY)
+    return f"cmd:{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{domain}} {{problem}}"
+
+
+def test_marsupial_plan_takes_a_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "situation.json"
+    path.write_text(situation_to_json(one_room()))
+    assert main(["plan", str(path), "--planner", greedy_stand_in(tmp_path), "--budget", "60"]) == 0
+    captured = capsys.readouterr()
+    assert check(one_room(), read_plan_text(captured.out, one_room())).valid
+    assert "1 plan accepted" in captured.err
+
+
+def test_marsupial_plan_says_what_is_wrong_with_a_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "situation.json"
+    path.write_text(situation_to_json(one_room()))
+    assert main(["plan", str(path), "--planner", "cmd:popf {problem}"]) == 2
+    assert "{domain} is missing" in capsys.readouterr().err
+    assert main(["plan", str(path), "--planner", "cmd:no-such-planner {domain} {problem}"]) == 2
+    assert "no-such-planner" in capsys.readouterr().err
+
+
+def test_marsupial_run_takes_a_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = greedy_stand_in(tmp_path)
+    assert (
+        main(["run", "lobby", "--carriers", "1", "--rovers", "1", "--planner", name, "--budget", "60", "--json"]) == 0
+    )
+    told = json.loads(capsys.readouterr().out)
+    assert (told["status"], told["planner"]) == ("complete", name)
+    assert (told["plans_invalid"], told["plans_refused"]) == (0, 0)
+    assert 1 <= len((tmp_path / "calls").read_text().splitlines()) <= told["replans"]

@@ -1,0 +1,401 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from situations import (
+    SOLVABLE,
+    Spot,
+    bring_them_home,
+    carrier,
+    default_types,
+    door,
+    full_carrier,
+    hall,
+    many_rooms,
+    one_hall,
+    one_room,
+    out_of_reach,
+    relay,
+    room,
+    rover,
+    rover_left_behind,
+    situation_of,
+    situations,
+    two_rooms,
+)
+
+from marsupial.model.plan import ActionName, Plan
+from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.robots import Role
+from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo
+from marsupial.planning.checker import check
+from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy, serve
+
+ENOUGH = Budget(steps=ROUNDS)
+
+
+def solve(situation: Situation, budget: Budget = ENOUGH, start: Plan | None = None) -> tuple[list[Plan], Finished]:
+    *improved, finished = Greedy().solve(situation, budget, start=start)
+    assert isinstance(finished, Finished)
+    return [event.plan for event in improved if isinstance(event, Improved)], finished
+
+
+def steps(plan: Plan) -> list[str]:
+    return [str(action) for action in plan.actions]
+
+
+def exploring_only(situation: Situation) -> Situation:
+    return replace(situation, goal=SituationGoal())
+
+
+def test_it_is_an_engine_that_can_always_be_used() -> None:
+    engine: Engine = Greedy()
+    assert engine.info.missing is None
+    assert engine.info.deterministic_steps
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_every_hand_made_situation_is_solved(name: str) -> None:
+    situation = SOLVABLE[name]()
+    plans, finished = solve(situation)
+    assert finished.outcome is Outcome.SATISFICING
+    assert plans
+    assert all(check(situation, plan).valid for plan in plans)
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_plans_only_get_shorter(name: str) -> None:
+    spans = [plan.makespan_ms for plan in solve(SOLVABLE[name]())[0]]
+    assert spans == sorted(set(spans), reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("situation", "best_ms"),
+    [(one_hall(), 30_001), (one_room(), 19_002), (two_rooms(), 72_007), (rover_left_behind(), 59_004)],
+)
+def test_where_the_best_plan_is_seen_by_eye_it_is_found(situation: Situation, best_ms: int) -> None:
+    assert solve(situation)[0][-1].makespan_ms == best_ms
+
+
+def test_a_rover_is_set_down_at_the_door() -> None:
+    (plan,), _ = solve(one_room())
+    assert steps(plan) == ["(move c1 c1_start m1)", "(undock r1 c1 m1)", "(explore r1 m1 t1)"]
+
+
+def test_a_rover_goes_by_itself_where_that_is_sooner_than_being_carried() -> None:
+    situation = situation_of(
+        [carrier(), rover()],
+        {"t1": room(12)},
+        {"m1": door(1), "m2": door(12)},
+        {"c1_start": hall(0), "r1_start": room(4)},
+    )
+    (plan,), _ = solve(situation)
+    assert steps(plan) == ["(explore r1 r1_start t1)"]
+
+
+def test_a_carrier_takes_a_rover_along_where_that_is_sooner_than_driving() -> None:
+    situation = situation_of(
+        [carrier(), rover()],
+        {"t1": room(102)},
+        {"m1": door(1), "m2": door(100)},
+        {"c1_start": hall(0), "r1_start": room(1)},
+    )
+    (plan,), _ = solve(situation)
+    assert steps(plan)[-4:] == ["(dock r1 c1 m1)", "(move c1 m1 m2)", "(undock r1 c1 m2)", "(explore r1 m2 t1)"]
+
+
+def test_a_rover_left_behind_is_fetched() -> None:
+    (plan,), _ = solve(rover_left_behind())
+    assert [a.name for a in plan.of_robot("r1")] == [
+        ActionName.MOVE,
+        ActionName.DOCK,
+        ActionName.UNDOCK,
+        ActionName.EXPLORE,
+    ]
+
+
+def test_a_rover_is_handed_from_one_carrier_to_another() -> None:
+    plans, _ = solve(relay())
+    boarded = [a.carrier for a in plans[-1].of_robot("r1") if a.name in (ActionName.UNDOCK, ActionName.DOCK)]
+    assert boarded == ["c1", "c2", "c2"]
+
+
+def test_a_full_carrier_makes_room_for_the_rover_that_is_needed() -> None:
+    plans, _ = solve(full_carrier())
+    exchange = [str(a) for a in plans[-1].actions if a.carrier == "c1"]
+    assert exchange == ["(undock r1 c1 m1)", "(dock k1 c1 m1)", "(undock k1 c1 m2)"]
+
+
+def test_a_full_carrier_explores_by_itself() -> None:
+    situation = situation_of([carrier(), rover(on="c1")], {"t1": hall(5)}, {}, {"c1_start": hall(0)})
+    (plan,), _ = solve(situation)
+    assert steps(plan) == ["(explore c1 c1_start t1)"]
+
+
+def test_two_robots_share_the_work() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2)], {"t1": hall(-9), "t2": hall(9)}, {}, {"c1_start": hall(-1), "c2_start": hall(1)}
+    )
+    (plan,), _ = solve(situation)
+    assert plan.makespan_ms == 8_000
+
+
+def test_a_far_target_is_not_left_for_the_end() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2)],
+        {"near": hall(4), "mid": hall(8), "far": hall(-10)},
+        {},
+        {"c1_start": hall(0), "c2_start": hall(1)},
+    )
+    assert solve(situation)[0][-1].makespan_ms == 10_000
+
+
+def test_rovers_on_the_ground_go_aboard_where_there_is_a_place_for_each() -> None:
+    situation = bring_them_home()
+    plans, _ = solve(situation)
+    docks = {a.robot: a.carrier for a in plans[-1].actions if a.name is ActionName.DOCK}
+    assert sorted(docks) == ["r1", "r2"]
+    assert len(set(docks.values())) == 2
+
+
+def test_no_rover_takes_the_only_place_another_one_could_have() -> None:
+    """c1 is nearest for both rovers, but r2 can get to no other carrier."""
+    situation = situation_of(
+        [carrier(1), carrier(2), rover(1), rover(2)],
+        {},
+        {"m1": door(0, 1), "m2": door(2, 2), "m3": door(90, 1, carrier_zone=1)},
+        {"c1_start": hall(1), "c2_start": hall(90, 1), "r1_start": room(0, 1), "r2_start": room(3, 2)},
+        goal=SituationGoal(recover_rovers=True),
+    )
+    (plan,), _ = solve(situation)
+    assert {a.robot: a.carrier for a in plan.actions if a.name is ActionName.DOCK} == {"r1": "c2", "r2": "c1"}
+
+
+def test_a_rover_aboard_changes_carriers_if_its_place_is_needed() -> None:
+    """r2 can only go on c1, whose place r1 holds; r1 can drive from m1 to c2."""
+    situation = situation_of(
+        [carrier(1), carrier(2), rover(1, "c1"), rover(2)],
+        {},
+        {"m1": door(0, 1), "m2": door(2, 2), "m3": door(9, 1, carrier_zone=1)},
+        {"c1_start": hall(1), "c2_start": hall(9, 1), "r2_start": room(3, 2)},
+        goal=SituationGoal(recover_rovers=True),
+    )
+    plans, finished = solve(situation)
+    assert finished.outcome is Outcome.SATISFICING
+    assert check(situation, plans[-1]).valid
+    assert {a.robot: a.carrier for a in plans[-1].actions if a.name is ActionName.DOCK} == {"r1": "c2", "r2": "c1"}
+
+
+@pytest.mark.parametrize(("lift", "capacity"), [(1, 2), (2, 3)])
+def test_a_carrier_that_takes_rovers_to_another_is_not_filled_first(lift: int, capacity: int) -> None:
+    """Only the lift gets to where the rovers are, and only at m2 to the carrier; there is just a place for each."""
+    number = lift + capacity
+    situation = situation_of(
+        [RobotState(name="lift", type="lift", place="lift_start"), carrier(), *(rover(i) for i in range(number))],
+        {},
+        {"m1": Spot(10_000, {"lift": 0, "rover": 1}), "m2": Spot(20_000, {"lift": 0, "carrier": 0})},
+        {
+            "lift_start": Spot(0, {"lift": 0}),
+            "c1_start": hall(30),
+            **{f"r{i}_start": room(12, 1) for i in range(number)},
+        },
+        types=(*default_types(capacity), PlanningType(name="lift", role=Role.CARRIER, capacity=lift)),
+        goal=SituationGoal(recover_rovers=True),
+    )
+    plans, finished = solve(situation)
+    assert finished.outcome is Outcome.SATISFICING
+    assert check(situation, plans[-1]).valid
+
+
+def test_everybody_is_home_in_the_end() -> None:
+    situation = one_room(goal=SituationGoal(recover_rovers=True, return_home=True))
+    (plan,), _ = solve(situation)
+    assert steps(plan)[-2:] == ["(dock r1 c1 m1)", "(move c1 m1 home)"]
+    assert plan.makespan_ms == 43_005
+
+
+def test_nothing_to_do_is_an_empty_plan() -> None:
+    plans, finished = solve(situation_of([carrier()], {}, {}, {"c1_start": hall(0)}))
+    assert plans == [Plan(actions=())]
+    assert finished.outcome is Outcome.SATISFICING
+
+
+def test_a_target_out_of_reach_is_proven_and_named() -> None:
+    plans, finished = solve(out_of_reach())
+    assert (plans, finished.outcome) == ([], Outcome.UNSOLVABLE)
+    assert finished.detail == "no robot of the team is of a type that can explore t2"
+
+
+def test_a_target_nobody_can_be_carried_to_is_proven_and_named() -> None:
+    situation = situation_of([carrier(), rover(on="c1")], {"t1": room(5, 7)}, {"m1": door(2)}, {"c1_start": hall(0)})
+    assert solve(situation)[1].detail == "no rover can get to t1, not even carried"
+
+
+def test_a_carrier_without_capacity_carries_nobody() -> None:
+    situation = situation_of(
+        [carrier(), rover()],
+        {"t1": room(30, 1)},
+        {"m1": door(1), "m2": door(29, 1)},
+        {"c1_start": hall(0), "r1_start": room(2)},
+        types=default_types(0),
+    )
+    assert solve(situation)[1].outcome is Outcome.UNSOLVABLE
+
+
+def test_too_few_places_for_the_rovers_are_proven() -> None:
+    situation = situation_of(
+        [carrier(), rover(1, "c1"), rover(2)],
+        {},
+        {"m1": door(1)},
+        {"c1_start": hall(0), "r2_start": room(2)},
+        goal=SituationGoal(recover_rovers=True),
+    )
+    finished = solve(situation)[1]
+    assert finished.outcome is Outcome.UNSOLVABLE
+    assert finished.detail == "the carriers have no places for all rovers that each rover could get to"
+
+
+def test_a_home_without_a_path_is_proven() -> None:
+    situation = situation_of(
+        [carrier(home="h1")],
+        {},
+        {},
+        {"c1_start": hall(0)},
+        homes={"h1": hall(0, 1)},
+        goal=SituationGoal(return_home=True),
+    )
+    finished = solve(situation)[1]
+    assert (finished.outcome, finished.detail) == (Outcome.UNSOLVABLE, "c1 has no path to its home h1")
+
+
+def one_way_street() -> Situation:
+    """Return: each of two targets can be reached from the start, but not one from the other."""
+    table = np.array([[0, 5, 9], [UNREACHABLE, 0, UNREACHABLE], [UNREACHABLE, UNREACHABLE, 0]])
+    return Situation(
+        types=(PlanningType(name="carrier", role=Role.CARRIER),),
+        robots=(RobotState(name="c1", type="carrier", place="c1_start"),),
+        targets=tuple(TargetInfo(name=name, explorers=frozenset({"carrier"})) for name in ("t1", "t2")),
+        meetings=(),
+        travel_ms={"carrier": table},
+    )
+
+
+def test_without_plan_and_proof_the_first_target_left_is_named() -> None:
+    plans, finished = solve(one_way_street())
+    assert (plans, finished.outcome) == ([], Outcome.NO_PLAN)
+    assert finished.detail == "list scheduling found no way to t2"
+
+
+def test_serving_leaves_out_what_can_not_be_served() -> None:
+    plan, unserved = serve(one_way_street())
+    assert steps(plan) == ["(explore c1 c1_start t1)"]
+    assert unserved == {"t2"}
+
+
+def test_serving_reaches_what_it_can_of_the_rest() -> None:
+    situation = situation_of(
+        [carrier(home="h1"), rover(1), rover(2)],
+        {"t1": room(7, 9)},
+        {"m1": door(1)},
+        {"c1_start": hall(0), "r1_start": room(2), "r2_start": room(3)},
+        homes={"h1": hall(0)},
+        goal=SituationGoal(recover_rovers=True, return_home=True),
+    )
+    plan, unserved = serve(situation)
+    assert unserved == {"t1"}
+    assert [str(a) for a in plan.actions if a.robot == "c1" or a.carrier] == [
+        "(move c1 c1_start m1)",
+        "(dock r1 c1 m1)",
+        "(move c1 m1 h1)",
+    ]
+
+
+def test_a_plan_to_start_from_comes_first_and_is_only_beaten_by_shorter_ones() -> None:
+    best = solve(one_room())[0][-1]
+    plans, finished = solve(one_room(), start=best)
+    assert plans == [best]
+    assert finished.outcome is Outcome.SATISFICING
+
+
+def test_there_is_an_answer_in_the_smallest_of_budgets() -> None:
+    for budget in (Budget(steps=1), Budget(seconds=1e-9)):
+        assert len(solve(many_rooms(2, 2, 8, 4), budget)[0]) == 1
+
+
+def test_the_same_steps_give_the_same_plans() -> None:
+    situation = many_rooms(6, 3, 20, 8)
+    assert solve(situation)[0] == solve(situation)[0]
+
+
+def test_more_rounds_help_on_a_big_situation() -> None:
+    situation = many_rooms(6, 3, 40, 16, seed=1)
+    plans, _ = solve(situation)
+    assert len(plans) > 1
+    assert all(check(situation, plan).valid for plan in plans)
+
+
+def test_the_biggest_teams_get_a_valid_plan() -> None:
+    situation = many_rooms(34, 3, 150, 60)
+    plans, _ = solve(situation, Budget(steps=1))
+    assert check(situation, plans[0]).valid
+
+
+def test_a_carrier_that_is_nearer_but_busy_is_passed_over() -> None:
+    situation = situation_of(
+        [carrier(1, free_at_ms=60_000), carrier(2)],
+        {"t1": hall(5)},
+        {},
+        {"c1_start": hall(5), "c2_start": hall(0)},
+    )
+    (plan,), _ = solve(situation)
+    assert steps(plan) == ["(explore c2 c2_start t1)"]
+
+
+def test_a_meeting_off_the_line_is_weighed_by_the_whole_way() -> None:
+    situation = situation_of(
+        [carrier(), rover(on="c1")],
+        {"t1": room(20)},
+        {"m1": Spot(8_000, {"carrier": 0, "rover": 0}), "m2": Spot(19_000, {"carrier": 0, "rover": 0})},
+        {"c1_start": hall(0)},
+    )
+    (plan,), _ = solve(situation)
+    assert "(undock r1 c1 m2)" in steps(plan)
+
+
+@settings(deadline=None)
+@given(situations())
+def test_every_plan_passes_the_checker_and_its_absence_is_proven(situation: Situation) -> None:
+    """Where all roads lead both ways, greedy finds a plan unless there is none."""
+    plans, finished = solve(situation, Budget(steps=3))
+    for plan in plans:
+        assert check(situation, plan).valid, check(situation, plan).violation
+    assert finished.outcome is (Outcome.SATISFICING if plans else Outcome.UNSOLVABLE), finished.detail
+
+
+@settings(deadline=None)
+@given(situations())
+def test_what_is_served_can_be_carried_out(situation: Situation) -> None:
+    plan, unserved = serve(situation)
+    found = check(exploring_only(situation), plan, targets=plan.explored)
+    assert found.valid, found.violation
+    assert unserved == {target.name for target in situation.targets} - plan.explored
+
+
+@settings(deadline=None)
+@given(situations(), st.data())
+def test_one_way_roads_make_no_invalid_plans(situation: Situation, data: st.DataObject) -> None:
+    closed = data.draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
+    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
+    for table in tables.values():
+        for origin, place in closed:
+            table[origin, place] = UNREACHABLE
+    situation = replace(situation, travel_ms=tables)
+    plans, finished = solve(situation, Budget(steps=3))
+    assert all(check(situation, plan).valid for plan in plans)
+    assert (finished.outcome is Outcome.SATISFICING) == bool(plans)
+    plan, _ = serve(situation)
+    assert check(exploring_only(situation), plan, targets=plan.explored).valid

@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+import pytest
+from situations import full_carrier, in_flight, one_room, relay, two_rooms
+
+from marsupial.errors import InternalError
+from marsupial.planning.checker import check
+from marsupial.planning.list_scheduling.timeline import Timeline
+
+
+def test_actions_start_as_early_as_their_robots_can() -> None:
+    timeline = Timeline.of(one_room())
+    timeline.undock("r1", "m1")
+    timeline.explore("r1", "t1")
+    assert [(str(action), action.start_ms) for action in timeline.plan.actions] == [
+        ("(move c1 c1_start m1)", 0),
+        ("(undock r1 c1 m1)", 10_001),
+        ("(explore r1 m1 t1)", 15_002),
+    ]
+    assert check(one_room(), timeline.plan).valid
+
+
+def test_who_comes_first_to_a_meeting_waits() -> None:
+    timeline = Timeline.of(two_rooms())
+    timeline.undock("r1", "m1")
+    timeline.explore("r1", "t1")
+    timeline.dock("r1", "c1", "m1")
+    docked = timeline.plan.actions[-1]
+    assert (docked.start_ms, docked.end_ms) == (23_004, 33_004)
+    assert timeline.ready_ms["c1"] == timeline.ready_ms["r1"] == 33_005
+
+
+def test_a_robot_in_flight_starts_when_it_is_free() -> None:
+    timeline = Timeline.of(in_flight())
+    timeline.explore("r2", "t2")
+    timeline.undock("r1", "m1")
+    assert [action.start_ms for action in timeline.plan.actions] == [3_000, 7_000, 17_001]
+
+
+def test_moving_to_where_it_is_takes_no_action() -> None:
+    timeline = Timeline.of(one_room())
+    timeline.move("c1", "m1")
+    timeline.move("c1", "m1")
+    assert len(timeline.actions) == 1
+
+
+def test_cargo_is_kept_in_the_order_of_boarding() -> None:
+    timeline = Timeline.of(full_carrier())
+    timeline.undock("r1", "m1")
+    assert timeline.cargo["c1"] == ()
+    timeline.dock("k1", "c1", "m1")
+    assert timeline.cargo["c1"] == ("k1",)
+    assert (timeline.at["k1"], timeline.on["k1"]) == (None, "c1")
+
+
+def test_a_copy_goes_its_own_way() -> None:
+    timeline = Timeline.of(one_room())
+    other = timeline.copy()
+    other.undock("r1", "m1")
+    assert timeline.actions == []
+    assert timeline.cargo["c1"] == ("r1",)
+    assert timeline.at["c1"] == "c1_start"
+
+
+def test_a_full_carrier_takes_nobody() -> None:
+    timeline = Timeline.of(full_carrier())
+    with pytest.raises(InternalError, match="c1 has no place for k1"):
+        timeline.dock("k1", "c1", "m1")
+
+
+def test_nobody_drives_without_a_path() -> None:
+    timeline = Timeline.of(relay())
+    assert not timeline.can_drive("c1", "m2")
+    with pytest.raises(InternalError, match="c1 can't drive from c1_start to m2"):
+        timeline.move("c1", "m2")
+
+
+def test_a_rover_aboard_does_not_drive() -> None:
+    timeline = Timeline.of(one_room())
+    assert not timeline.can_drive("r1", "t1")
+    with pytest.raises(InternalError, match="r1 can't drive"):
+        timeline.explore("r1", "t1")
+
+
+def test_a_rover_on_the_ground_is_not_set_down() -> None:
+    with pytest.raises(InternalError, match="r2 is not aboard a carrier"):
+        Timeline.of(in_flight()).undock("r2", "m1")

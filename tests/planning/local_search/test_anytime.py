@@ -1,0 +1,277 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count, pairwise
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from situations import (
+    SOLVABLE,
+    bring_them_home,
+    carrier,
+    default_types,
+    door,
+    hall,
+    in_flight,
+    many_rooms,
+    one_hall,
+    one_room,
+    out_of_reach,
+    relay,
+    room,
+    rover,
+    rover_left_behind,
+    situation_of,
+    situations,
+    two_rooms,
+)
+
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.robots import Role
+from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
+from marsupial.planning.checker import check
+from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
+from marsupial.planning.local_search.engine import Anytime
+
+FEW = Budget(steps=20)
+
+
+def solve(
+    situation: Situation, budget: Budget = FEW, start: Plan | None = None, engine: Engine | None = None
+) -> tuple[list[Plan], Finished]:
+    *improved, finished = (engine or Anytime()).solve(situation, budget, start=start)
+    assert isinstance(finished, Finished)
+    return [event.plan for event in improved if isinstance(event, Improved)], finished
+
+
+def listed(situation: Situation) -> list[Plan]:
+    return solve(situation, Budget(steps=ROUNDS), engine=Greedy())[0]
+
+
+def ticking() -> Iterator[float]:
+    return (i / 100 for i in count())
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_every_hand_made_situation_is_solved_no_worse_than_by_list_scheduling(name: str) -> None:
+    situation = SOLVABLE[name]()
+    plans, finished = solve(situation)
+    assert finished.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)
+    assert all(check(situation, plan).valid for plan in plans)
+    assert plans[-1].makespan_ms <= listed(situation)[-1].makespan_ms
+
+
+@pytest.mark.parametrize(
+    ("situation", "best_ms"),
+    [(one_hall(), 30_001), (one_room(), 19_002), (two_rooms(), 72_007), (rover_left_behind(), 59_004)],
+)
+def test_where_the_best_plan_is_seen_by_eye_it_is_found(situation: Situation, best_ms: int) -> None:
+    assert solve(situation)[0][-1].makespan_ms == best_ms
+
+
+def test_a_makespan_no_plan_can_beat_is_called_optimal_and_the_search_ends_early() -> None:
+    _, finished = solve(one_room(), Budget(steps=10**9))
+    assert finished.outcome is Outcome.OPTIMAL
+    assert finished.lower_bound_ms == 19_002
+    assert "makespan is optimal" in finished.detail
+
+
+def test_the_way_home_counts_in_the_bound() -> None:
+    plans, finished = solve(one_room(goal=SituationGoal(recover_rovers=True, return_home=True)))
+    assert finished.outcome is Outcome.OPTIMAL
+    assert finished.lower_bound_ms == plans[-1].makespan_ms
+
+
+def test_the_same_steps_give_the_same_plans() -> None:
+    situation = many_rooms(6, 3, 20, 8)
+    assert solve(situation)[0] == solve(situation)[0]
+
+
+def test_plans_never_get_longer() -> None:
+    spans = [plan.makespan_ms for plan in solve(many_rooms(2, 2, 8, 4, seed=1), Budget(steps=40))[0]]
+    assert len(spans) > 1
+    assert spans == sorted(spans, reverse=True)
+
+
+@pytest.mark.parametrize("size", [(2, 2, 8, 4), (6, 3, 20, 8)])
+def test_teams_that_need_rides_get_clearly_shorter_plans_than_the_first(size: tuple[int, int, int, int]) -> None:
+    for seed in (1, 2):
+        situation = many_rooms(*size, seed=seed)
+        plans, _ = solve(situation, Budget(steps=60))
+        assert check(situation, plans[-1]).valid
+        assert plans[-1].makespan_ms <= 0.95 * plans[0].makespan_ms
+
+
+def test_plans_get_much_shorter_where_rovers_have_to_be_used_again() -> None:
+    for seed in (1, 2):
+        situation = replace(many_rooms(2, 2, 12, 11, seed=seed), goal=SituationGoal(recover_rovers=True))
+        plans, _ = solve(situation, Budget(steps=60))
+        assert check(situation, plans[-1]).valid
+        assert plans[-1].makespan_ms <= 0.85 * plans[0].makespan_ms
+
+
+def test_the_biggest_teams_get_valid_plans() -> None:
+    situation = many_rooms(34, 3, 150, 60)
+    plans, finished = solve(situation, Budget(steps=5))
+    assert all(check(situation, plan).valid for plan in plans)
+    assert finished.lower_bound_ms is not None
+    assert finished.lower_bound_ms <= plans[-1].makespan_ms
+
+
+def test_what_reveals_more_is_reached_first_where_the_makespan_stays() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2)],
+        {"far": hall(100), "left": hall(-10), "right": hall(10)},
+        {},
+        {"c1_start": hall(0), "c2_start": hall(0)},
+    )
+    for rich in ("left", "right"):
+        targets = tuple(replace(t, reveal_m2=50.0 if t.name == rich else 1.0) for t in situation.targets)
+        plan = solve(replace(situation, targets=targets))[0][-1]
+        assert plan.makespan_ms == 100_000
+        assert min(plan.actions, key=lambda action: action.end_ms).place == rich
+
+
+def test_a_valid_start_comes_first_and_is_never_made_worse() -> None:
+    situation = many_rooms(2, 2, 8, 4, seed=2)
+    start = solve(situation, Budget(steps=40))[0][-1]
+    plans, _ = solve(situation, Budget(steps=3), start)
+    assert plans[0] == start
+    assert plans[-1].makespan_ms <= start.makespan_ms
+
+
+def test_a_start_that_does_not_fit_the_situation_is_passed_over() -> None:
+    start = listed(two_rooms())[0]
+    plans, _ = solve(one_room(), start=start)
+    assert start not in plans
+    assert check(one_room(), plans[0]).valid
+
+
+def test_a_start_with_idle_time_is_tightened() -> None:
+    tight = listed(one_room())[0]
+    late = Plan.of(replace(action, start_ms=action.start_ms + 5_000) for action in tight.actions)
+    plans, _ = solve(one_room(), start=late)
+    assert plans[0] == late
+    assert plans[-1].makespan_ms == tight.makespan_ms
+
+
+def test_robots_in_the_middle_of_something_are_waited_for() -> None:
+    plan = solve(in_flight())[0][-1]
+    assert plan.of_robot("c1")[0].start_ms >= 7_000
+    assert plan.of_robot("r2")[0].start_ms >= 3_000
+
+
+def test_a_rover_is_handed_from_one_carrier_to_another() -> None:
+    plan = solve(relay())[0][-1]
+    assert {a.carrier for a in plan.of_robot("r1") if a.carrier} == {"c1", "c2"}
+
+
+def test_everybody_comes_home() -> None:
+    situation = bring_them_home()
+    plans, finished = solve(situation)
+    assert check(situation, plans[-1]).valid
+    assert finished.lower_bound_ms is not None
+    assert finished.lower_bound_ms <= plans[-1].makespan_ms
+
+
+def test_a_team_without_rovers_shares_the_targets() -> None:
+    situation = situation_of(
+        [carrier(1), carrier(2)],
+        {f"t{i}": hall(10 * i) for i in (-3, -2, 2, 3)},
+        {},
+        {"c1_start": hall(0), "c2_start": hall(0)},
+    )
+    assert solve(situation)[0][-1].makespan_ms == 30_001
+
+
+def test_a_team_without_carriers_works() -> None:
+    situation = situation_of(
+        [rover(1), rover(2)],
+        {"t1": room(-3), "t2": room(3), "t3": room(5)},
+        {"m1": door(1)},
+        {"r1_start": room(0), "r2_start": room(0)},
+    )
+    assert solve(situation)[0][-1].makespan_ms == 10_001
+
+
+def test_a_carrier_without_places_carries_nobody() -> None:
+    situation = situation_of(
+        [carrier(), rover()],
+        {"t1": hall(10), "t2": room(30), "t3": room(40)},
+        {"m1": door(1), "m2": door(30)},
+        {"c1_start": hall(0), "r1_start": room(2)},
+        types=default_types(0),
+    )
+    plan = solve(situation)[0][-1]
+    assert not [action for action in plan.actions if action.carrier]
+    assert check(situation, plan).valid
+
+
+def test_what_nobody_can_reach_is_proven_unsolvable() -> None:
+    plans, finished = solve(out_of_reach())
+    assert not plans
+    assert finished.outcome is Outcome.UNSOLVABLE
+    assert "t2" in finished.detail
+
+
+def test_where_nothing_is_to_do_the_empty_plan_is_optimal() -> None:
+    for situation in (situation_of([], {}, {}, {}), one_hall().restricted(targets=frozenset())):
+        (plan,), finished = solve(situation)
+        assert plan.actions == ()
+        assert finished.outcome is Outcome.OPTIMAL
+
+
+def test_the_budget_in_seconds_is_kept_by_the_clock_given() -> None:
+    ticks = ticking()
+    situation = many_rooms(2, 2, 8, 4, seed=1)
+    _, finished = solve(situation, Budget(seconds=0.5), engine=Anytime(lambda: next(ticks)))
+    assert 0.5 <= finished.elapsed_s < 0.6
+
+
+def test_plans_do_not_come_thick_and_fast() -> None:
+    events = list(Anytime().solve(many_rooms(6, 3, 20, 8), Budget(steps=30)))
+    plans = [event.plan for event in events if isinstance(event, Improved)]
+    slight = [one for one, other in pairwise(plans) if other.makespan_ms >= 0.99 * one.makespan_ms]
+    assert len(slight) <= 4
+
+
+@settings(deadline=None)
+@given(situations())
+def test_every_plan_passes_the_checker_and_keeps_the_bound(situation: Situation) -> None:
+    plans, finished = solve(situation, Budget(steps=2))
+    for plan in plans:
+        assert check(situation, plan).valid, check(situation, plan).violation
+    assert (finished.outcome is Outcome.UNSOLVABLE) == (not plans), finished.detail
+    if plans:
+        assert finished.lower_bound_ms is not None
+        assert finished.lower_bound_ms <= plans[-1].makespan_ms
+        assert plans[-1].makespan_ms <= listed(situation)[0].makespan_ms
+        assert (finished.lower_bound_ms == plans[-1].makespan_ms) == (finished.outcome is Outcome.OPTIMAL)
+
+
+@settings(deadline=None)
+@given(situations(), st.data())
+def test_one_way_roads_make_no_invalid_plans(situation: Situation, data: st.DataObject) -> None:
+    closed = data.draw(st.lists(st.tuples(*[st.integers(0, len(situation.places) - 1)] * 2), max_size=12))
+    tables = {name: table.copy() for name, table in situation.travel_ms.items()}
+    for table in tables.values():
+        for origin, place in closed:
+            table[origin, place] = UNREACHABLE
+    situation = replace(situation, travel_ms=tables)
+    plans, finished = solve(situation, Budget(steps=2))
+    assert all(check(situation, plan).valid for plan in plans)
+    assert (finished.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)) == bool(plans)
+    if plans:
+        assert (finished.lower_bound_ms or 0) <= plans[-1].makespan_ms
+
+
+@settings(deadline=None)
+@given(situations(goals=False))
+def test_robots_that_are_not_there_are_not_missed(situation: Situation) -> None:
+    """A team of carriers alone never crashes the search, whatever is left of the situation."""
+    alone = frozenset(robot.name for robot in situation.of_role(Role.CARRIER))
+    kept = situation.restricted(robots=alone)
+    assert all(check(kept, plan).valid for plan in solve(kept, Budget(steps=1))[0])

@@ -1,0 +1,344 @@
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+from situations import many_rooms, one_hall, one_room, out_of_reach, situation_of
+
+from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.portfolio.engine import GIVEN, Latest, Member, Portfolio
+from marsupial.planning.portfolio.race import Clock
+from marsupial.planning.score import score
+
+INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=True, deterministic_steps=True)
+AMPLE, SHORT = Budget(seconds=30), Budget(seconds=0.1)
+BOTH = (AMPLE, Budget(steps=3))
+BEST_MS = 30_001
+DONE = Finished(outcome=Outcome.SATISFICING)
+INVALID = Plan(actions=())
+
+Step = Improved | Finished | Exception | Callable[[Clock], None]
+
+
+def explore(start_ms: int, duration_ms: int, origin: str, target: str) -> Action:
+    return Action(
+        name=ActionName.EXPLORE, start_ms=start_ms, duration_ms=duration_ms, robot="c1", origin=origin, place=target
+    )
+
+
+def late(ms: int = 0) -> Plan:
+    """Return the best plan of `one_hall` begun that much later: 10 s to t1, 20 s on to t2."""
+    return Plan.of([explore(ms, 10_000, "c1_start", "t1"), explore(ms + 10_001, 20_000, "t1", "t2")])
+
+
+def roundabout() -> Plan:
+    """Return a plan of `one_hall` that goes to the far target first."""
+    return Plan.of([explore(0, 30_000, "c1_start", "t2"), explore(30_001, 20_000, "t2", "t1")])
+
+
+def found(plan: Plan) -> Improved:
+    return Improved(plan=plan, elapsed_s=0.0)
+
+
+def optimal(bound_ms: int | None = BEST_MS) -> Finished:
+    return Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=bound_ms)
+
+
+class Fake:
+    """An engine that does one thing after the other: tells an event, raises an exception, or calls with its clock."""
+
+    info = INFO
+
+    def __init__(self, clock: Clock, steps: tuple[Step, ...], asked: list[tuple[Budget, Plan | None]]) -> None:
+        self._clock, self._steps, self._asked = clock, steps, asked
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        self._asked.append((budget, start))
+        for step in self._steps:
+            if isinstance(step, Exception):
+                raise step
+            if isinstance(step, (Improved, Finished)):
+                yield step
+            else:
+                step(self._clock)
+
+
+class Listening:
+    """An engine whose events heed `cancel` and no clock."""
+
+    info = INFO
+
+    def __init__(self, clock: Clock, latest: Latest) -> None:
+        self._cancelled = threading.Event()
+
+    def solve(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Listening:
+        return self
+
+    def __iter__(self) -> Listening:
+        return self
+
+    def __next__(self) -> Improved | Finished:
+        assert self._cancelled.wait(30)
+        raise StopIteration
+
+    def cancel(self) -> None:
+        self._cancelled.set()
+
+
+def never(clock: Clock) -> None:
+    """Search without an answer until the time is over."""
+    until = clock() + 30
+    while clock() < until:
+        time.sleep(0.001)
+
+
+def member(
+    name: str, *steps: Step, asked: list[tuple[Budget, Plan | None]] | None = None, alone_s: float = 0
+) -> Member:
+    calls = [] if asked is None else asked
+    return Member(name=name, make=lambda clock, latest: Fake(clock, steps, calls), head_start_s=alone_s)
+
+
+def solve(
+    *members: Member, budget: Budget = AMPLE, start: Plan | None = None, situation: Situation | None = None
+) -> tuple[list[Plan], Finished]:
+    asked = Portfolio(INFO, *members).solve(situation or one_hall(), budget, start=start)
+    *improved, finished = asked
+    assert isinstance(finished, Finished)
+    return [event.plan for event in improved if isinstance(event, Improved)], finished
+
+
+def greedy(clock: Clock, latest: Latest) -> Greedy:
+    return Greedy(clock)
+
+
+def threads() -> list[str]:
+    return [thread.name for thread in threading.enumerate() if thread.name.startswith("planner ")]
+
+
+@pytest.fixture(autouse=True)
+def no_thread_left() -> Iterator[None]:
+    yield
+    assert threads() == []
+
+
+@pytest.mark.parametrize("budget", BOTH)
+def test_the_better_of_two_engines_plans_is_the_last(budget: Budget) -> None:
+    plans, finished = solve(member("a", found(late(500)), DONE), member("b", found(late(20)), DONE), budget=budget)
+    assert plans[-1] == late(20)
+    assert finished.outcome is Outcome.SATISFICING
+    assert "plan by b" in finished.detail
+
+
+def test_plans_that_are_no_better_are_not_passed_on() -> None:
+    plans, _ = solve(member("a", found(late(9)), found(late(30)), found(late(9)), found(late(2)), DONE))
+    assert plans == [late(9), late(2)]
+
+
+def test_of_equal_makespans_the_one_that_reaches_targets_sooner_is_better() -> None:
+    waiting = Plan.of([explore(500, 30_000, "c1_start", "t2"), explore(30_501, 20_000, "t2", "t1")])
+    sooner = Plan.of([explore(0, 30_000, "c1_start", "t2"), explore(30_501, 20_000, "t2", "t1")])
+    assert waiting.makespan_ms == sooner.makespan_ms
+    assert score(one_hall(), sooner) < score(one_hall(), waiting)
+    assert solve(member("a", found(waiting), found(sooner), found(waiting), DONE))[0] == [waiting, sooner]
+
+
+@pytest.mark.parametrize("budget", BOTH)
+@pytest.mark.parametrize("before", [(), (found(roundabout()),)])
+def test_an_engine_that_crashes_costs_nothing_and_is_named(before: tuple[Improved, ...], budget: Budget) -> None:
+    good = member("good", found(late()), optimal())
+    for crew in ((member("bad", *before, ValueError("no luck")), good), (good, member("bad", *before, ValueError()))):
+        plans, finished = solve(*crew, budget=budget)
+        assert plans[-1] == late()
+        assert finished.outcome is Outcome.OPTIMAL
+    _, finished = solve(member("bad", *before, ValueError("no luck")), good, budget=budget)
+    assert "bad crashed (ValueError: no luck)" in finished.detail
+
+
+@pytest.mark.parametrize("budget", BOTH)
+def test_where_all_crash_that_is_said(budget: Budget) -> None:
+    plans, finished = solve(member("a", ValueError("one")), member("b", ValueError("two")), budget=budget)
+    assert plans == []
+    assert finished.outcome is Outcome.CRASHED
+    assert "one" in finished.detail
+    assert "two" in finished.detail
+
+
+@pytest.mark.parametrize("budget", BOTH)
+def test_plans_the_checker_refuses_are_not_passed_on_but_counted(budget: Budget) -> None:
+    plans, finished = solve(member("bad", found(INVALID), DONE), member("good", found(late()), DONE), budget=budget)
+    assert plans == [late()]
+    assert "bad: 1 plans refused" in finished.detail
+
+
+@pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
+def test_engines_that_never_answer_are_stopped_at_the_end_of_the_budget(quiet: Member) -> None:
+    plans, finished = solve(member("quick", found(late(7)), DONE), quiet, budget=SHORT)
+    assert plans == [late(7)]
+    assert finished.outcome is Outcome.SATISFICING
+    plans, finished = solve(quiet, member("quick", found(late(7)), DONE), budget=SHORT)
+    assert plans == [late(7)]
+    assert finished.outcome is Outcome.SATISFICING
+
+
+@pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
+def test_without_a_plan_at_the_end_of_the_budget_the_time_was_too_short(quiet: Member) -> None:
+    plans, finished = solve(quiet, budget=SHORT)
+    assert plans == []
+    assert finished.outcome is Outcome.TIMEOUT
+
+
+def test_a_proof_that_there_is_no_plan_ends_all() -> None:
+    plans, finished = solve(
+        member("quiet", never), member("prover", Finished(outcome=Outcome.UNSOLVABLE, detail="t2 is walled in"))
+    )
+    assert plans == []
+    assert (finished.outcome, finished.detail) == (Outcome.UNSOLVABLE, "t2 is walled in")
+    assert finished.lower_bound_ms is None
+
+
+def test_a_valid_plan_outweighs_a_proof_that_there_is_none() -> None:
+    plans, finished = solve(member("a", found(late()), Finished(outcome=Outcome.UNSOLVABLE)), member("b", DONE))
+    assert plans == [late()]
+    assert finished.outcome is Outcome.SATISFICING
+
+
+def test_a_proof_by_one_of_anothers_plan_ends_all() -> None:
+    plans, finished = solve(member("finder", found(late()), never), member("prover", optimal(), never))
+    assert plans == [late()]
+    assert finished.outcome is Outcome.OPTIMAL
+    assert finished.lower_bound_ms == BEST_MS
+    assert "plan by finder" in finished.detail
+    assert "proven optimal by prover" in finished.detail
+
+
+def test_once_the_makespan_is_proven_the_lead_still_gets_targets_reached_sooner() -> None:
+    proven = threading.Event()
+    slow, quick = late(3), late()
+    lead = member("lead", found(slow), lambda clock: _wait(proven), found(quick), never)
+    prover = member("prover", lambda clock: proven.set(), optimal(slow.makespan_ms), never)
+    plans, finished = solve(lead, prover)
+    assert plans == [slow, quick]
+    assert finished.outcome is Outcome.SATISFICING  # the proof was wrong
+    assert finished.lower_bound_ms is None
+
+
+def test_the_lead_goes_on_from_the_proven_plan_where_another_has_found_it() -> None:
+    asked: list[tuple[Budget, Plan | None]] = []
+    lead = member("lead", found(late(8)), never, asked=asked)
+    plans, finished = solve(lead, member("prover", found(late()), optimal()))
+    assert plans[-1] == late()
+    assert finished.outcome is Outcome.OPTIMAL
+    assert [start for _, start in asked] == [None, late()]
+
+
+def _wait(event: threading.Event) -> None:
+    assert event.wait(30)
+
+
+@pytest.mark.parametrize("budget", BOTH)
+def test_the_highest_bound_that_no_plan_refutes_counts(budget: Budget) -> None:
+    bounds = (9_000, 12_000, 40_000)
+    crew = [
+        member(f"e{bound}", found(late()), Finished(outcome=Outcome.SATISFICING, lower_bound_ms=bound))
+        for bound in bounds
+    ]
+    _, finished = solve(*crew, budget=budget)
+    assert (finished.outcome, finished.lower_bound_ms) == (Outcome.SATISFICING, 12_000)
+
+
+def test_optimal_without_a_bound_means_the_engines_own_plan() -> None:
+    _, finished = solve(member("a", found(late(4)), optimal(None)))
+    assert (finished.outcome, finished.lower_bound_ms) == (Outcome.OPTIMAL, late(4).makespan_ms)
+    _, finished = solve(member("b", found(late(1)), DONE), member("a", found(late(4)), optimal(None)))
+    assert finished.outcome is Outcome.SATISFICING
+
+
+@pytest.mark.parametrize("budget", BOTH)
+def test_the_plan_given_comes_first_and_is_handed_on(budget: Budget) -> None:
+    asked: list[tuple[Budget, Plan | None]] = []
+    plans, finished = solve(member("a", DONE, asked=asked), start=late(5), budget=budget)
+    assert plans == [late(5)]
+    assert asked[0][1] == late(5)
+    assert f"plan by {GIVEN}" in finished.detail
+
+
+def test_a_plan_given_that_the_checker_refuses_is_passed_over() -> None:
+    asked: list[tuple[Budget, Plan | None]] = []
+    assert solve(member("a", found(late()), DONE, asked=asked), start=INVALID)[0] == [late()]
+    assert asked[0][1] is None
+
+
+def test_who_comes_later_begins_with_the_best_plan_so_far_and_the_time_that_is_left() -> None:
+    asked: list[tuple[Budget, Plan | None]] = []
+    solve(member("lead", found(late(8)), never), member("late", DONE, asked=asked, alone_s=20), budget=SHORT)
+    solve(member("lead", found(late(8)), DONE), member("late", DONE, asked=asked, alone_s=20))
+    ((budget, start),) = asked
+    assert start == late(8)
+    assert budget.seconds is not None
+    assert budget.seconds <= 30
+
+
+def test_with_steps_one_comes_after_the_other_until_one_has_proven_something() -> None:
+    asked: list[tuple[Budget, Plan | None]] = []
+    crew = (
+        member("a", found(late(8)), DONE, asked=asked),
+        member("b", found(late()), optimal(), asked=asked),
+        member("c", DONE, asked=asked),
+    )
+    plans, finished = solve(*crew, budget=Budget(steps=3))
+    assert plans == [late(8), late()]
+    assert asked == [(Budget(steps=3), None), (Budget(steps=3), late(8))]
+    assert finished.outcome is Outcome.OPTIMAL
+
+
+@pytest.mark.parametrize("budget", BOTH)
+def test_members_can_ask_for_the_best_plan_of_all_at_any_time(budget: Budget) -> None:
+    told: list[Plan | None] = []
+
+    def asking(clock: Clock, latest: Latest) -> Fake:
+        told.append(latest())
+        return Fake(clock, (found(late(4)), lambda clock: told.append(latest()), DONE), [])
+
+    solve(Member(name="a", make=asking), budget=budget)
+    assert told == [None, late(4)]
+
+
+def test_an_engine_that_does_not_suit_is_not_asked() -> None:
+    asked: list[tuple[Budget, Plan | None]] = []
+    small = Member(
+        name="small",
+        make=lambda clock, latest: Fake(clock, (DONE,), asked),
+        suits=lambda situation: len(situation.targets) < 2,
+    )
+    for budget in BOTH:
+        solve(member("a", found(late()), DONE), small, budget=budget)
+    assert asked == []
+
+
+@pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
+def test_closing_early_stops_every_engine(quiet: Member) -> None:
+    events = Portfolio(INFO, member("lead", found(late()), never), quiet).solve(one_hall(), AMPLE)
+    assert isinstance(next(iter(events)), Improved)
+    assert len(threads()) == 2
+    events.close()  # type: ignore[attr-defined]
+    assert threads() == []
+
+
+def test_engines_with_a_clock_of_their_own_kind_take_part() -> None:
+    situation = many_rooms(2, 2, 8, 4)
+    plans, finished = solve(Member(name="greedy", make=greedy), budget=AMPLE, situation=situation)
+    assert plans
+    assert finished.outcome is Outcome.SATISFICING
+    _, finished = solve(Member(name="greedy", make=greedy), budget=AMPLE, situation=out_of_reach())
+    assert finished.outcome is Outcome.UNSOLVABLE
+    plans, _ = solve(Member(name="greedy", make=greedy), situation=situation_of([], {}, {}, {}))
+    assert plans == [Plan(actions=())]
+    assert solve(Member(name="greedy", make=greedy), situation=one_room())[0]

@@ -1,0 +1,315 @@
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+
+from marsupial.errors import InternalError
+from marsupial.processes import frames
+from marsupial.processes import launcher as processes
+from marsupial.processes.jobs import Ended, Ending, Job, Limits, Message, death, ending_of
+
+MIB = 1 << 20
+
+
+def job(name: str, argument: object = None, **limits: float) -> Job:
+    settings = {"wall_s": 20.0, **limits}
+    return Job(function=f"unruly_jobs:{name}", argument=argument, limits=Limits(**settings))
+
+
+def result(name: str, argument: object = None, **limits: float) -> tuple[list[object], Ended]:
+    *messages, ended = processes.run(job(name, argument, **limits))
+    assert isinstance(ended, Ended)
+    return [message.value for message in messages if isinstance(message, Message)], ended
+
+
+def launcher() -> psutil.Process:
+    processes.warm_up()
+    (found,) = [p for p in psutil.Process().children() if "marsupial.processes.fork_server" in " ".join(p.cmdline())]
+    return found
+
+
+def left_running() -> list[psutil.Process]:
+    """Return what still lives below the launcher, once it had a moment to collect what has ended."""
+    until = time.monotonic() + 5
+    while (left := launcher().children(recursive=True)) and time.monotonic() < until:
+        time.sleep(0.01)
+    return left
+
+
+def gone(pid: int) -> bool:
+    until = time.monotonic() + 5
+    while alive(pid) and time.monotonic() < until:
+        time.sleep(0.01)
+    return not alive(pid)
+
+
+def alive(pid: int) -> bool:
+    try:
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+@pytest.fixture(autouse=True)
+def nothing_left() -> Iterator[None]:
+    yield
+    assert left_running() == []
+
+
+def test_a_job_streams_what_it_yields_and_finishes() -> None:
+    values, ended = result("count", 3)
+    assert values == [0, 1, 2]
+    assert ended.ending is Ending.FINISHED
+
+
+def test_a_job_that_yields_nothing_finishes() -> None:
+    values, ended = result("nothing")
+    assert (values, ended.ending) == ([], Ending.FINISHED)
+
+
+def test_a_job_has_a_session_of_its_own_and_leaves_no_core_files() -> None:
+    values, _ = result("whoami")
+    assert values == [{"session": True, "core": 0}]
+
+
+def test_the_launcher_has_one_thread_and_serves_many_jobs() -> None:
+    before = launcher()
+    assert before.num_threads() == 1
+    result("count", 1)
+    result("count", 1)
+    assert launcher() == before
+
+
+def test_an_exception_is_a_crash_that_names_it() -> None:
+    values, ended = result("raise_error", "boiler pressure")
+    assert (values, ended.ending) == ([1], Ending.CRASHED)
+    assert ended.detail == "ValueError: boiler pressure"
+    assert "Traceback" in ended.output
+
+
+def test_an_exit_code_is_a_crash_that_names_it() -> None:
+    values, ended = result("exit_with", 3)
+    assert (values, ended.ending) == ([1], Ending.CRASHED)
+    assert "exit code 3" in ended.detail
+
+
+def test_leaving_with_code_0_before_the_end_is_a_crash() -> None:
+    assert result("exit_with", 0)[1].ending is Ending.CRASHED
+
+
+def test_a_segmentation_fault_is_a_crash_that_names_the_signal() -> None:
+    values, ended = result("segfault")
+    assert (values, ended.ending) == ([1], Ending.CRASHED)
+    assert "SIGSEGV" in ended.detail
+
+
+def test_an_unknown_function_is_a_crash() -> None:
+    assert "no attribute 'no_such_job'" in result("no_such_job")[1].detail
+
+
+def test_a_job_killed_from_outside_is_told_apart() -> None:
+    run = processes.run(job("sleep"))
+    message = next(run)
+    assert isinstance(message, Message)
+    os.kill(int(str(message.value)), signal.SIGKILL)
+    (ended,) = run
+    assert isinstance(ended, Ended)
+    assert ended.ending is Ending.KILLED
+    assert "SIGKILL" in ended.detail
+
+
+def test_a_job_whose_tool_was_killed_is_killed() -> None:
+    _, ended = result("tool_killed")
+    assert (ended.ending, ended.detail) == (Ending.KILLED, "the tool was ended by signal SIGKILL")
+
+
+@pytest.mark.parametrize("name", ["sleep", "ignore_term", "spin_in_native_code", "escape_and_sleep"])
+def test_a_job_that_never_ends_is_stopped_at_its_limit_with_all_it_started(name: str) -> None:
+    values, ended = result(name, wall_s=0.6)
+    assert ended.ending is Ending.TIMEOUT
+    assert all(gone(int(str(pid))) for pid in values)
+
+
+def test_what_a_finished_job_leaves_running_is_ended() -> None:
+    values, ended = result("escape")
+    assert ended.ending is Ending.FINISHED
+    assert gone(int(str(values[0])))
+
+
+def test_measured_memory_is_limited() -> None:
+    _, ended = result("allocate", 8 * MIB, memory_bytes=400 * MIB)
+    assert ended.ending is Ending.MEMORY
+    assert "400 MiB" in ended.detail
+    assert ended.peak_bytes > 400 * MIB
+
+
+def test_an_allocation_too_big_at_once_fails_inside_the_job() -> None:
+    assert result("allocate_at_once", 8 << 30, memory_bytes=400 * MIB)[1].ending is Ending.MEMORY
+
+
+def test_processor_time_is_limited() -> None:
+    assert result("spin_in_native_code", cpu_s=1.0)[1].ending is Ending.TIMEOUT
+
+
+def test_of_a_flood_of_output_the_end_is_kept() -> None:
+    values, ended = result("flood_output", 20 * MIB)
+    assert (values, ended.ending) == ([1], Ending.FINISHED)
+    assert ended.output.endswith("the end\n")
+    assert len(ended.output) <= 4096
+
+
+def test_a_message_above_the_bound_is_a_crash() -> None:
+    values, ended = result("yield_big", frames.MAX_BYTES + 1)
+    assert (values, ended.ending) == ([], Ending.CRASHED)
+    assert "allowed" in ended.detail
+
+
+def test_messages_wait_for_a_slow_reader() -> None:
+    run = processes.run(job("yield_much", 30))
+    next(run)
+    time.sleep(0.1)
+    assert len(list(run)) == 30  # 29 more and the end
+
+
+def test_closing_early_leaves_nothing_running() -> None:
+    run = processes.run(job("ignore_term"))
+    message = next(run)
+    assert isinstance(message, Message)
+    run.close()
+    assert not psutil.pid_exists(int(str(message.value)))
+    assert list(run) == []
+
+
+def test_a_job_can_be_cancelled_from_another_thread() -> None:
+    run = processes.run(job("sleep"))
+    next(run)
+    threading.Timer(0.05, run.cancel).start()
+    (ended,) = run
+    assert isinstance(ended, Ended)
+    assert ended.ending is Ending.CANCELLED
+
+
+def test_two_jobs_run_at_a_time() -> None:
+    first, second = processes.run(job("sleep")), processes.run(job("count", 2))
+    next(first)
+    assert len(list(second)) == 3
+    first.close()
+
+
+def test_when_the_supervisor_is_killed_the_job_is_ended_too() -> None:
+    run = processes.run(job("escape_and_sleep"))
+    message = next(run)
+    assert isinstance(message, Message)
+    (supervisor,) = launcher().children()
+    supervisor.kill()
+    (ended,) = run
+    assert isinstance(ended, Ended)
+    assert ended.ending is Ending.KILLED
+    assert gone(int(str(message.value)))
+
+
+def test_when_the_launcher_is_killed_its_jobs_end_and_a_new_one_is_started() -> None:
+    before = launcher()
+    run = processes.run(job("escape_and_sleep"))
+    message = next(run)
+    assert isinstance(message, Message)
+    before.kill()
+    *_, ended = run
+    assert isinstance(ended, Ended)
+    assert ended.ending is Ending.KILLED
+    assert gone(int(str(message.value)))
+    assert result("count", 1)[0] == [0]
+
+
+def killed_while_starting(times: int) -> tuple[list[object], Ended]:
+    """Return the result of a job whose launcher is killed that many times before it is ready."""
+    processes.shutdown()
+    killed: set[int] = set()
+
+    def kill() -> None:
+        while len(killed) < times:
+            for process in psutil.Process().children():
+                if process.pid not in killed and "marsupial.processes.fork_server" in " ".join(process.cmdline()):
+                    killed.add(process.pid)
+                    process.kill()
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    try:
+        return result("count", 1)
+    finally:
+        killer.join()
+
+
+def test_a_launcher_killed_before_it_is_ready_is_replaced() -> None:
+    assert killed_while_starting(times=2)[0] == [0]
+
+
+def test_a_launcher_killed_over_and_over_is_said_not_to_start() -> None:
+    with pytest.raises(InternalError, match="can't be started: exit code -9"):
+        killed_while_starting(times=3)
+
+
+def test_shutdown_ends_everything_and_the_next_job_starts_anew() -> None:
+    before = launcher()
+    run = processes.run(job("ignore_term"))
+    message = next(run)
+    assert isinstance(message, Message)
+    processes.shutdown()
+    assert gone(int(str(message.value)))
+    assert not before.is_running()
+    assert isinstance(list(run)[-1], Ended)
+    assert result("count", 1)[0] == [0]
+
+
+def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
+    code = (
+        "from marsupial.planning import processes\n"
+        "from marsupial.processes.jobs import Job, Limits\n"
+        "run = processes.run(Job(function='unruly_jobs:escape_and_sleep', argument=None, limits=Limits(wall_s=60)))\n"
+        "print(next(run).value, processes._current().pid, flush=True)\n"
+        "input()\n"
+    )
+    path = os.pathsep.join(entry for entry in [str(Path(__file__).parent), *sys.path] if entry)
+    with subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path},
+    ) as asker:
+        assert asker.stdout is not None
+        escaped, its_launcher = (int(pid) for pid in asker.stdout.readline().split())
+        asker.kill()
+    assert gone(escaped)
+    assert gone(its_launcher)
+
+
+@pytest.mark.parametrize(
+    ("returncode", "output", "ending"),
+    [
+        (-signal.SIGKILL, "", Ending.KILLED),
+        (-signal.SIGTERM, "", Ending.KILLED),
+        (-signal.SIGABRT, "", Ending.CRASHED),
+        (-signal.SIGABRT, "terminate called after throwing an instance of 'std::bad_alloc'", Ending.MEMORY),
+        (-signal.SIGXCPU, "", Ending.TIMEOUT),
+        (1, "", Ending.CRASHED),
+    ],
+)
+def test_return_codes_say_how_a_process_ended(returncode: int, output: str, ending: Ending) -> None:
+    assert ending_of(returncode, output) is ending
+
+
+def test_death_is_told_in_words() -> None:
+    assert death(2) == "ended with exit code 2"
+    assert death(-signal.SIGSEGV) == "was ended by signal SIGSEGV"
+    assert death(-200) == "was ended by signal 200"

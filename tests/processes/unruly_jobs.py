@@ -1,0 +1,112 @@
+"""Jobs that misbehave, for the tests of `marsupial.processes.launcher`: run in child processes only."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+from marsupial.processes.jobs import ToolDied
+
+
+def count(n: int) -> Iterator[int]:
+    yield from range(n)
+
+
+def nothing(_: object) -> Iterator[int]:
+    return iter(())
+
+
+def whoami(_: object) -> Iterator[dict[str, object]]:
+    yield {"session": os.getsid(0) == os.getpid(), "core": resource.getrlimit(resource.RLIMIT_CORE)[0]}
+
+
+def raise_error(text: str) -> Iterator[int]:
+    yield 1
+    raise ValueError(text)
+
+
+def exit_with(code: int) -> Iterator[int]:
+    yield 1
+    os._exit(code)
+
+
+def segfault(_: object) -> Iterator[int]:
+    yield 1
+    ctypes.string_at(0)
+
+
+def sleep(_: object) -> Iterator[int]:
+    yield os.getpid()
+    time.sleep(600)
+
+
+def ignore_term(_: object) -> Iterator[int]:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    yield os.getpid()
+    while True:
+        time.sleep(600)
+
+
+def spin_in_native_code(_: object) -> Iterator[int]:
+    """Hold the interpreter in C for ever: no Python signal handler could run."""
+    yield os.getpid()
+    yield sum(1 for _ in iter(int, 1))
+
+
+def escape(_: object) -> Iterator[int]:
+    """Start a child that starts a grandchild in a session of its own which ignores TERM, and end the child."""
+    code = (
+        "import os, signal, time\n"
+        "if os.fork(): os._exit(0)\n"
+        "os.setsid(); signal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+        "print(os.getpid(), flush=True); time.sleep(600)\n"
+    )
+    child = subprocess.Popen([sys.executable, "-S", "-c", code], stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    yield int(child.stdout.readline())
+
+
+def escape_and_sleep(_: object) -> Iterator[int]:
+    yield from escape(None)
+    time.sleep(600)
+
+
+def allocate(block_bytes: int) -> Iterator[int]:
+    yield os.getpid()
+    blocks = []
+    while True:
+        blocks.append(bytearray(os.urandom(1)) * block_bytes)
+        time.sleep(0.005)
+
+
+def allocate_at_once(n_bytes: int) -> Iterator[int]:
+    yield os.getpid()
+    yield len(bytearray(n_bytes))
+
+
+def flood_output(n_bytes: int) -> Iterator[int]:
+    line = b"x" * 9999 + b"\n"
+    for _ in range(n_bytes // len(line)):
+        os.write(1, line)
+    os.write(2, b"the end\n")
+    yield 1
+
+
+def yield_big(n_bytes: int) -> Iterator[bytes]:
+    yield b"x" * n_bytes
+
+
+def yield_much(n: int) -> Iterator[bytes]:
+    for _ in range(n):
+        yield b"x" * 100_000
+
+
+def tool_killed(_: object) -> Iterator[int]:
+    yield 1
+    raise ToolDied("the tool", -signal.SIGKILL)

@@ -1,0 +1,145 @@
+"""Missions that our simulator reports to through all kills: each has to end as if nobody had ever been killed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+from marsupial.bench.simulate import simulate
+from marsupial.errors import UsageError
+from marsupial.formats.missionlog import encode_event
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import MissionEvent
+from marsupial.model.planning import Budget
+from marsupial_service.client import Client, simulate_by
+from trial import talk
+from trial.rows import Row, none_of
+
+SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
+SEEDS = 5
+_STEPS = Budget(steps=1)
+_UNREACHED = "can't be reached"
+
+
+class Lines(Observer):
+    """The lines of a mission log."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    def event(self, event: MissionEvent) -> None:
+        """Keep what happened."""
+        self.lines.append(encode_event(event))
+
+
+class Reporter(Client):
+    """A client that counts what was acknowledged."""
+
+    def __init__(self, url: str) -> None:
+        super().__init__(url)
+        self.acknowledged: dict[str, int] = {}
+
+    def ask(self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None) -> Any:
+        """Send a request and return what it is answered."""
+        answer = super().ask(method, path, body, headers)
+        mission, is_report, _ = path.partition("/reports")
+        if is_report:
+            self.acknowledged[mission] = max(answer["n"], self.acknowledged.get(mission, 0))
+        return answer
+
+
+@dataclass(slots=True)
+class Journeys:
+    """What became of missions.
+
+    Attributes
+    ----------
+    reports, lost
+        Reports that were acknowledged, and those of them that the service does not know any more.
+    differ
+        Missions whose log is not that of the undisturbed one, the service's own included.
+    odd
+        How missions broke off.
+    """
+
+    missions: int = 0
+    reports: int = 0
+    lost: int = 0
+    differ: int = 0
+    odd: list[str] = field(default_factory=list)
+
+    def rows(self, part: str) -> list[Row]:
+        """Return what must not have happened."""
+        said = "".join(f"; {reason}" for reason in sorted(set(self.odd)))
+        return [
+            none_of(part, "acknowledged reports of missions lost", self.lost, f" of {self.reports}"),
+            none_of(part, "missions unlike the undisturbed one", self.differ, f" of {self.missions}"),
+            none_of(part, "missions that broke off", len(self.odd), f" of {self.missions}{said}"),
+        ]
+
+
+class Explorer:
+    """Carries out one mission after the other until told to stop."""
+
+    def __init__(self, port: int, journeys: Journeys) -> None:
+        self._port = port
+        self._journeys = journeys
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._go, daemon=True)
+        self._thread.start()
+
+    def stop(self, within_s: float) -> None:
+        """Let it finish the mission it is at."""
+        self._over.set()
+        self._thread.join(within_s)
+        if self._thread.is_alive():
+            self._journeys.odd.append("it does not end")
+
+    def _go(self) -> None:
+        number = 0
+        while not self._over.is_set():
+            number += 1
+            try:
+                self._explore(1 + number % SEEDS)
+            except Exception as error:
+                if _UNREACHED not in str(error):
+                    self._journeys.odd.append(f"{error}")
+
+    def _explore(self, seed: int) -> None:
+        expected, lines = undisturbed(seed), Lines()
+        client = Reporter(f"http://{talk.HOST}:{self._port}")
+        self._journeys.missions += 1
+        try:
+            _run(lambda *args, **more: simulate_by(client, *args, **more), seed, lines)
+        except UsageError as error:
+            if _UNREACHED in str(error):
+                self._journeys.missions -= 1
+            raise
+        for path, count in client.acknowledged.items():
+            self._journeys.reports += count
+            self._journeys.lost += max(0, count - client.ask("GET", path)["n"])
+        self._journeys.differ += lines.lines != expected
+
+
+@cache
+def undisturbed(seed: int) -> list[str]:
+    """Return the log of the mission carried out in this process."""
+    lines = Lines()
+    _run(simulate, seed, lines)
+    return lines.lines
+
+
+def _run(run: Callable[..., object], seed: int, lines: Lines) -> None:
+    run(
+        builtin_scenario(SCENARIO),
+        strategy_name=STRATEGY,
+        planner=PLANNER,
+        budget=_STEPS,
+        seed=seed,
+        observer=lines,
+        cancelled=lambda: False,
+    )

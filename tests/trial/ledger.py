@@ -1,0 +1,188 @@
+"""What a service has acknowledged, and whether it keeps to it: looked at once all is over."""
+
+from __future__ import annotations
+
+import json
+import random
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+from marsupial.model.situation import Situation
+from marsupial.planning.score import Score
+from trial.talk import ACCEPTED, BUSY, Answer, Frame, Talk, frames
+from trial.tasks import read_situation, scored
+
+FINAL = ("succeeded", "failed", "cancelled")
+GIVEN_UP = "given up after"
+_PAGE = 200
+_POLL_S = 0.1
+
+
+@dataclass(slots=True)
+class Ledger:
+    """What clients were told, entered by several threads.
+
+    Attributes
+    ----------
+    jobs
+        Ids of acknowledged jobs by the key of their request.
+    ends
+        The first final state, outcome and moment that anybody was told of a job.
+    streams
+        What those who followed a job through all breaks were told.
+    made_twice, ended_again
+        Keys that got a second job, and jobs that ended a second time.
+    odd
+        Answers that should not have come.
+    """
+
+    jobs: dict[str, str] = field(default_factory=dict)
+    ends: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    streams: dict[str, list[Frame]] = field(default_factory=dict)
+    made_twice: int = 0
+    ended_again: int = 0
+    odd: Counter[str] = field(default_factory=Counter)
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def acknowledge(self, key: str, answer: Answer) -> None:
+        """Enter what a request for a job was answered."""
+        if answer.status not in ACCEPTED:
+            self.note_odd(f"status {answer.status} for a job")
+            return
+        job = answer.document["id"]
+        with self.lock:
+            self.made_twice += self.jobs.setdefault(key, job) != job
+        self.see(answer.document)
+
+    def look(self, answer: Answer) -> None:
+        """Enter what the request to cancel a job was answered."""
+        if answer.status in ACCEPTED:
+            self.see(answer.document)
+        elif answer.status not in BUSY:
+            self.note_odd(f"status {answer.status} for a cancellation")
+
+    def see(self, document: Any) -> None:
+        """Enter a job document; one that is over may not change any more."""
+        if document["state"] not in FINAL:
+            return
+        with self.lock:
+            self.ended_again += self.ends.setdefault(document["id"], _end(document)) != _end(document)
+
+    def note_odd(self, what: str) -> None:
+        """Count what should not have come."""
+        with self.lock:
+            self.odd[what] += 1
+
+    def any_job(self, draw: random.Random) -> str | None:
+        """Return the id of some job that was acknowledged."""
+        with self.lock:
+            known = list(self.jobs.values())
+        return draw.choice(known) if known else None
+
+
+@dataclass(slots=True)
+class Findings:
+    """What was found when all jobs were over: how often each thing happened."""
+
+    lost: int = 0
+    unfinished: int = 0
+    made_twice: int = 0
+    ended_again: int = 0
+    bad_events: int = 0
+    bad_plans: int = 0
+    not_better: int = 0
+    streams_differ: int = 0
+    plans: int = 0
+    outcomes: Counter[str] = field(default_factory=Counter)
+
+
+def audit(port: int, ledger: Ledger, within_s: float) -> Findings:
+    """Wait until every acknowledged job is over, at most `within_s`, and look at all of them."""
+    found = Findings(ended_again=ledger.ended_again, made_twice=ledger.made_twice)
+    talk = Talk(port)
+    until = time.monotonic() + within_s
+    known = set(ledger.jobs.values())
+    for job in known:
+        _audit_job(talk, port, job, ledger, until, found)
+    found.made_twice += len(set(_all_ids(talk)) - known)
+    talk.close()
+    return found
+
+
+def _audit_job(talk: Talk, port: int, job: str, ledger: Ledger, until: float, found: Findings) -> None:
+    document = _final(talk, job, until)
+    if document is None:
+        found.lost += 1
+        return
+    if document["state"] not in FINAL:
+        found.unfinished += 1
+        return
+    found.ended_again += ledger.ends.get(job, _end(document)) != _end(document)
+    found.outcomes[_how(document)] += 1
+    events = list(frames(port, f"/v1/jobs/{job}/events"))
+    found.bad_events += not in_order(events, document)
+    followed = ledger.streams.get(job)
+    found.streams_differ += followed is not None and followed != events[: len(followed)]
+    if document["plans"]:
+        situation = read_situation(talk.ask("GET", f"/v1/jobs/{job}/situation").document["situation"])
+        scores = list(_scores(situation, events))
+        found.plans += len(scores)
+        found.bad_plans += sum(one is None for one in scores)
+        found.not_better += not improving(scores)
+
+
+def _end(document: Any) -> tuple[str, str, str]:
+    return document["state"], document["outcome"], document["finished_at"]
+
+
+def _how(document: Any) -> str:
+    """Return how a job ended; one whose processes were killed each time it was tried is told apart."""
+    return "given up" if document["detail"].startswith(GIVEN_UP) else document["outcome"]
+
+
+def _final(talk: Talk, job: str, until: float) -> Any:
+    """Return the document of a job once it is over or time is up; None if there is no such job."""
+    while True:
+        answer = talk.ask("GET", f"/v1/jobs/{job}")
+        if answer.status != 200:
+            return None
+        if answer.document["state"] in FINAL or time.monotonic() > until:
+            return answer.document
+        time.sleep(_POLL_S)
+
+
+def in_order(events: list[Frame], document: Any) -> bool:
+    """Say whether events are numbered from 1, end once, as the job did, and tell of each revision in turn."""
+    ends = [event for event in events if event.type == "end"]
+    revisions = [json.loads(event.data)["revision"] for event in events if event.type == "plan"]
+    return (
+        [event.id for event in events] == list(range(1, len(events) + 1))
+        and len(ends) == 1
+        and events[-1] is ends[0]
+        and json.loads(ends[0].data)["outcome"] == document["outcome"]
+        and revisions == list(range(1, document["plans"] + 1))
+    )
+
+
+def _scores(situation: Situation, events: Iterable[Frame]) -> Iterator[Score | None]:
+    for event in events:
+        if event.type == "plan":
+            yield scored(situation, json.loads(event.data)["actions"])
+
+
+def improving(scores: Iterable[Score | None]) -> bool:
+    """Say whether each score is better than the one before; plans without one are left out."""
+    return all(later < earlier for earlier, later in pairwise(one for one in scores if one is not None))
+
+
+def _all_ids(talk: Talk) -> Iterator[str]:
+    following: str | None = f"/v1/jobs?limit={_PAGE}"
+    while following:
+        page = talk.ask("GET", following).document
+        yield from (job["id"] for job in page["jobs"])
+        following = page["next"]

@@ -1,0 +1,50 @@
+"""All parts of the trial, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from trial import fuzz, hostile, kills, speed
+from trial.rows import Row
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extent:
+    """How much of everything; 0 leaves a part out.
+
+    Parameters
+    ----------
+    posts, plans
+        How often the time to the answer and to the first plan is taken.
+    """
+
+    kills: int = 1000
+    hostile: int = 200
+    clients: int = 50
+    posts: int = 500
+    plans: int = 100
+    fuzz_minutes: float = 15.0
+    seed: int = 1
+
+
+QUICK = Extent(kills=10, hostile=12, clients=10, posts=50, plans=8, fuzz_minutes=0.0)
+"""A look at everything but fuzzing, in two minutes on a quiet machine."""
+
+
+def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[Row]:
+    """Run every part and yield its rows; what is timed comes first."""
+    if extent.posts:
+        yield from speed.answer_rows(extent.posts, say)
+    if extent.plans:
+        yield from speed.first_plan_rows(extent.plans, say)
+    if extent.clients:
+        yield from speed.crowd_rows(extent.clients, say)
+        yield from speed.end_rows(extent.clients, say)
+        yield from speed.flood_rows(say)
+    if extent.hostile:
+        yield from hostile.rows(extent.hostile, say)
+    if extent.kills:
+        yield from kills.rows(extent.kills, extent.seed, say)
+    if extent.fuzz_minutes:
+        yield from fuzz.rows(extent.fuzz_minutes, extent.seed, say)

@@ -1,0 +1,72 @@
+"""What is asked of servers on trial, and whether their plans are any good: checked here, by the client."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from marsupial.bench.suite import INSTANCES
+from marsupial.bench.suite.floors import Floor
+from marsupial.formats.situation import situation_from_json, situation_to_json
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+from marsupial.planning.score import Score, score
+from marsupial_service.demo import DEMOS
+from marsupial_service.jobs.documents import line, plan_of
+from marsupial_service.jobs.warm import tiny
+
+LARGEST = ("rooms-6x3-20", "two-doors-6x3-20", "homes-6x3-20", "in-flight-6x3-20")
+"""The paper's largest team with 20 targets, on four kinds of floor."""
+
+
+def body(situation: Situation, planner: str, seconds: float) -> bytes:
+    """Return a request that sends a situation."""
+    fields = {"planner": planner, "budget": {"seconds": seconds}}
+    return _body({**fields, "situation": json.loads(situation_to_json(situation))})
+
+
+def suite_body(name: str, planner: str, seconds: float) -> bytes:
+    """Return a request with an instance of the planner suite."""
+    return body(suite_situation(name), planner, seconds)
+
+
+@cache
+def suite_situation(name: str) -> Situation:
+    """Return an instance of the planner suite."""
+    return INSTANCES[name].situation()
+
+
+@cache
+def small_floor(seed: int) -> Situation:
+    """Return a small situation that is different for each seed, and whose plans get better for some time."""
+    return Floor(seed=seed, carriers=2, rovers=2, targets=8, rooms=4).situation()
+
+
+@cache
+def short_jobs() -> tuple[bytes, ...]:
+    """Return requests that take a moment: one plan, many plans, a proof, an analysis of a map."""
+    yard = {**DEMOS["yard"].request(), "budget": {"seconds": 0.2}}
+    return (
+        body(tiny(), "greedy", 5.0),
+        body(small_floor(1), "anytime", 0.2),
+        body(small_floor(2), "anytime", 0.2),
+        body(tiny(), "exact", 0.2),
+        _body(yard),
+    )
+
+
+def _body(fields: Mapping[str, Any]) -> bytes:
+    return json.dumps(fields).encode()
+
+
+def scored(situation: Situation, actions: object) -> Score | None:
+    """Return the score of a plan in the JSON of the service, or None if the checker refuses it."""
+    plan = plan_of(line(actions))
+    return score(situation, plan) if check(situation, plan).valid else None
+
+
+def read_situation(document: object) -> Situation:
+    """Return the situation that the service says it plans for."""
+    return situation_from_json(json.dumps(document))
