@@ -167,7 +167,7 @@ def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed
         with writing(out), compare_progress() as watch:
             conduct(comparison, runner, out, watch, drop=drop)
     except (Interrupted, KeyboardInterrupt):
-        say(f"what is done is kept in {out}: the same command goes on, `marsupial compare --report {out}` shows it")
+        say(f"what is done is kept in {out}: the same command resumes it, `marsupial compare --report {out}` shows it")
         raise
     report(out)
 
