@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from marsupial.bench.simulate import MissionSummary, simulate
+from marsupial.cli.missions import DEFAULT_PLANNER
 from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.mission.observer import Observer
@@ -22,12 +23,15 @@ class Recorder(Observer):
         self.lines.append(encode_event(event))
 
 
-def explore(scenario: str, strategy: str, seed: int = 1) -> tuple[MissionSummary, list[str]]:
+PLANNERS = ("greedy", DEFAULT_PLANNER)
+
+
+def explore(scenario: str, strategy: str, seed: int = 1, planner: str = "greedy") -> tuple[MissionSummary, list[str]]:
     recorder = Recorder()
     summary = simulate(
         builtin_scenario(scenario),
         strategy_name=strategy,
-        planner="greedy",
+        planner=planner,
         budget=Budget(steps=1),
         seed=seed,
         observer=recorder,
@@ -36,23 +40,26 @@ def explore(scenario: str, strategy: str, seed: int = 1) -> tuple[MissionSummary
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("planner", PLANNERS)
 @pytest.mark.parametrize("strategy", STRATEGIES)
-def test_every_strategy_explores_the_lobby_and_recovers_its_rovers(strategy: str, seed: int) -> None:
-    summary, _ = explore("lobby", strategy, seed)
+def test_every_strategy_explores_the_lobby_and_recovers_its_rovers(strategy: str, planner: str, seed: int) -> None:
+    summary, _ = explore("lobby", strategy, seed, planner)
     ended = summary.ended
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
     assert len(ended.aboard) == summary.rovers == 4
     assert ended.deployments == ended.retrievals > 0
 
 
+@pytest.mark.parametrize("planner", PLANNERS)
 @pytest.mark.parametrize("strategy", STRATEGIES)
-def test_every_strategy_does_the_same_again(strategy: str) -> None:
-    assert explore("lobby", strategy)[1] == explore("lobby", strategy)[1]
+def test_every_strategy_does_the_same_again(strategy: str, planner: str) -> None:
+    assert explore("lobby", strategy, planner=planner)[1] == explore("lobby", strategy, planner=planner)[1]
 
 
+@pytest.mark.parametrize("planner", PLANNERS)
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_every_built_in_scenario_can_be_explored(name: str) -> None:
-    summary, _ = explore(name, "temporal")
+def test_every_built_in_scenario_can_be_explored(name: str, planner: str) -> None:
+    summary, _ = explore(name, "temporal", planner=planner)
     assert (summary.ended.status, summary.ended.coverage) == (Status.COMPLETE, 1.0), summary.ended.reason
 
 

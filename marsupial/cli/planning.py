@@ -18,11 +18,10 @@ from marsupial.formats.situation import situation_from_json
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
+from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode
-from marsupial.planning.score import score
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,14 +35,19 @@ class Proposal:
 
 @dataclass(slots=True, kw_only=True)
 class Search:
-    """What came of asking an engine: the best plan that was accepted, and a time no plan ends before if known."""
+    """What came of asking an engine: the incumbent, and a time no plan ends before if known."""
 
     situation: Situation
     planner: str
-    plan: Plan | None = None
+    incumbent: Incumbent
     proposals: list[Proposal] = field(default_factory=list)
     finished: Finished = field(default_factory=lambda: Finished(outcome=Outcome.NO_PLAN))
     bound_ms: int | None = None
+
+    @property
+    def plan(self) -> Plan | None:
+        """The best plan that was accepted."""
+        return self.incumbent.plan
 
     @property
     def gap(self) -> float | None:
@@ -75,7 +79,7 @@ def read_situation(path: Path) -> Situation:
 
 def search(situation: Situation, planner: str, budget: Budget) -> Search:
     """Ask `planner` for plans and say on stderr what comes."""
-    found = Search(situation=situation, planner=planner)
+    found = Search(situation=situation, planner=planner, incumbent=Incumbent(situation))
     if engine(planner).info.missing is None:
         prepare(planner)()
     with closing(_asked(planner, situation, budget)) as events:
@@ -117,18 +121,12 @@ def _asked(planner: str, situation: Situation, budget: Budget) -> Generator[Impr
 
 
 def _weigh(found: Search, event: Improved) -> None:
-    verdict = check(found.situation, event.plan)
-    violation = None if verdict.valid else str(verdict.violation)
-    found.proposals.append(Proposal(elapsed_s=event.elapsed_s, makespan_ms=verdict.makespan_ms, violation=violation))
+    found.incumbent.take(event.plan)
+    fault, makespan_ms = found.incumbent.violation, event.plan.makespan_ms
+    violation = None if fault is None else str(fault)
+    found.proposals.append(Proposal(elapsed_s=event.elapsed_s, makespan_ms=makespan_ms, violation=violation))
     words = "" if violation is None else f", refused: {violation}"
-    say(
-        f"{event.elapsed_s:8.3f} s  makespan {verdict.makespan_ms / 1000:.3f} s, "
-        f"{len(event.plan.actions)} actions{words}"
-    )
-    if violation is None and (
-        found.plan is None or score(found.situation, event.plan) < score(found.situation, found.plan)
-    ):
-        found.plan = event.plan
+    say(f"{event.elapsed_s:8.3f} s  makespan {makespan_ms / 1000:.3f} s, {len(event.plan.actions)} actions{words}")
 
 
 def _bound_ms(situation: Situation, plan: Plan, end: Finished) -> int:
