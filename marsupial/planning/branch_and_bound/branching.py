@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from marsupial.arrays import Ints
+from marsupial.native import inlined
 from marsupial.planning.branch_and_bound.tables import DOCKS, KIND, ON, PLACES, SINCE, TWIN, UNDOCKS, WHERE, Tables
 from marsupial.planning.branch_and_bound.tree import (
     AT,
@@ -20,11 +22,10 @@ from marsupial.planning.branch_and_bound.tree import (
     TIES,
     Search,
 )
-from marsupial.planning.local_search.encoding import NEVER, Ints
-from marsupial.planning.local_search.net import compiled
+from marsupial.planning.list_scheduling.costs import NEVER
 
 
-@compiled
+@inlined
 def branch(tables: Tables, search: Search, level: int) -> None:
     """List the docks and undocks that can follow, in the order of their ends."""
     state, carriers = search.states[level], tables.carriers
@@ -42,7 +43,7 @@ def branch(tables: Tables, search: Search, level: int) -> None:
     _sort(search.events, search.levels[level, FIRST], search.levels[level + 1, FIRST])
 
 
-@compiled
+@inlined
 def _twin(tables: Tables, state: Ints, v: int) -> bool:
     """Say whether an earlier rover of the same kind is in the same position."""
     for q in range(tables.traits[v, TWIN], v):
@@ -56,7 +57,7 @@ def _twin(tables: Tables, state: Ints, v: int) -> bool:
     return False
 
 
-@compiled
+@inlined
 def _list(tables: Tables, search: Search, level: int, c: int, v: int, m: int) -> None:
     """List the docks or undocks of a rover on a carrier at a meeting, for all sets of targets explored before."""
     state = search.states[level]
@@ -81,7 +82,7 @@ def _list(tables: Tables, search: Search, level: int, c: int, v: int, m: int) ->
         own = (own - 1) & able
 
 
-@compiled
+@inlined
 def _wider(way: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
     """Say whether one more target could be explored without being at the meeting after `time`."""
     rest = able & ~explored
@@ -93,7 +94,7 @@ def _wider(way: Ints, explored: int, able: int, m: int, since: int, time: int) -
     return False
 
 
-@compiled
+@inlined
 def _list_docks(
     tables: Tables, search: Search, level: int, c: int, v: int, m: int, own: int, own_able: int, comes: int
 ) -> None:
@@ -120,7 +121,7 @@ def _list_docks(
         brought = (brought - 1) & able
 
 
-@compiled
+@inlined
 def _add(search: Search, level: int, time: int, v: int, c: int, m: int, own: int, brought: int, down: int) -> None:
     """List an event unless it ends before the last one."""
     last, events, at = search.levels[level, KEY], search.events, search.levels[level + 1, FIRST]
@@ -138,7 +139,7 @@ def _add(search: Search, level: int, time: int, v: int, c: int, m: int, own: int
     search.levels[level + 1, FIRST] = at + 1
 
 
-@compiled
+@inlined
 def _sort(events: Ints, first: int, end: int) -> None:
     """Put events in the order of their ends (Shell's sort)."""
     gap = 1

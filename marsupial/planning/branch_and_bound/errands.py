@@ -11,26 +11,26 @@ somewhere else in between, or waits.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from marsupial.arrays import Flags, Ints
+from marsupial.native import inlined
 from marsupial.planning.branch_and_bound.tours import errand_tours
+from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search.encoding import (
     CAPACITY,
     CARRIERS,
     DOCKING,
     HOME,
     MEETINGS,
-    NEVER,
     ROVERS,
     TARGETS,
     TYPE,
     UNDOCKING,
-    Ints,
-    Task,
+    ProblemData,
 )
-from marsupial.planning.local_search.net import compiled
 
 BITS = 16
 """How many errands there are at most; what more there may be is left out of account."""
@@ -72,17 +72,17 @@ class Errands(NamedTuple):
     undocking: int
 
 
-def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errands:
-    """Return the errands of a situation; `carriers` are robots of the task."""
-    rovers = task.members(ROVERS)
-    pairs, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) -> Errands:
+    """Return the errands of a situation; `carriers` are robots of the data."""
+    rovers = data.members(ROVERS)
+    pairs, like = np.unique(data.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
     like = like.reshape(-1).astype(np.int64)
-    most = np.minimum(task.robots[carriers, CAPACITY], len(rovers))
+    most = np.minimum(data.robots[carriers, CAPACITY], len(rovers))
     capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
     loads = 1 + int(most.max(initial=0))
     sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
-    rows = _rows(task, closure, bases, min(BITS, sets.bit_length() - 1))
-    docking = int(task.robots[rovers, DOCKING].min(initial=NEVER))
+    rows = _rows(data, closure, bases, min(BITS, sets.bit_length() - 1))
+    docking = int(data.robots[rovers, DOCKING].min(initial=NEVER))
     tours = np.full((len(pairs), loads, len(bases), 1 << rows.bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(pairs):
         leg = closure[kind]
@@ -97,7 +97,7 @@ def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errand
             rows.lag,
             rows.bits,
             rows.rooms,
-            task.recover,
+            data.recover,
             int(capacities[i]),
             docking,
         )
@@ -110,7 +110,7 @@ def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errand
         tours=tours,
         like=like,
         docking=docking,
-        undocking=int(task.robots[rovers, UNDOCKING].min(initial=NEVER)),
+        undocking=int(data.robots[rovers, UNDOCKING].min(initial=NEVER)),
     )
 
 
@@ -122,15 +122,15 @@ class _Rows(NamedTuple):
     up: Ints
     rooms: int
     places: Ints
-    points: Any
+    points: Flags
     lag: Ints
     bits: int
 
 
-def _rows(task: Task, closure: Ints, bases: Ints, most: int) -> _Rows:
+def _rows(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Rows:
     """Return the rows of errands of at most so many bits."""
-    targets, meetings = task.members(TARGETS), task.members(MEETINGS)
-    riding, driving = closure[_kinds(task, ROVERS)], closure[_kinds(task, CARRIERS)]
+    targets, meetings = data.members(TARGETS), data.members(MEETINGS)
+    riding, driving = closure[_kinds(data, ROVERS)], closure[_kinds(data, CARRIERS)]
     component = _components(riding.min(axis=0, initial=NEVER) < NEVER)
     own, theirs = ((kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (driving, riding))
     labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most]
@@ -141,7 +141,7 @@ def _rows(task: Task, closure: Ints, bases: Ints, most: int) -> _Rows:
     doors = [meetings[component[meetings] == label] for label in labels]
     sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
     up, fetched = np.arange(len(labels) + len(lone)), 0
-    if task.recover:
+    if data.recover:
         fetched = min(most - len(up), len(labels))
         up[:fetched] = len(up) + np.arange(fetched)
     points = [*doors, *(targets[j : j + 1] for j in lone)]
@@ -158,8 +158,8 @@ def _rows(task: Task, closure: Ints, bases: Ints, most: int) -> _Rows:
     )
 
 
-def _kinds(task: Task, group: int) -> list[int]:
-    return sorted({int(kind) for kind in task.robots[task.members(group), TYPE]})
+def _kinds(data: ProblemData, group: int) -> list[int]:
+    return sorted({int(kind) for kind in data.robots[data.members(group), TYPE]})
 
 
 def _least_outing(closure: Ints, meetings: Ints, targets: Ints) -> int:
@@ -171,7 +171,7 @@ def _least_outing(closure: Ints, meetings: Ints, targets: Ints) -> int:
     return min(NEVER, int((out + back).min(initial=NEVER)))
 
 
-def _components(joined: Any) -> Ints:
+def _components(joined: Flags) -> Ints:
     """Return (places,): the least place that each is joined to, over any number of others; `joined` is bool."""
     joined = joined | joined.T
     label = np.arange(len(joined))
@@ -189,7 +189,7 @@ TOURED, BUSY, ABOARD = 0, 1, 2
 """Rows of loads: the set of errands of each carrier, ms of docks and undocks, rovers aboard or free to be had."""
 
 
-@compiled
+@inlined
 def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
     """Say whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
 
@@ -236,7 +236,7 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
     return level == size
 
 
-@compiled
+@inlined
 def _has_another(jobs: Ints, level: int, c: int) -> bool:
     """Say whether the carrier has been given an earlier job of the same errand."""
     i = level - 1

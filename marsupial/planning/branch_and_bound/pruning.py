@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from marsupial.native import inlined
 from marsupial.planning.branch_and_bound.cover import FROM, MAY, NO, ROW, cover
 from marsupial.planning.branch_and_bound.errands import ABOARD, ERRAND, TAKES, shared
 from marsupial.planning.branch_and_bound.tables import (
@@ -18,13 +19,12 @@ from marsupial.planning.branch_and_bound.tables import (
     riding_row,
 )
 from marsupial.planning.branch_and_bound.tree import LEFT, LIMIT, Search
-from marsupial.planning.local_search.net import compiled
 
 TRIES = 20_000
 """Effort of a bound, see `cover`."""
 
 
-@compiled
+@inlined
 def may_lead_on(tables: Tables, search: Search, level: int) -> bool:
     """Say whether the targets left can be shared among the robots if each rover rides when it wants."""
     state, parts = search.states[level], search.parts
@@ -45,7 +45,7 @@ def may_lead_on(tables: Tables, search: Search, level: int) -> bool:
     return _can_run_errands(tables, search, level)
 
 
-@compiled
+@inlined
 def _can_run_errands(tables: Tables, search: Search, level: int) -> bool:
     """Say whether the carriers can share what they at least have to do."""
     state, jobs, size = search.states[level], search.jobs, 0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.native import native
-from marsupial.planning.local_search.encoding import NEVER, Ints
-from marsupial.planning.local_search.net import compiled
+from marsupial.arrays import Ints
+from marsupial.native import inlined, native
+from marsupial.planning.list_scheduling.costs import NEVER
 
 
 @native
@@ -139,7 +139,7 @@ def errand_tours(
     return tours
 
 
-@compiled
+@inlined
 def _wait(rest: Ints, between: Ints, points: Ints, errands: int, pick: int, lag: int, docking: int) -> None:
     """Let a carrier that has just set a rover down wait to pick it up; other rovers it can pick up meanwhile."""
     capacity, places = rest.shape[1] - 1, len(points)
@@ -154,7 +154,7 @@ def _wait(rest: Ints, between: Ints, points: Ints, errands: int, pick: int, lag:
                     rest[LEFT, load, errands, p] = min(rest[LEFT, load, errands, p], stay)
 
 
-@compiled
+@inlined
 def _after(rest: Ints, up: Ints, rooms: int, recover: bool, load: int, errands: int, row: int, place: int) -> int:
     """Return the ms that errands take from when the first of them is done, one of that row at that place."""
     capacity = rest.shape[1] - 1

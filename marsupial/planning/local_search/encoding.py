@@ -7,24 +7,19 @@ begins with one `START` per robot, so that everything else can be inserted after
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Ints, Ints32
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, RobotState, Situation
 from marsupial.planning.aims import Aim
+from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.score import worth as target_worth
-
-Ints = npt.NDArray[Any]
-"""int64, but for lists of events (int32)."""
-
-NEVER = 1 << 56
-"""A leg from here on has no path."""
 
 EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
 """Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
@@ -40,8 +35,8 @@ TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
 ENTRIES, EXITS = 0, 1
 
 
-class Task(NamedTuple):
-    """A situation; robots, types and places are indices in its own order, times ms, all arrays int64.
+class ProblemData(NamedTuple):
+    """A situation; robots, types and places are indices in its own order, times ms.
 
     Attributes
     ----------
@@ -79,7 +74,7 @@ class Task(NamedTuple):
         return self.groups[group, 1 : 1 + self.groups[group, 0]]
 
 
-def encode(situation: Situation, aim: Aim | None = None) -> Task:
+def encode(situation: Situation, aim: Aim | None = None) -> ProblemData:
     """Return the situation as arrays; worths are in thousandths."""
     kinds = [kind.name for kind in situation.types]
     index = situation.place_index
@@ -94,7 +89,7 @@ def encode(situation: Situation, aim: Aim | None = None) -> Task:
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
     doors = np.stack([_doors(leg.transpose(0, 2, 1), meetings), _doors(leg, meetings)])
-    return Task(
+    return ProblemData(
         leg=leg,
         robots=robots,
         worth=worth,
@@ -130,7 +125,7 @@ def _groups(*members: Ints) -> Ints:
     return groups
 
 
-def events_of(situation: Situation, plan: Plan) -> Ints:
+def events_of(situation: Situation, plan: Plan) -> Ints32:
     """Return the events (n, 4) of a plan: its actions but the moves, after the starts."""
     index = situation.place_index
     number = {robot.name: i for i, robot in enumerate(situation.robots)}
@@ -152,7 +147,7 @@ def events_of(situation: Situation, plan: Plan) -> Ints:
     return np.array(rows, dtype=np.int32).reshape(-1, 4)
 
 
-def plan_of(situation: Situation, events: Ints) -> Plan:
+def plan_of(situation: Situation, events: Ints32) -> Plan:
     """Return the plan of a feasible list of events."""
     timeline = Timeline.of(situation)
     places, robots = situation.places, [robot.name for robot in situation.robots]

@@ -18,7 +18,7 @@ from marsupial.planning.aims import Aim
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.bounds import makespan_bound_ms
-from marsupial.planning.local_search.encoding import Task, encode, events_of, plan_of
+from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
 from marsupial.planning.local_search.pace import Pace
 from marsupial.planning.local_search.search import can_be_carried_out
 from marsupial.planning.local_search.team import Team
@@ -85,11 +85,11 @@ class Anytime:
             if told is None or self._score(situation, event.plan) < told:
                 told = self._score(situation, event.plan)
                 yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
-        task = encode(situation, self._aim)
-        bound_ms = makespan_bound_ms(task) if self._aim is None else 0
+        data = encode(situation, self._aim)
+        bound_ms = makespan_bound_ms(data) if self._aim is None else 0
         pace = Pace(budget, self._clock, begun, bound_ms)
         makespan_ms = min(plan.makespan_ms for plan in plans)
-        for plan in self._improvements(situation, task, plans, pace):
+        for plan in self._improvements(situation, data, plans, pace):
             makespan_ms = plan.makespan_ms
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         if self._aim is None:
@@ -111,15 +111,15 @@ class Anytime:
             rounds = Budget(seconds=LISTING_SHARE * budget.seconds)
         return Greedy(self._clock).solve(situation, rounds)
 
-    def _improvements(self, situation: Situation, task: Task, plans: list[Plan], pace: Pace) -> Iterator[Plan]:
+    def _improvements(self, situation: Situation, data: ProblemData, plans: list[Plan], pace: Pace) -> Iterator[Plan]:
         """Yield plans better than all of `plans`, with the best of which the search begins."""
         plans = sorted(plans, key=lambda plan: self._score(situation, plan))
         told = self._score(situation, plans[0])
         beginnings = [events_of(situation, plan) for plan in plans]
-        beginnings = [events for events in beginnings if can_be_carried_out(task, events)]
+        beginnings = [events for events in beginnings if can_be_carried_out(data, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches, self._aim) as team:
+        with Team(data, beginnings, pace.bound_ms + EPSILON_MS, self._searches, self._aim) as team:
             best = team.score
             while pace.goes_on(best):
                 team.step(pace.used, pace.steps)

@@ -10,8 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
+from marsupial.arrays import Ints32
 from marsupial.planning.aims import Aim
-from marsupial.planning.local_search.encoding import Ints, Task
+from marsupial.planning.local_search.encoding import ProblemData
 from marsupial.planning.local_search.search import Annealing
 from marsupial.planning.score import Score
 
@@ -19,8 +20,10 @@ from marsupial.planning.score import Score
 class Team:
     """That many searches; as a context, it leaves no thread behind. See `Annealing` for the rest."""
 
-    def __init__(self, task: Task, beginnings: list[Ints], bound_ms: int, size: int, aim: Aim | None = None) -> None:
-        self._searches = [Annealing(task, beginnings[i:] + beginnings[:i], bound_ms, i, aim) for i in range(size)]
+    def __init__(
+        self, data: ProblemData, beginnings: list[Ints32], bound_ms: int, size: int, aim: Aim | None = None
+    ) -> None:
+        self._searches = [Annealing(data, beginnings[i:] + beginnings[:i], bound_ms, i, aim) for i in range(size)]
         self._threads = ThreadPoolExecutor(max(1, size - 1), thread_name_prefix="anytime")
 
     def __enter__(self) -> Self:
@@ -37,7 +40,7 @@ class Team:
         return min(search.score for search in self._searches)
 
     @property
-    def events(self) -> Ints:
+    def events(self) -> Ints32:
         """The best list so far."""
         return min(self._searches, key=lambda search: search.score).events
 
