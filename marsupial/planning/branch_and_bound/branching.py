@@ -39,7 +39,7 @@ def branch(tables: Tables, search: Search, level: int) -> None:
             ):
                 continue
             for m in range(len(tables.meetings)):
-                _list(tables, search, level, c, v, m)
+                _list(tables, search, level, (c, v, m))
     _sort(search.events, search.levels[level, FIRST], search.levels[level + 1, FIRST])
 
 
@@ -58,8 +58,9 @@ def _twin(tables: Tables, state: Ints, v: int) -> bool:
 
 
 @inlined
-def _list(tables: Tables, search: Search, level: int, c: int, v: int, m: int) -> None:
-    """List the docks or undocks of a rover on a carrier at a meeting, for all sets of targets explored before."""
+def _list(tables: Tables, search: Search, level: int, who: tuple[int, int, int]) -> None:
+    """List the docks or undocks for all sets of targets explored before; `who` is carrier, rover and meeting."""
+    c, v, m = who
     state = search.states[level]
     left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
     there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
@@ -74,9 +75,9 @@ def _list(tables: Tables, search: Search, level: int, c: int, v: int, m: int) ->
         if comes + takes < limit:
             if down:
                 if not _wider(there, own, able, m, state[c, SINCE], comes):
-                    _add(search, level, comes + takes, v, c, m, own, 0, 1)
+                    _add(search, level, who, comes + takes, own, 0, 1)
             else:
-                _list_docks(tables, search, level, c, v, m, own, able, comes)
+                _list_docks(tables, search, level, who, own, able, comes)
         if not own:
             return
         own = (own - 1) & able
@@ -96,9 +97,10 @@ def _wider(way: Ints, explored: int, able: int, m: int, since: int, time: int) -
 
 @inlined
 def _list_docks(
-    tables: Tables, search: Search, level: int, c: int, v: int, m: int, own: int, own_able: int, comes: int
+    tables: Tables, search: Search, level: int, who: tuple[int, int, int], own: int, own_able: int, comes: int
 ) -> None:
-    """List the docks of a rover on a carrier that comes after exploring the set `own` out of `own_able`."""
+    """List the docks where the carrier comes at a time (ms) after exploring the set `own` out of `own_able`."""
+    c, v, m = who
     state = search.states[level]
     left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
     there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
@@ -115,15 +117,15 @@ def _list_docks(
             and not _wider(way, brought, able, m, state[v, SINCE], time)
             and not _wider(there, own, own_able & ~brought, m, state[c, SINCE], time)
         ):
-            _add(search, level, time + takes, v, c, m, own, brought, 0)
+            _add(search, level, who, time + takes, own, brought, 0)
         if not brought:
             return
         brought = (brought - 1) & able
 
 
 @inlined
-def _add(search: Search, level: int, time: int, v: int, c: int, m: int, own: int, brought: int, down: int) -> None:
-    """List an event unless it ends before the last one."""
+def _add(search: Search, level: int, who: tuple[int, int, int], time: int, own: int, brought: int, down: int) -> None:
+    """List an event that ends at a time (ms) unless that is before the end of the last one."""
     last, events, at = search.levels[level, KEY], search.events, search.levels[level + 1, FIRST]
     key = time * TIES
     if search.tallies[KEYED]:
@@ -134,7 +136,8 @@ def _add(search: Search, level: int, time: int, v: int, c: int, m: int, own: int
     if at == len(events):
         search.tallies[LOST] = 1
         return
-    events[at, END], events[at, ROVER], events[at, CARRIER], events[at, AT] = key, v, c, m
+    events[at, END] = key
+    events[at, CARRIER], events[at, ROVER], events[at, AT] = who
     events[at, OWN], events[at, BROUGHT], events[at, DOWN] = own, brought, down
     search.levels[level + 1, FIRST] = at + 1
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from marsupial.arrays import Flags, Ints
 from marsupial.native import inlined
-from marsupial.planning.branch_and_bound.tours import errand_tours
+from marsupial.planning.branch_and_bound.tours import Legs, Rows, errand_tours
 from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search.encoding import (
     CAPACITY,
@@ -81,32 +81,25 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
     capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
     loads = 1 + int(most.max(initial=0))
     sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
-    rows = _rows(data, closure, bases, min(BITS, sets.bit_length() - 1))
+    found = _found(data, closure, bases, min(BITS, sets.bit_length() - 1))
     docking = int(data.robots[rovers, DOCKING].min(initial=NEVER))
-    tours = np.full((len(pairs), loads, len(bases), 1 << rows.bits), NEVER, dtype=np.int64)
+    tours = np.full((len(pairs), loads, len(bases), 1 << found.rows.bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(pairs):
         leg = closure[kind]
         ends = leg[:, home] if home >= 0 else np.zeros(len(leg), dtype=np.int64)
-        tours[i, : capacities[i] + 1] = errand_tours(
-            np.ascontiguousarray(leg[np.ix_(bases, rows.places)]),
-            np.ascontiguousarray(leg[np.ix_(rows.places, rows.places)]),
-            np.ascontiguousarray(ends[bases]),
-            np.ascontiguousarray(ends[rows.places]),
-            rows.points,
-            rows.up,
-            rows.lag,
-            rows.bits,
-            rows.rooms,
-            data.recover,
-            int(capacities[i]),
-            docking,
+        legs = Legs(
+            first=np.ascontiguousarray(leg[np.ix_(bases, found.places)]),
+            between=np.ascontiguousarray(leg[np.ix_(found.places, found.places)]),
+            straight=np.ascontiguousarray(ends[bases]),
+            ends=np.ascontiguousarray(ends[found.places]),
         )
+        tours[i, : capacities[i] + 1] = errand_tours(legs, found.rows, int(capacities[i]), docking, data.recover)
     return Errands(
-        room=rows.room,
-        within=rows.within,
-        down=np.arange(len(rows.within)),
-        up=rows.up,
-        rooms=rows.rooms,
+        room=found.room,
+        within=found.within,
+        down=np.arange(len(found.within)),
+        up=found.rows.up,
+        rooms=found.rows.rooms,
         tours=tours,
         like=like,
         docking=docking,
@@ -114,25 +107,23 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
     )
 
 
-class _Rows(NamedTuple):
-    """What there may be to do: `room`, `within`, `up` and `rooms` as in `Errands`, for the rest see `errand_tours`."""
+class _Found(NamedTuple):
+    """What there may be to do: `room` and `within` as in `Errands`, and the `places` where it can be done."""
 
     room: Ints
     within: Ints
-    up: Ints
-    rooms: int
     places: Ints
-    points: Flags
-    lag: Ints
-    bits: int
+    rows: Rows
 
 
-def _rows(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Rows:
+def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
     """Return the rows of errands of at most so many bits."""
     targets, meetings = data.members(TARGETS), data.members(MEETINGS)
-    riding, driving = closure[_kinds(data, ROVERS)], closure[_kinds(data, CARRIERS)]
-    component = _components(riding.min(axis=0, initial=NEVER) < NEVER)
-    own, theirs = ((kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (driving, riding))
+    rovers_leg, carriers_leg = closure[_kinds(data, ROVERS)], closure[_kinds(data, CARRIERS)]
+    component = _components(rovers_leg.min(axis=0, initial=NEVER) < NEVER)
+    own, theirs = (
+        (kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (carriers_leg, rovers_leg)
+    )
     labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most]
     lone = [j for j in range(len(targets)) if own[j] and not theirs[j]][: most - len(labels)]
     room = np.full(len(bases), -1, dtype=np.int64)
@@ -146,15 +137,19 @@ def _rows(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Rows:
         up[:fetched] = len(up) + np.arange(fetched)
     points = [*doors, *(targets[j : j + 1] for j in lone)]
     places = np.unique(np.concatenate([meetings[:0], *points]))
-    return _Rows(
+    return _Found(
         room=room,
         within=np.array([*((1 << s).sum() for s in sets), *(1 << j for j in lone)], dtype=np.int64),
-        up=up,
-        rooms=len(labels),
         places=places,
-        points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
-        lag=np.array([_least_outing(riding, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64),
-        bits=len(up) + fetched,
+        rows=Rows(
+            points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
+            up=up,
+            lag=np.array(
+                [_least_sortie(rovers_leg, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64
+            ),
+            rooms=len(labels),
+            bits=len(up) + fetched,
+        ),
     )
 
 
@@ -162,7 +157,7 @@ def _kinds(data: ProblemData, group: int) -> list[int]:
     return sorted({int(kind) for kind in data.robots[data.members(group), TYPE]})
 
 
-def _least_outing(closure: Ints, meetings: Ints, targets: Ints) -> int:
+def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
     """Return the least ms a rover takes from any of the meetings to a target and back to any of them."""
     if not closure.size:
         return NEVER

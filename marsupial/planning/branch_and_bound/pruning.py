@@ -14,9 +14,9 @@ from marsupial.planning.branch_and_bound.tables import (
     TWIN,
     WHERE,
     Tables,
+    carried_row,
     done_row,
     least_row,
-    riding_row,
 )
 from marsupial.planning.branch_and_bound.tree import LEFT, LIMIT, Search
 
@@ -26,7 +26,7 @@ TRIES = 20_000
 
 @inlined
 def may_lead_on(tables: Tables, search: Search, level: int) -> bool:
-    """Say whether the targets left can be shared among the robots if each rover rides when it wants."""
+    """Say whether the targets left can be shared among the robots if each rover is carried when it wants."""
     state, parts = search.states[level], search.parts
     left = search.levels[level, LEFT]
     for r in range(len(state)):
@@ -38,7 +38,7 @@ def may_lead_on(tables: Tables, search: Search, level: int) -> bool:
         elif c < 0:
             parts[r, ROW] = least_row(tables, like, state[r, WHERE])
         else:
-            parts[r, ROW] = riding_row(tables, like, tables.traits[c, KIND], state[c, WHERE])
+            parts[r, ROW] = carried_row(tables, like, tables.traits[c, KIND], state[c, WHERE])
             parts[r, FROM] = state[c, SINCE]
     if cover(tables.book, parts, search.scratch, left, search.tallies[LIMIT], TRIES) == NO:
         return False

@@ -50,7 +50,7 @@ class Tables(NamedTuple):
         (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting.
     book
         (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
-        `done_row`, `least_row` and `riding_row`; the last one is for those that can't explore anything.
+        `done_row`, `least_row` and `carried_row`; the last one is for those that can't explore anything.
     able
         (types,): the set of targets that a type can explore.
     beginning
@@ -95,7 +95,7 @@ def least_row(tables: Tables, robot: int, base: int) -> int:
 
 
 @inlined
-def riding_row(tables: Tables, robot: int, kind: int, base: int) -> int:
+def carried_row(tables: Tables, robot: int, kind: int, base: int) -> int:
     """Return the row for such a rover when it is aboard a carrier of type `kind` that is at the base."""
     return ((2 * len(tables.traits)) + robot * len(tables.able) + kind) * len(tables.bases) + base
 
@@ -137,12 +137,12 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
         way[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
     done = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
     least = done.copy()
-    riding = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
+    carried = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
     for r, robot in enumerate(robots):
         k, home = data.robots[robot, TYPE], data.robots[robot, HOME : HOME + 1]
         twin = next((q for q in range(carriers, r) if _alike(data, robots[q], robot)), -1)
         if twin >= 0:
-            done[r], least[r], riding[r] = done[twin], least[twin], riding[twin]
+            done[r], least[r], carried[r] = done[twin], least[twin], carried[twin]
             continue
         for b, base in enumerate(bases):
             if r < carriers and home[0] >= 0:
@@ -152,10 +152,10 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
         if r < carriers:
             least[r] = done[r]
         else:
-            _optimistic(data, closure, int(robot), bases, exits, least[r], riding[r])
+            _optimistic(data, closure, int(robot), bases, exits, least[r], carried[r])
     nothing = np.full(sets, NEVER, dtype=np.int64)
     nothing[0] = 0
-    return way, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, riding, nothing)])
+    return way, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, carried, nothing)])
 
 
 def _ended(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
@@ -221,16 +221,16 @@ def _beginning(data: ProblemData, robots: Ints, bases: Ints) -> Ints:
 
 
 def _optimistic(
-    data: ProblemData, closure: Ints, rover: int, bases: Ints, exits: Ints, least: Ints, riding: Ints
+    data: ProblemData, closure: Ints, rover: int, bases: Ints, exits: Ints, least: Ints, carried: Ints
 ) -> None:
-    """Enter a rover's `least` and `riding`."""
+    """Enter a rover's `least` and `carried`."""
     targets, meetings = data.members(TARGETS), bases[exits]
     hosts = [int(c) for c in data.members(CARRIERS) if data.robots[c, CAPACITY] > 0]
     docking, undocking = int(data.robots[rover, DOCKING]), int(data.robots[rover, UNDOCKING])
     leg = closure[data.robots[rover, TYPE]].copy()
     for k in {int(data.robots[c, TYPE]) for c in hosts}:
-        ride = closure[k][np.ix_(meetings, meetings)] + docking + undocking
-        leg[np.ix_(meetings, meetings)] = np.minimum(leg[np.ix_(meetings, meetings)], ride)
+        transport = closure[k][np.ix_(meetings, meetings)] + docking + undocking
+        leg[np.ix_(meetings, meetings)] = np.minimum(leg[np.ix_(meetings, meetings)], transport)
     np.fill_diagonal(leg, 0)
     close(leg)
     ends = np.zeros(leg.shape[0], dtype=np.int64)
@@ -250,5 +250,5 @@ def _optimistic(
         for b, base in enumerate(bases):
             down = closure[k][base][meetings] + undocking
             if len(exits):
-                riding[k, b] = np.minimum((down[:, None] + least[exits]).min(axis=0), NEVER)
-            riding[k, b, 0] = 0
+                carried[k, b] = np.minimum((down[:, None] + least[exits]).min(axis=0), NEVER)
+            carried[k, b, 0] = 0

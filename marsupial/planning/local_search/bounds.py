@@ -89,13 +89,13 @@ def _rover_ends(
 ) -> tuple[Ints, int]:
     """Return per place when a rover that goes there would be done, and when it would be done if it goes nowhere."""
     ground = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
-    riding = {kind: ground.copy() for kind in boarding}
+    carried = {kind: ground.copy() for kind in boarding}
     on = int(data.robots[rover, ABOARD])
     if on < 0:
         ground[data.robots[rover, AT]] = data.robots[rover, READY]
     else:
-        riding[int(data.robots[on, TYPE])] = carriers[on].copy()
-    _ride(data, rover, ground, riding, boarding)
+        carried[int(data.robots[on, TYPE])] = carriers[on].copy()
+    _lower(data, rover, ground, carried, boarding)
     if not data.recover:
         return ground, 0
     legs_home = [home[c] for c in carriers if data.robots[c, CAPACITY] > 0]
@@ -111,11 +111,11 @@ def _least(times: Ints) -> int:
     return int(times.min(initial=NEVER))
 
 
-def _ride(data: ProblemData, rover: int, ground: Ints, riding: dict[int, Ints], boarding: dict[int, Ints]) -> None:
+def _lower(data: ProblemData, rover: int, ground: Ints, carried: dict[int, Ints], boarding: dict[int, Ints]) -> None:
     """Lower the times on the ground and aboard until they agree with each other."""
     while True:
         before = ground.copy()
-        for kind, times in riding.items():
+        for kind, times in carried.items():
             if kind in boarding:
                 docked = np.maximum(ground, boarding[kind]) + data.robots[rover, DOCKING]
                 np.minimum(times, docked, out=times)

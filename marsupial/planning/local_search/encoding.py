@@ -14,9 +14,9 @@ import numpy as np
 from marsupial.arrays import Ints, Ints32
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, RobotState, Situation
+from marsupial.model.situation import RobotState, Situation
 from marsupial.planning.aims import Aim
-from marsupial.planning.list_scheduling.costs import NEVER
+from marsupial.planning.list_scheduling.costs import NEVER, driving_ms
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.score import worth as target_worth
@@ -167,8 +167,7 @@ def _legs(situation: Situation) -> Ints:
     places = len(situation.places)
     leg = np.full((len(situation.types), places, places), NEVER, dtype=np.int64)
     for i, kind in enumerate(situation.types):
-        table = situation.travel_ms[kind.name]
-        leg[i] = np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1) + EPSILON_MS)
+        leg[i] = np.minimum(driving_ms(situation.travel_ms[kind.name]) + EPSILON_MS, NEVER)
         np.fill_diagonal(leg[i], 0)
         for target in situation.targets:
             if kind.name not in target.explorers:

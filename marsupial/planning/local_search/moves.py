@@ -56,7 +56,7 @@ MOVES = (
     Move("swap sorties", swap_sorties, 10, 12, needs_targets=True),
     Move("move string", move_string, 10, 12),
     Move("cross-exchange", cross_exchange, 8, 12),
-    Move("splice", splice, 4, 12, needs_targets=True),
+    Move("splice", splice, 4, 4, needs_targets=True),
     Move("swap tails", swap_tails, 6, 1),
     Move("invert", invert, 6, 10),
 )
