@@ -119,10 +119,10 @@ class _Found(NamedTuple):
 def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
     """Return the rows of errands of at most so many bits."""
     targets, meetings = data.members(TARGETS), data.members(MEETINGS)
-    rovers_leg, carriers_leg = closure[_kinds(data, ROVERS)], closure[_kinds(data, CARRIERS)]
-    component = _components(rovers_leg.min(axis=0, initial=NEVER) < NEVER)
+    by_rover, by_carrier = closure[_kinds(data, ROVERS)], closure[_kinds(data, CARRIERS)]
+    component = _components(by_rover.min(axis=0, initial=NEVER) < NEVER)
     own, theirs = (
-        (kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (carriers_leg, rovers_leg)
+        (kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (by_carrier, by_rover)
     )
     labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most]
     lone = [j for j in range(len(targets)) if own[j] and not theirs[j]][: most - len(labels)]
@@ -145,7 +145,7 @@ def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
             points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
             up=up,
             lag=np.array(
-                [_least_sortie(rovers_leg, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64
+                [_least_sortie(by_rover, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64
             ),
             rooms=len(labels),
             bits=len(up) + fetched,
