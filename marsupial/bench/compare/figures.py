@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, filterwarnings
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Floats
 from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
@@ -134,7 +134,7 @@ def coverage_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
     return _figure(drawing, name, title, caption, scenario)
 
 
-def mean_coverage(curves: Sequence[Curve]) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
+def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
     """Return times in s, mean coverage in per cent, half of its interval, each (samples,).
 
     A mission that has ended keeps what it knew.
