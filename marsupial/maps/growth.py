@@ -58,12 +58,12 @@ class GrowingReach:
             area = self._areas[rover.name]
             if any(robot.name in left for robot in robots if robot.type == rover.name):
                 area.clear()
-            ways = [dock for (_, name), dock in self._docks.items() if name == rover.name]
+            docks = [dock for (_, name), dock in self._docks.items() if name == rover.name]
             landings = [
-                dock.grow(fresh[dock.carrier], opened.get("", _NONE), opened.get(rover.name, _NONE)) for dock in ways
+                dock.grow(fresh[dock.carrier], opened.get("", _NONE), opened.get(rover.name, _NONE)) for dock in docks
             ]
             if area.empty:
-                landings = [np.flatnonzero(dock.docking.cells) for dock in ways]
+                landings = [np.flatnonzero(dock.docking.cells) for dock in docks]
             starts = np.concatenate([self._starts(rover, robots), *landings])
             if any(robot.type == rover.name for robot in robots):
                 area.grow(starts, opened.get(rover.name, _NONE))

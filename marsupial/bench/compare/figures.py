@@ -145,7 +145,8 @@ def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
     count = len(curves)
     spread = shares.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros(length)
     half = t_quantile(count - 1) * spread if count > 1 else spread
-    return curves[0].every_s * np.arange(length), shares.mean(axis=0), half
+    times: Floats = curves[0].every_s * np.arange(length, dtype=np.float64)
+    return times, shares.mean(axis=0), half
 
 
 def _coverage_panel(axes: Axes, outcome: Outcome, case: Case) -> None:

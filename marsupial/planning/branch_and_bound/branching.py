@@ -63,7 +63,7 @@ def _list(tables: Tables, search: Search, level: int, who: tuple[int, int, int])
     c, v, m = who
     state = search.states[level]
     left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
-    there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
+    there = tables.tour[tables.traits[c, KIND], state[c, WHERE]]
     down = state[v, ON] == c
     takes = tables.traits[v, UNDOCKS] if down else tables.traits[v, DOCKS]
     if state[c, SINCE] + there[0, m] + takes >= limit:
@@ -84,12 +84,12 @@ def _list(tables: Tables, search: Search, level: int, who: tuple[int, int, int])
 
 
 @inlined
-def _wider(way: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
+def _wider(tour: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
     """Say whether one more target could be explored without being at the meeting after `time`."""
     rest = able & ~explored
     while rest:
         bit = rest & -rest
-        if since + way[explored | bit, m] <= time:
+        if since + tour[explored | bit, m] <= time:
             return True
         rest ^= bit
     return False
@@ -103,18 +103,18 @@ def _list_docks(
     c, v, m = who
     state = search.states[level]
     left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
-    there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
-    way = tables.way[tables.traits[v, KIND], state[v, WHERE]]
-    if way[0, m] >= NEVER:
+    there = tables.tour[tables.traits[c, KIND], state[c, WHERE]]
+    tour = tables.tour[tables.traits[v, KIND], state[v, WHERE]]
+    if tour[0, m] >= NEVER:
         return
     takes = tables.traits[v, DOCKS]
     able = left & tables.able[tables.traits[v, KIND]] & ~own
     brought = able
     while True:
-        time = max(comes, state[v, SINCE] + way[brought, m])
+        time = max(comes, state[v, SINCE] + tour[brought, m])
         if (
             time + takes < limit
-            and not _wider(way, brought, able, m, state[v, SINCE], time)
+            and not _wider(tour, brought, able, m, state[v, SINCE], time)
             and not _wider(there, own, own_able & ~brought, m, state[c, SINCE], time)
         ):
             _add(search, level, who, time + takes, own, brought, 0)

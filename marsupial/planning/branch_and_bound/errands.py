@@ -131,10 +131,10 @@ def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
         room[component[bases] == label] = row
     doors = [meetings[component[meetings] == label] for label in labels]
     sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
-    up, fetched = np.arange(len(labels) + len(lone)), 0
+    up, picked_up = np.arange(len(labels) + len(lone)), 0
     if data.recover:
-        fetched = min(most - len(up), len(labels))
-        up[:fetched] = len(up) + np.arange(fetched)
+        picked_up = min(most - len(up), len(labels))
+        up[:picked_up] = len(up) + np.arange(picked_up)
     points = [*doors, *(targets[j : j + 1] for j in lone)]
     places = np.unique(np.concatenate([meetings[:0], *points]))
     return _Found(
@@ -148,7 +148,7 @@ def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
                 [_least_sortie(by_rover, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64
             ),
             rooms=len(labels),
-            bits=len(up) + fetched,
+            bits=len(up) + picked_up,
         ),
     )
 

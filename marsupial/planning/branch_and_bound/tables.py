@@ -46,7 +46,7 @@ class Tables(NamedTuple):
     ----------
     traits
         (robots, 5): `KIND` and so on.
-    way
+    tour
         (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting.
     book
         (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
@@ -68,7 +68,7 @@ class Tables(NamedTuple):
     """
 
     traits: Ints
-    way: Ints
+    tour: Ints
     book: Ints
     able: Ints
     beginning: Ints
@@ -109,10 +109,10 @@ def tables_of(data: ProblemData) -> Tables:
     bases = np.concatenate([starts, meetings])
     closure = _closure(data, starts)
     exits = len(starts) + np.arange(len(meetings))
-    way, book = _tours(data, closure, bases, exits, robots)
+    tour, book = _tours(data, closure, bases, exits, robots)
     return Tables(
         traits=_traits(data, robots, carriers),
-        way=way,
+        tour=tour,
         book=book,
         able=(closure[:, bases][:, :, targets] < NEVER).any(axis=1) @ (1 << np.arange(len(targets))),
         beginning=_beginning(data, robots, bases),
@@ -128,13 +128,13 @@ def tables_of(data: ProblemData) -> Tables:
 
 
 def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: Ints) -> tuple[Ints, Ints]:
-    """Return `way` and `book`."""
+    """Return `tour` and `book`."""
     targets, carriers = data.members(TARGETS), int(data.groups[CARRIERS, 0])
     kinds, sets = len(closure), 1 << len(targets)
     walks = [[shortest_tours(*_corner(closure[k], base, targets)) for base in bases] for k in range(kinds)]
-    way = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
+    tour = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
     for k, b in np.ndindex(kinds, len(bases)):
-        way[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
+        tour[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
     done = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
     least = done.copy()
     carried = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
@@ -155,7 +155,7 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
             _optimistic(data, closure, int(robot), bases, exits, least[r], carried[r])
     nothing = np.full(sets, NEVER, dtype=np.int64)
     nothing[0] = 0
-    return way, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, carried, nothing)])
+    return tour, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, carried, nothing)])
 
 
 def _ended(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
@@ -175,7 +175,7 @@ def timeless(tables: Tables) -> Tables:
     beginning[:, SINCE] = 0
     errands = tables.errands._replace(tours=_no_time(tables.errands.tours), docking=0, undocking=0)
     return tables._replace(
-        traits=traits, way=_no_time(tables.way), book=_no_time(tables.book), beginning=beginning, errands=errands
+        traits=traits, tour=_no_time(tables.tour), book=_no_time(tables.book), beginning=beginning, errands=errands
     )
 
 

@@ -79,7 +79,7 @@ class Arrivals:
     def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
         """Search the earliest times at which a rover could be at each meeting with any number of transports.
 
-        With `alone` no carrier fetches it: it drives, set down before by the carrier it is aboard.
+        With `alone` no carrier picks it up: it drives, set down before by the carrier it is aboard.
 
         Returns
         -------

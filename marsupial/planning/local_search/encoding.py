@@ -25,8 +25,10 @@ EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
 """Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
 
 NEIGHBOURS = 10
-DOORS = 6
+"""How many targets near a target are known."""
 
+DOORS = 6
+"""How many meetings near a place are known, for each type and direction."""
 
 TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
 """Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
@@ -88,7 +90,8 @@ def encode(situation: Situation, aim: Aim | None = None) -> ProblemData:
     roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
-    doors = np.stack([_doors(leg.transpose(0, 2, 1), meetings), _doors(leg, meetings)])
+    from_meetings, to_meetings = leg.transpose(0, 2, 1)[:, :, meetings], leg[:, :, meetings]
+    doors = np.stack([_least_apart(apart, meetings, DOORS) for apart in (from_meetings, to_meetings)])
     return ProblemData(
         leg=leg,
         robots=robots,
@@ -194,19 +197,13 @@ def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints)
             apart = np.minimum(apart, leg[carrier, base[:, None], base] + walk[:, None] + walk)
     apart = np.minimum(apart, apart.T)
     np.fill_diagonal(apart, 4 * NEVER)
-    order = np.argsort(apart, axis=1, kind="stable")[:, :NEIGHBOURS]
-    found = np.where(np.take_along_axis(apart, order, axis=1) < NEVER, targets[order], -1)
-    near[targets, : found.shape[1]] = found
+    near[targets] = _least_apart(apart, targets, NEIGHBOURS)
     return near
 
 
-def _doors(leg: Ints, meetings: Ints) -> Ints:
-    """Return (types, places, n): the meetings with the shortest legs from each place, then -1."""
-    types, places = leg.shape[:2]
-    doors = np.full((types, places, DOORS), -1, dtype=np.int64)
-    if len(meetings):
-        apart = leg[:, :, meetings]
-        order = np.argsort(apart, axis=2, kind="stable")[:, :, :DOORS]
-        found = np.where(np.take_along_axis(apart, order, axis=2) < NEVER, meetings[order], -1)
-        doors[:, :, : found.shape[2]] = found
-    return doors
+def _least_apart(apart: Ints, members: Ints, n: int) -> Ints:
+    """Return (..., n): the members that are least apart, by a table (..., members), then -1."""
+    order = np.argsort(apart, axis=-1, kind="stable")[..., :n]
+    found = np.full((*apart.shape[:-1], n), -1, dtype=np.int64)
+    found[..., : order.shape[-1]] = np.where(np.take_along_axis(apart, order, axis=-1) < NEVER, members[order], -1)
+    return found

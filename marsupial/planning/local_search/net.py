@@ -113,10 +113,10 @@ def pick(net: Net, group: int) -> int:
 
 
 @inlined
-def door(net: Net, way: int, robot: int, place: int) -> int:
-    """Return one of the few meetings best for getting to a place or away from it, the first ones more often, or -1."""
+def door(net: Net, side: int, robot: int, place: int) -> int:
+    """Return one of the `ENTRIES` or `EXITS` (`side`) of a place for a robot, the best ones more often, or -1."""
     types = net.leg.shape[0]
-    first = NEAR + NEIGHBOURS + (way * types + net.robots[robot, 0]) * DOORS
+    first = NEAR + NEIGHBOURS + (side * types + net.robots[robot, TYPE]) * DOORS
     count = 0
     while count < DOORS and net.hints[place, first + count] >= 0:
         count += 1

@@ -150,7 +150,7 @@ def deploy(net: Net) -> bool:
     carrier, final = near_carrier(net, target), -1
     at = turn(net, down, carrier, carrier) if draw(net, 3) else -1
     if at < 0:
-        first, final = _fetch(net, carrier, target)
+        first, final = _pick_up_elsewhere(net, carrier, target)
         if first < 0 or (final >= 0 and net.nodes[final, ROBOT] != rover):
             return False
         at = turn(net, down, carrier, first)
@@ -172,7 +172,7 @@ def deploy(net: Net) -> bool:
 
 
 @inlined
-def _fetch(net: Net, carrier: int, target: int) -> tuple[int, int]:
+def _pick_up_elsewhere(net: Net, carrier: int, target: int) -> tuple[int, int]:
     """Have a carrier pick up some rover on the ground, more often near a target; return the dock, or -1.
 
     And the dock that its sortie ended with so far, which is now in no sortie, or -1.
