@@ -18,6 +18,15 @@ from numba import njit
 F = TypeVar("F", bound=Callable[..., object])
 
 
+def inlined(function: F) -> F:
+    """Compile a function as part of the native ones that call it; it makes no arrays.
+
+    A call would copy the tuples of arrays that it is given, and nobody counts references to those.
+    """
+    compiled: F = njit(nogil=True, _nrt=False, forceinline=True)(function)
+    return compiled
+
+
 def native(function: F) -> F:
     """Compile a function at its first call, or load what was compiled of the same sources before.
 

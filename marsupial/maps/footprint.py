@@ -9,17 +9,17 @@ a cell changes the counts under one disc only, so the cost goes with what is new
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags, Ints, Ints32
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.robots import RobotType
 from marsupial.native import native
 
 
-def disc(radius_cells: float) -> npt.NDArray[np.int64]:
+def disc(radius_cells: float) -> Ints:
     """Return the offsets (n, 2) as (dx, dy) of the cells whose centre an open disc round a cell's centre holds.
 
     The cell itself is always among them.
@@ -38,6 +38,23 @@ def fits(grid: Grid, kind: RobotType, cell: Cell) -> bool:
     return bool(inside.all()) and bool(np.isin(grid.cells[y[inside], x[inside]], sorted(kind.terrains)).all())
 
 
+class _Counts(NamedTuple):
+    """What is known of each cell, all (height, width).
+
+    Attributes
+    ----------
+    barred, closed
+        How many cells under the disc bar it now, and for ever.
+    standable, possible
+        Those of `Footprint`.
+    """
+
+    barred: Ints32
+    closed: Ints32
+    standable: Mask
+    possible: Mask
+
+
 class Footprint:
     """The cells one robot type may stand on, kept up to date as cells are revealed.
 
@@ -52,13 +69,17 @@ class Footprint:
         self._offsets = disc(kind.radius_m / resolution_m)
         self._drivable = np.zeros(256, dtype=np.bool_)
         self._drivable[sorted(kind.terrains)] = True
-        self._barred = np.full(shape, len(self._offsets), dtype=np.int32)
-        self._closed = np.zeros(shape, dtype=np.int32)
         self.standable: Mask = np.zeros(shape, dtype=np.bool_)
         self.possible: Mask = np.ones(shape, dtype=np.bool_)
-        _close_outside(self._offsets, self._closed, self.possible)
+        self._counts = _Counts(
+            barred=np.full(shape, len(self._offsets), dtype=np.int32),
+            closed=np.zeros(shape, dtype=np.int32),
+            standable=self.standable,
+            possible=self.possible,
+        )
+        _close_outside(self._offsets, self._counts.closed, self.possible)
 
-    def reveal(self, indices: npt.NDArray[np.int64], cells: CellArray) -> npt.NDArray[np.int64]:
+    def reveal(self, indices: Ints, cells: CellArray) -> Ints:
         """Take in cells that were unknown until now; return the cells that have become standable.
 
         Parameters
@@ -69,10 +90,7 @@ class Footprint:
             The known map (height, width) with their codes already in it.
         """
         opened = np.empty(min(len(indices) * len(self._offsets), cells.size), dtype=np.int64)
-        count = _reveal(
-            indices, cells, self._drivable, self._offsets,
-            self._barred, self._closed, self.standable, self.possible, opened,
-        )  # fmt: skip
+        count = _reveal(indices, cells, self._drivable, self._offsets, self._counts, opened)
         return opened[:count].copy()
 
 
@@ -84,7 +102,8 @@ def standable(grid: Grid, kind: RobotType) -> Mask:
 
 
 @native
-def _close_outside(offsets: Any, closed: Any, possible: Any) -> None:
+def _close_outside(offsets: Ints, closed: Ints32, possible: Mask) -> None:
+    """Count what is under the disc outside the map, which bars it for ever."""
     height, width = closed.shape
     reach = np.abs(offsets).max()
     for y in range(height):
@@ -99,10 +118,18 @@ def _close_outside(offsets: Any, closed: Any, possible: Any) -> None:
 
 
 @native
-def _reveal(
-    indices: Any, cells: Any, drivable: Any, offsets: Any,
-    barred: Any, closed: Any, standable: Any, possible: Any, opened: Any,
-) -> int:  # fmt: skip
+def _reveal(indices: Ints, cells: CellArray, drivable: Flags, offsets: Ints, counts: _Counts, opened: Ints) -> int:
+    """Count what is revealed; enter in `opened` the cells that have become standable and return how many.
+
+    Parameters
+    ----------
+    indices, cells
+        Those of `Footprint.reveal`.
+    drivable
+        (256,): which terrain codes the type can drive on.
+    offsets
+        (n, 2): those of `disc`.
+    """
     height, width = cells.shape
     count = 0
     for index in indices:
@@ -113,12 +140,12 @@ def _reveal(
             if u < 0 or v < 0 or u >= width or v >= height:
                 continue
             if opens:
-                barred[v, u] -= 1
-                if barred[v, u] == 0:
-                    standable[v, u] = True
+                counts.barred[v, u] -= 1
+                if counts.barred[v, u] == 0:
+                    counts.standable[v, u] = True
                     opened[count] = v * width + u
                     count += 1
             else:
-                closed[v, u] += 1
-                possible[v, u] = False
+                counts.closed[v, u] += 1
+                counts.possible[v, u] = False
     return count

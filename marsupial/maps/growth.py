@@ -8,11 +8,10 @@ of its robots has gone aboard.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Ints
 from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
 from marsupial.model.grid import Mask
@@ -21,9 +20,7 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
-Indices = npt.NDArray[np.int64]
-
-_NONE: Indices = np.empty(0, dtype=np.int64)
+_NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 class GrowingReach:
@@ -61,12 +58,12 @@ class GrowingReach:
             area = self._areas[rover.name]
             if any(robot.name in left for robot in robots if robot.type == rover.name):
                 area.clear()
-            ways = [dock for (_, name), dock in self._docks.items() if name == rover.name]
+            docks = [dock for (_, name), dock in self._docks.items() if name == rover.name]
             landings = [
-                dock.grow(fresh[dock.carrier], opened.get("", _NONE), opened.get(rover.name, _NONE)) for dock in ways
+                dock.grow(fresh[dock.carrier], opened.get("", _NONE), opened.get(rover.name, _NONE)) for dock in docks
             ]
             if area.empty:
-                landings = [np.flatnonzero(dock.docking.cells) for dock in ways]
+                landings = [np.flatnonzero(dock.docking.cells) for dock in docks]
             starts = np.concatenate([self._starts(rover, robots), *landings])
             if any(robot.type == rover.name for robot in robots):
                 area.grow(starts, opened.get(rover.name, _NONE))
@@ -88,13 +85,13 @@ class GrowingReach:
             if carrier.capacity > 0
         }
 
-    def _opened(self) -> dict[str, Indices]:
+    def _opened(self) -> dict[str, Ints]:
         """Return the cells opened since the last time, by type; under no name those that one can now see through."""
         news = self._territory.opened[self._read :]
         self._read += len(news)
         return {name: np.concatenate([part[name] for part in news]) for name in news[0]} if news else {}
 
-    def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Indices:
+    def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Ints:
         width = self._territory.grid.width
         cells = [r.cell.y * width + r.cell.x for r in robots if r.type == kind.name and r.cell is not None]
         return np.array(cells, dtype=np.int64)
@@ -114,7 +111,7 @@ class _Area:
         self.cells[:] = False
         self.empty = True
 
-    def grow(self, starts: Indices, opened: Indices) -> Indices:
+    def grow(self, starts: Ints, opened: Ints) -> Ints:
         """Take in starts and cells that have become allowed; return the cells that are new to the area."""
         count = _grow(self._allowed, starts, opened, self.cells, self._queue)
         self.empty = self.empty and count == 0
@@ -133,7 +130,7 @@ class _Dock:
         shape = self._standable.shape
         self.docking = Docking(cells=np.zeros(shape, dtype=np.bool_), carrier_at=np.full(shape, -1, dtype=np.int64))
 
-    def grow(self, carrier_cells: Indices, seen: Indices, opened: Indices) -> Indices:
+    def grow(self, carrier_cells: Ints, seen: Ints, opened: Ints) -> Ints:
         """Take in cells carriers newly reach, cells to see through, cells to stand on; return new docking cells."""
         changed = np.concatenate([self._nearest.add(carrier_cells, seen), opened])
         origins = self._nearest.origins(changed)
@@ -147,7 +144,12 @@ class _Dock:
 
 
 @native
-def _grow(allowed: Any, starts: Any, opened: Any, out: Any, queue: Any) -> int:
+def _grow(allowed: Mask, starts: Ints, opened: Ints, out: Mask, queue: Ints) -> int:
+    """Add to the area `out` what is connected to starts, or has been opened beside it; see `_Area.grow`.
+
+    The masks are (height, width), the others row-major indices; `queue` receives the new cells, whose number is
+    returned.
+    """
     height, width = allowed.shape
     tail = 0
     for start in starts:

@@ -16,11 +16,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags, Ints, Ints32
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
@@ -36,8 +35,6 @@ STRETCH_M = 6.0
 
 _SAME_DOOR_CELLS = 3.0
 """A point this near to a stretch of border serves it: borders move a little as the map grows."""
-
-Indices = npt.NDArray[np.int64]
 
 _NO_AREA = 0
 
@@ -150,7 +147,7 @@ class _Pair:
                 served[point.name] = frozenset(near | {name for name, areas in areas_of.items() if areas & mine})
         return served
 
-    def _borders(self, targets: Sequence[Target], robots: Sequence[PlacedRobot]) -> Iterator[tuple[int, Indices]]:
+    def _borders(self, targets: Sequence[Target], robots: Sequence[PlacedRobot]) -> Iterator[tuple[int, Ints]]:
         """Yield the border of each rover-only area that matters: the cells beside it where docking is possible.
 
         Last, as those of `_NO_AREA`, come the cells of the targets that are at no area but where docking is possible.
@@ -164,10 +161,10 @@ class _Pair:
         lone = {self._index(c) for c in cells if self._dock[c.y, c.x] and not self._areas_near(c)}
         yield _NO_AREA, np.array(sorted(lone), dtype=np.int64)
 
-    def _beside_areas(self, wanted: Mask) -> tuple[Indices, npt.NDArray[np.int32]]:
+    def _beside_areas(self, wanted: Flags) -> tuple[Ints, Ints32]:
         """Return the cells next to wanted areas where docking is possible and, beside them, which area it is."""
         cells, labels = np.empty(4 * self._docking_count, dtype=np.int64), np.empty(4 * self._docking_count, np.int32)
-        count = _beside_wanted(self._areas, self._dock, wanted, *self._window, cells, labels)
+        count = _beside_wanted(self._areas, self._dock, wanted, self._window, cells, labels)
         return cells[:count], labels[:count]
 
     def _rover_only(self, targets: Sequence[Target]) -> list[Target]:
@@ -228,18 +225,18 @@ class _Pair:
         return cell.y * self._width + cell.x
 
 
-def _apart(index: int, cells: Indices, width: int) -> float:
+def _apart(index: int, cells: Ints, width: int) -> float:
     """Return the distance, in cells, from a cell to the nearest of `cells`."""
     return float(np.hypot(cells % width - index % width, cells // width - index // width).min())
 
 
-def _spread(cells: Indices, taken: Sequence[int], stretch: float, width: int) -> list[int]:
+def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> list[int]:
     """Choose cells of a border so that each of its cells has a chosen or taken one within half a stretch.
 
     The first choice is the middle of what is not yet served.
     """
 
-    def near(index: int, others: Indices) -> Mask:
+    def near(index: int, others: Ints) -> Mask:
         dx, dy = others % width - index % width, others // width - index // width
         return np.asarray(dx * dx + dy * dy <= (stretch / 2) ** 2)
 
@@ -256,13 +253,22 @@ def _spread(cells: Indices, taken: Sequence[int], stretch: float, width: int) ->
 
 
 @native
-def _beside_wanted(
-    areas: Any, dock: Any, wanted: Any, bottom: int, top: int, left: int, right: int, cells: Any, labels: Any
-) -> int:
+def _beside_wanted(areas: Ints32, dock: Mask, wanted: Flags, window: Window, cells: Ints, labels: Ints32) -> int:
+    """Enter the docking cells of a window beside wanted areas, and which area that is; return how many.
+
+    Parameters
+    ----------
+    areas, dock
+        (height, width): the label of each cell's area, and whether one can dock there.
+    wanted
+        (areas + 1,), by label.
+    cells, labels
+        Receive row-major indices and labels; a cell comes as often as it has neighbours in such areas.
+    """
     height, width = areas.shape
     count = 0
-    for y in range(bottom, top):
-        for x in range(left, right):
+    for y in range(window.bottom, window.top):
+        for x in range(window.left, window.right):
             if not dock[y, x]:
                 continue
             for direction in range(4):

@@ -7,11 +7,10 @@ four-connected parts of the cells it may stand on.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags, Ints, Ints32
 from marsupial.maps.footprint import standable
 from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.robots import RobotType
@@ -19,10 +18,8 @@ from marsupial.native import native
 
 __all__ = ["flood", "groups", "largest_reach", "parts", "standable"]
 
-Indices = npt.NDArray[np.int64]
 
-
-def parts(mask: Mask) -> tuple[npt.NDArray[np.int32], int]:
+def parts(mask: Mask) -> tuple[Ints32, int]:
     """Return the labels (height, width) of the connected parts of `mask`, and how many there are.
 
     They count from 1 in the order of the parts' first cells.
@@ -31,7 +28,7 @@ def parts(mask: Mask) -> tuple[npt.NDArray[np.int32], int]:
     return labels, _label(mask, labels, np.empty(mask.size, dtype=np.int64))
 
 
-def groups(cells: Indices, shape: tuple[int, int]) -> list[Indices]:
+def groups(cells: Ints, shape: tuple[int, int]) -> list[Ints]:
     """Return the groups of `cells` that touch each other, corners included.
 
     Parameters
@@ -70,7 +67,7 @@ def flood(mask: Mask, seeds: Iterable[Cell]) -> Mask:
     return flood_indices(mask, starts)
 
 
-def flood_indices(mask: Mask, starts: Indices) -> Mask:
+def flood_indices(mask: Mask, starts: Ints) -> Mask:
     """Do as `flood`, from row-major indices that all lie in `mask`."""
     out = np.zeros(mask.shape, dtype=np.bool_)
     _flood(mask, starts, out, np.empty(mask.size, dtype=np.int64))
@@ -78,7 +75,11 @@ def flood_indices(mask: Mask, starts: Indices) -> Mask:
 
 
 @native
-def _group(left: Any, cells: Any, width: int, found: Any, ends: Any) -> int:
+def _group(left: Flags, cells: Ints, width: int, found: Ints, ends: Ints) -> int:
+    """Enter the groups of `cells`, see `groups`, one after the other; return how many there are.
+
+    `left` says for every cell of the map whether it is one of them, and is cleared. `ends` receives the group's ends.
+    """
     head = tail = count = 0
     for cell in cells:
         if not left[cell]:
@@ -101,7 +102,8 @@ def _group(left: Any, cells: Any, width: int, found: Any, ends: Any) -> int:
 
 
 @native
-def _label(mask: Any, labels: Any, queue: Any) -> int:
+def _label(mask: Mask, labels: Ints32, queue: Ints) -> int:
+    """Enter labels (height, width) as `parts` returns them; return how many parts there are."""
     height, width = mask.shape
     count = 0
     for y in range(height):
@@ -115,7 +117,8 @@ def _label(mask: Any, labels: Any, queue: Any) -> int:
 
 
 @native
-def _flood(mask: Any, starts: Any, out: Any, queue: Any) -> None:
+def _flood(mask: Mask, starts: Ints, out: Mask, queue: Ints) -> None:
+    """Add to `out` (height, width) what is connected to row-major `starts`, which lie in the mask."""
     width = mask.shape[1]
     tail = 0
     for start in starts:
@@ -128,7 +131,7 @@ def _flood(mask: Any, starts: Any, out: Any, queue: Any) -> None:
 
 
 @native
-def spread(mask: Any, marks: Any, mark: Any, queue: Any, tail: int) -> int:
+def spread(mask: Mask, marks: Mask | Ints32, mark: int, queue: Ints, tail: int) -> int:
     """Mark all cells connected within `mask` to those in `queue`, which are marked; return the queue's new length.
 
     Compiled. `mask` and `marks` (height, width); `queue` holds row-major indices up to `tail` and has room for all.

@@ -9,15 +9,13 @@ through, as robots can't pass there either.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags, Floats, Ints
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
-
-Indices = npt.NDArray[np.int64]
 
 # forward and sideways unit vectors of the eight octants: (forward x, forward y, sideways x, sideways y)
 _OCTANTS = np.array(
@@ -35,6 +33,38 @@ _OCTANTS = np.array(
 )
 
 
+class _View(NamedTuple):
+    """What a sweep looks at and works in.
+
+    Attributes
+    ----------
+    cells
+        (height, width).
+    opaque
+        (256,): non-zero for terrain codes that block sight.
+    intervals
+        (4, n): lower and upper slopes of those open in a row, and in the next one.
+    stamps
+        (cells,): the number of the last sweep that each cell was seen in.
+    seen
+        (cells,): receives the cells of a sweep.
+    """
+
+    cells: CellArray
+    opaque: CellArray
+    intervals: Floats
+    stamps: Ints
+    seen: Ints
+
+
+class _Clusters(NamedTuple):
+    """Buffers for clusters: the seed of each, their members one after the other, and the end of each among these."""
+
+    seeds: Ints
+    members: Ints
+    ends: Ints
+
+
 class Sight:
     """Fields of view on one grid, with reusable buffers.
 
@@ -47,32 +77,29 @@ class Sight:
     """
 
     def __init__(self, cells: CellArray, opaque: CellArray) -> None:
-        self._cells = cells
-        self._opaque = opaque
-        self._stamps = np.zeros(cells.size, dtype=np.int64)
+        self._view = _View(
+            cells=cells,
+            opaque=opaque,
+            intervals=np.empty((4, 2 * max(cells.shape) + 8), dtype=np.float64),
+            stamps=np.zeros(cells.size, dtype=np.int64),
+            seen=np.empty(cells.size, dtype=np.int64),
+        )
         self._stamp = 0
-        self._seen = np.empty(cells.size, dtype=np.int64)
-        longest = 2 * max(cells.shape) + 8
-        self._intervals = np.empty((4, longest), dtype=np.float64)
 
-    def visible(self, cell: Cell, range_cells: float) -> npt.NDArray[np.int64]:
+    def visible(self, cell: Cell, range_cells: float) -> Ints:
         """Return the row-major indices of the cells visible from `cell` with their centre within the range.
 
         The result is a view that the next call overwrites.
         """
         self._stamp += 1
-        count = _sweep(
-            self._cells, self._opaque, cell.x, cell.y, range_cells,
-            _OCTANTS, self._intervals, self._stamps, self._stamp, self._seen,
-        )  # fmt: skip
-        view: npt.NDArray[np.int64] = self._seen[:count]
-        return view
+        seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
+        return seen
 
     def count(self, code: int, cell: Cell, range_cells: float) -> int:
         """Return how many of the cells `visible` from `cell` have this code."""
-        return int(_count(self._cells, self.visible(cell, range_cells), code))
+        return int(_count(self._view.cells, self.visible(cell, range_cells), code))
 
-    def clusters(self, groups: Sequence[Indices], range_cells: float) -> list[tuple[int, Indices]]:
+    def clusters(self, groups: Sequence[Ints], range_cells: float) -> list[tuple[int, Ints]]:
         """Split cells into clusters whose members are all visible from the cluster's seed.
 
         Parameters
@@ -90,23 +117,19 @@ class Sight:
             return []
         cells = np.concatenate(groups)
         ends = np.cumsum([len(group) for group in groups])
-        free = np.zeros(self._cells.size, dtype=np.bool_)
+        free = np.zeros(self._view.cells.size, dtype=np.bool_)
         free[cells] = True
-        seeds, found, found_ends = np.empty((3, len(cells)), dtype=np.int64)
-        count = _split(
-            self._cells, self._opaque, range_cells, _OCTANTS, self._intervals, self._stamps, self._stamp, self._seen,
-            cells, ends, free, seeds, found, found_ends,
-        )  # fmt: skip
+        found = _Clusters(*np.empty((3, len(cells)), dtype=np.int64))
+        count = _split(self._view, range_cells, self._stamp, cells, ends, free, found)
         self._stamp += count
-        members = np.split(found, found_ends[: count - 1])
-        return [(seed, np.sort(group)) for seed, group in zip(seeds[:count].tolist(), members, strict=True)]
+        members = np.split(found.members, found.ends[: count - 1])
+        return [(seed, np.sort(group)) for seed, group in zip(found.seeds[:count].tolist(), members, strict=True)]
 
 
 @native
-def _sweep(
-    cells: Any, opaque: Any, x: int, y: int, reach: float,
-    octants: Any, intervals: Any, stamps: Any, stamp: int, seen: Any,
-) -> int:  # fmt: skip
+def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
+    """Enter what is seen from a cell within `reach` cells in `view.seen`; return how many cells that is."""
+    cells, opaque, intervals, stamps, seen = view
     height, width = cells.shape
     here = y * width + x
     stamps[here] = stamp
@@ -115,7 +138,7 @@ def _sweep(
     limit = reach * reach + 1e-6
     rows = int(reach)
     for octant in range(8):
-        fx, fy, sx, sy = octants[octant, 0], octants[octant, 1], octants[octant, 2], octants[octant, 3]
+        fx, fy, sx, sy = _OCTANTS[octant, 0], _OCTANTS[octant, 1], _OCTANTS[octant, 2], _OCTANTS[octant, 3]
         low, high, next_low, next_high = intervals[0], intervals[1], intervals[2], intervals[3]
         low[0], high[0], n = 0.0, 1.0, 1
         for k in range(1, rows + 1):
@@ -159,7 +182,7 @@ def _sweep(
 
 
 @native
-def _count(cells: Any, indices: Any, code: int) -> int:
+def _count(cells: CellArray, indices: Ints, code: int) -> int:
     count = 0
     for index in indices:
         count += cells[index // cells.shape[1], index % cells.shape[1]] == code
@@ -167,27 +190,24 @@ def _count(cells: Any, indices: Any, code: int) -> int:
 
 
 @native
-def _split(
-    cells: Any, opaque: Any, reach: float, octants: Any, intervals: Any, stamps: Any, stamp: int, seen: Any,
-    left: Any, ends: Any, free: Any, seeds: Any, found: Any, found_ends: Any,
-) -> int:  # fmt: skip
-    width = cells.shape[1]
+def _split(view: _View, reach: float, stamp: int, left: Ints, ends: Ints, free: Flags, found: _Clusters) -> int:
+    """Enter the clusters of the groups in `left`, which end at `ends`; return how many there are.
+
+    `free` says for every cell of the map whether it is one that is in no cluster yet.
+    """
+    width = view.cells.shape[1]
     begin = count = tail = 0
     for end in ends:
         size = _free_first(left, begin, end - begin, free)
         while size:
             seed = _middle(left, begin, size, width)
-            seeds[count] = seed
-            visible = _sweep(
-                cells, opaque, seed % width, seed // width, reach,
-                octants, intervals, stamps, stamp + count + 1, seen,
-            )  # fmt: skip
-            for k in range(visible):
-                if free[seen[k]]:
-                    free[seen[k]] = False
-                    found[tail] = seen[k]
+            found.seeds[count] = seed
+            for k in range(_sweep(view, seed % width, seed // width, reach, stamp + count + 1)):
+                if free[view.seen[k]]:
+                    free[view.seen[k]] = False
+                    found.members[tail] = view.seen[k]
                     tail += 1
-            found_ends[count] = tail
+            found.ends[count] = tail
             count += 1
             size = _free_first(left, begin, size, free)
         begin = end
@@ -195,7 +215,7 @@ def _split(
 
 
 @native
-def _free_first(left: Any, begin: int, size: int, free: Any) -> int:
+def _free_first(left: Ints, begin: int, size: int, free: Flags) -> int:
     """Move the free ones of `size` cells to their front, in order; return how many there are."""
     kept = 0
     for k in range(begin, begin + size):
@@ -206,7 +226,7 @@ def _free_first(left: Any, begin: int, size: int, free: Any) -> int:
 
 
 @native
-def _middle(left: Any, begin: int, size: int, width: int) -> int:
+def _middle(left: Ints, begin: int, size: int, width: int) -> int:
     """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
     x = y = 0
     for k in range(begin, begin + size):

@@ -16,20 +16,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags, Ints
 from marsupial.maps.reach import groups
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.grid import UNKNOWN, Cell, Mask
+from marsupial.maps.window import Window
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask
 from marsupial.model.mission import MapTarget, Remaining
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
-
-Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +40,7 @@ class Target:
     name: str
     cell: Cell
     viewpoints: Mapping[str, Cell]
-    cells: Indices
+    cells: Ints
     reveal_m2: float
 
     def on_map(self) -> MapTarget:
@@ -74,15 +72,15 @@ class TargetFinder:
         self._drivable = np.zeros(256, dtype=np.bool_)
         self._drivable[sorted(frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values())))] = True
 
-        self._frontier: Indices = np.empty(0, dtype=np.int64)
+        self._frontier: Ints = np.empty(0, dtype=np.int64)
         self._read = 0
-        self._viewpoints: Indices = np.empty(grid.cells.size, dtype=np.int64)
+        self._viewpoints: Ints = np.empty(grid.cells.size, dtype=np.int64)
         self._nearest = {
             kind.name: Nearest(territory.see_through, 1.1 * kind.radius_m / grid.resolution_m + 2.5)
             for kind in territory.kinds.values()
         }
 
-    def frontier(self) -> Indices:
+    def frontier(self) -> Ints:
         """Return the known cells, ascending, that some type can drive on and that have an unknown neighbour."""
         news = self._territory.revealed[self._read :]
         self._read += len(news)
@@ -125,13 +123,13 @@ class TargetFinder:
         left = np.setdiff1d(self.frontier(), covered)
         return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
 
-    def _approaches(self, name: str, reach: Mask, frontier: Indices) -> tuple[Indices, Indices]:
+    def _approaches(self, name: str, reach: Mask, frontier: Ints) -> tuple[Ints, Ints]:
         """Return the cells a type can explore, ascending, and the viewpoint nearest to each.
 
         They are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves.
         """
         footprint = self._territory.footprints[name]
-        count = _viewpoints(reach, footprint.standable, footprint.possible, *self._territory.known, self._viewpoints)
+        count = _viewpoints(reach, footprint.standable, footprint.possible, self._territory.known, self._viewpoints)
         viewpoints = self._viewpoints[:count]
         nearest = self._nearest[name].once(viewpoints, frontier)
         near = nearest >= 0
@@ -140,13 +138,13 @@ class TargetFinder:
             return lone, lone
         return frontier[near], nearest[near]
 
-    def _clusters(self, cells: Indices, range_cells: float) -> list[tuple[int, Indices]]:
+    def _clusters(self, cells: Ints, range_cells: float) -> list[tuple[int, Ints]]:
         """Split cells into clusters whose members all see the cluster's seed; return (seed, members) of each."""
         touching = groups(cells, self._territory.grid.cells.shape)
         # the unknown between two cells is no reason to keep them apart; known walls are
         return self._sight.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
 
-    def _target(self, seed: int, members: Indices, viewpoints: Mapping[str, Cell]) -> Target:
+    def _target(self, seed: int, members: Ints, viewpoints: Mapping[str, Cell]) -> Target:
         grid = self._territory.grid
         cell = _cell(seed, grid.width)
         best = max(viewpoints, key=lambda name: (self._territory.kinds[name].sensor_range_m, name))
@@ -160,7 +158,7 @@ class TargetFinder:
             reveal_m2=round(hidden * grid.cell_area_m2, 6),
         )
 
-    def _refusal(self, group: Indices, reach: Reach) -> Remaining:
+    def _refusal(self, group: Ints, reach: Reach) -> Remaining:
         grid = self._territory.grid
         y, x = _around(group, grid.cells.shape)
         prints = self._territory.footprints.values()
@@ -179,7 +177,7 @@ def _cell(index: int, width: int) -> Cell:
     return Cell(index % width, index // width)
 
 
-def _around(group: Indices, shape: tuple[int, int]) -> tuple[Indices, Indices]:
+def _around(group: Ints, shape: tuple[int, int]) -> tuple[Ints, Ints]:
     """Return rows and columns of the cells of a group and their eight neighbours; some come more than once."""
     near = np.arange(-1, 2)
     y = np.clip((group // shape[1])[:, None] + np.repeat(near, 3), 0, shape[0] - 1)
@@ -187,20 +185,21 @@ def _around(group: Indices, shape: tuple[int, int]) -> tuple[Indices, Indices]:
     return y, x
 
 
-def _middle(group: Indices, width: int) -> int:
+def _middle(group: Ints, width: int) -> int:
     """Return the member nearest to the centre of gravity of a group (the first of several)."""
     x, y = group % width, group // width
     return int(group[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))])
 
 
-def _approach(approaches: tuple[Indices, Indices], cell: int, width: int) -> Cell:
+def _approach(approaches: tuple[Ints, Ints], cell: int, width: int) -> Cell:
     """Return the viewpoint from which a cell is explored."""
     cells, viewpoints = approaches
     return _cell(int(viewpoints[np.searchsorted(cells, cell)]), width)
 
 
 @native
-def _at_unknown(cells: Any, drivable: Any, indices: Any) -> Any:
+def _at_unknown(cells: CellArray, drivable: Flags, indices: Ints) -> Flags:
+    """Say which cells of the map (height, width) are of drivable terrain codes (256,) and beside unknown ones."""
     height, width = cells.shape
     out = np.zeros(indices.size, dtype=np.bool_)
     for i, index in enumerate(indices):
@@ -216,13 +215,15 @@ def _at_unknown(cells: Any, drivable: Any, indices: Any) -> Any:
 
 
 @native
-def _viewpoints(
-    reach: Any, standable: Any, possible: Any, bottom: int, top: int, left: int, right: int, out: Any
-) -> int:
+def _viewpoints(reach: Mask, standable: Mask, possible: Mask, window: Window, out: Ints) -> int:
+    """Enter the reachable cells of a window beside which one might stand one day, row-major; return how many.
+
+    The masks are (height, width).
+    """
     height, width = reach.shape
     count = 0
-    for y in range(bottom, top):
-        for x in range(left, right):
+    for y in range(window.bottom, window.top):
+        for x in range(window.left, window.right):
             if reach[y, x] and (
                 (x > 0 and possible[y, x - 1] and not standable[y, x - 1])
                 or (x + 1 < width and possible[y, x + 1] and not standable[y, x + 1])

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from marsupial.arrays import Ints
 from marsupial.model.grid import Cell
-
-Indices = npt.NDArray[np.int64]
 
 
 class Window(NamedTuple):
@@ -38,12 +37,12 @@ class Window(NamedTuple):
         """The window as a numpy index: ``mask[window.cut]`` is a view."""
         return slice(self.bottom, self.top), slice(self.left, self.right)
 
-    def on_map(self, indices: npt.ArrayLike, width: int) -> Indices:
+    def on_map(self, indices: npt.ArrayLike, width: int) -> Ints:
         """Return the indices, on a map of that width, of cells given by their index in the window."""
         y, x = np.divmod(np.asarray(indices, dtype=np.int64), max(1, self.right - self.left))
         return (y + self.bottom) * width + x + self.left
 
-    def inside(self, indices: Indices, width: int) -> Indices:
+    def inside(self, indices: Ints, width: int) -> Ints:
         """Return the indices in the window of cells of a map of that width, all of which lie in it."""
         y, x = np.divmod(indices, width)
         return (y - self.bottom) * (self.right - self.left) + x - self.left

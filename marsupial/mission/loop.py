@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Bytes, Ints
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
 from marsupial.mission.carryover import carried_over, same_target, shifted
@@ -353,7 +352,7 @@ def energy_j(world: World, kinds: Mapping[str, RobotType]) -> tuple[tuple[str, f
     return tuple((robot.name, used(robot)) for robot in world.robots())
 
 
-def runs_of(indices: npt.NDArray[np.int64], cells: npt.NDArray[np.uint8]) -> tuple[int, ...]:
+def runs_of(indices: Ints, cells: Bytes) -> tuple[int, ...]:
     """Return sorted row-major indices as flat runs (start, length, code) of equal neighbouring cells."""
     runs = np.empty((len(indices), 3), dtype=np.int64)
     count = _runs(indices, cells, runs)
@@ -361,7 +360,8 @@ def runs_of(indices: npt.NDArray[np.int64], cells: npt.NDArray[np.uint8]) -> tup
 
 
 @native
-def _runs(indices: Any, cells: Any, runs: Any) -> int:
+def _runs(indices: Ints, cells: Bytes, runs: Ints) -> int:
+    """Enter the runs (n, 3) of sorted row-major indices; return how many there are."""
     count = 0
     for index in indices:
         last = runs[count - 1]

@@ -3,7 +3,7 @@
 Motion is eight-connected: a step costs 1, a diagonal sqrt 2 and needs both cells beside it passable; outside the
 grid nothing is. The costs are those that A* finds. One bucket-queue search from a cell gives the exact costs to all
 cells around it and stops once those asked for are final, which serves a whole row of a cost matrix.
-Lengths are in cells; inf means that there is no path.
+Floats are in cells; inf means that there is no path.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from marsupial.arrays import Cells, Floats, Ints
 from marsupial.model.grid import Cell, Mask
 from marsupial.paths.routes import (
     Route,
@@ -24,7 +25,7 @@ from marsupial.paths.routes import (
     travel_ms,
     travel_table_ms,
 )
-from marsupial.paths.workspace import NOWHERE, Indices, Labels, Lengths, Workspace
+from marsupial.paths.workspace import NOWHERE, Workspace
 
 __all__ = [
     "PathSearch",
@@ -56,7 +57,7 @@ class PathSearch:
         height, width = passable.shape
         self._work = Workspace(height, width)
 
-    def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Lengths:
+    def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
         """Return the distance of every cell from `source`.
 
         Parameters
@@ -80,12 +81,12 @@ class PathSearch:
         goals = goals[self._work.passable(goals)]
         return self._work.field(self._work.search(start, goals, limit))
 
-    def costs(self, source: Cell, wanted: Sequence[Cell]) -> Lengths:
+    def costs(self, source: Cell, wanted: Sequence[Cell]) -> Floats:
         """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
         start = self._load([source])
         return self._costs(start, self._work.indices(wanted))
 
-    def matrix(self, cells: Sequence[Cell]) -> Lengths:
+    def matrix(self, cells: Sequence[Cell]) -> Floats:
         """Return the distances between all pairs of `cells`, float64 (k, k), symmetric.
 
         Each pair is searched once. A cell on impassable ground is at inf from everything, itself included.
@@ -104,18 +105,18 @@ class PathSearch:
             return None
         return route_of(start, self._work.descent(ends[0]))
 
-    def _load(self, cells: Sequence[Cell]) -> Indices:
+    def _load(self, cells: Sequence[Cell]) -> Cells:
         self._work.load(self.passable)
         return self._work.indices(cells)
 
-    def _costs(self, source: Indices, wanted: Indices) -> Lengths:
+    def _costs(self, source: Cells, wanted: Cells) -> Floats:
         goals = wanted[self._work.passable(wanted)]
         if not goals.size or not self._work.passable(source)[0]:
             return np.full(wanted.size, np.inf)
         self._work.search(source, goals)
         return self._work.costs(wanted)
 
-    def _fill_component(self, cells: Indices, left: _Numbers, table: Lengths) -> _Numbers:
+    def _fill_component(self, cells: Cells, left: _Numbers, table: Floats) -> _Numbers:
         """Fill `table` for the cells connected to the most central one `left`; return those that are not.
 
         Outer cells go first: what remains draws together, and the searches get ever shorter. That all are connected
@@ -132,7 +133,7 @@ class PathSearch:
         return left[~reached]
 
 
-def grow(passable: Mask, sources: Mask | Sequence[Cell], limit: float) -> tuple[Lengths, Labels]:
+def grow(passable: Mask, sources: Mask | Sequence[Cell], limit: float) -> tuple[Floats, Ints]:
     """Find the nearest source of every cell within `limit` of one.
 
     Only sources with a neighbour that is none cost work, and only the surroundings of the sources are looked at.
@@ -167,7 +168,7 @@ def grow(passable: Mask, sources: Mask | Sequence[Cell], limit: float) -> tuple[
     return distances, origins
 
 
-def _source_cells(passable: Mask, sources: Mask | Sequence[Cell]) -> tuple[Labels, Labels]:
+def _source_cells(passable: Mask, sources: Mask | Sequence[Cell]) -> tuple[Ints, Ints]:
     """Return rows and columns of the passable sources, each once."""
     if isinstance(sources, np.ndarray):
         rows, columns = np.nonzero(sources & passable)
@@ -179,7 +180,7 @@ def _source_cells(passable: Mask, sources: Mask | Sequence[Cell]) -> tuple[Label
     return xy[:, 1], xy[:, 0]
 
 
-def _grown(passable: Mask, cells: Labels, labels: Labels, limit: float) -> tuple[Lengths, Labels]:
+def _grown(passable: Mask, cells: Ints, labels: Ints, limit: float) -> tuple[Floats, Ints]:
     """Grow from `cells` (n, 2; columns and rows) and carry their labels along."""
     work = Workspace(*passable.shape)
     work.load(passable)

@@ -10,14 +10,12 @@ counters: each of these costs a multiple under numba.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from marsupial.native import native
-
-Array = npt.NDArray[Any]
+from marsupial.arrays import Bytes, Cells, Floats, Ints, Words
+from marsupial.native import inlined, native
 
 SQRT2 = math.sqrt(2.0)
 TOLERANCE = 1e-9
@@ -29,61 +27,60 @@ SOURCE = 8
 """Arrival at a cell that is itself a source; others hold the direction (0 to 7) of the last step."""
 
 
+class Buffers(NamedTuple):
+    """The arrays that a search works in, all flat and framed but for `offsets`.
+
+    Attributes
+    ----------
+    passable, cost
+        Where one may go, and the length of the way there; inf but at the cells touched by the last search.
+    arrival
+        Per cell, the direction of the last step there.
+    offsets
+        (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
+    queue, touched
+        Three times and once the size of the grid. `touched` receives every cell given a cost.
+    """
+
+    passable: Bytes
+    cost: Floats
+    arrival: Bytes
+    offsets: Words
+    queue: Cells
+    touched: Cells
+
+
 @native
 def flood(
-    passable: Array,
-    offsets: Array,
-    cost: Array,
-    arrival: Array,
-    origin: Array | None,
-    queue: Array,
-    touched: Array,
-    stale: np.uint64,
-    sources: Array,
-    wanted: Array,
-    limit: float,
+    work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit: float, origin: Ints | None
 ) -> tuple[float, np.uint64]:
     """Settle cells outward from `sources`.
 
-    A cell need not try the turns that the cell before it could make as cheaply itself (jump point search rests on the
-    same rule): after a diagonal step there are three left; after a straight one the step ahead, and on either side
-    the two turns only where the cell diagonally behind is closed. What replaces a turn left out is either shorter or
-    ends in a straight step, and straight steps are left out for shorter ones only, so costs stay exact.
-
     Parameters
     ----------
-    passable, cost
-        uint8 and float64, framed and flat. `cost` is inf but at the first `stale` cells of `touched`, reset here.
-    offsets
-        uint64 (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
-    arrival
-        uint8 buffer of the size of the grid.
-    origin
-        int64, framed and flat: the label of each source. Receives the lowest label among the nearest sources of each
-        cell that is reached. None where nobody asks.
-    queue, touched
-        uint32 buffers, three times and once the size of the grid. `touched` receives every cell given a cost.
+    stale
+        How many cells the last search touched: their costs are reset.
     sources
-        uint32: passable cells, each once.
+        Passable cells, each once.
     wanted
-        uint32: the search ends once all of these are final. Empty for a whole field.
+        The search ends once all of these are final. Empty for a whole field.
     limit
-        Longest length to follow.
+        Longest length to follow, in cells.
+    origin
+        Framed and flat: the label of each source. Receives the lowest label among the nearest sources of each
+        cell that is reached. None where nobody asks.
 
     Returns
     -------
     tuple of float and int
         The length below which costs are final, and how many cells were touched.
-
-    References
-    ----------
-    Harabor and Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011, section 3.
     """
+    cost = work.cost
     for k in range(stale):
-        cost[touched[k]] = np.inf
+        cost[work.touched[k]] = np.inf
     size = np.uint64(cost.size)
     here, near, far = ZERO, size, size + size
-    here_end, near_end, far_end = _plant(passable, offsets, cost, arrival, queue, touched, sources), near, far
+    here_end, near_end, far_end = _plant(work, sources), near, far
     seen, left = np.uint64(sources.size), np.uint64(wanted.size)
     level = 0.0
     while here_end > here or near_end > near or far_end > far:
@@ -91,121 +88,133 @@ def flood(
             left -= ONE
         if left == ZERO and wanted.size > 0:
             return level + 1.0, seen
-        for k in range(here, here_end):
-            cell = np.uint64(queue[k])
-            reached = cost[cell]
-            if reached < level:
-                continue  # it moved to the bucket before
-            ahead = np.int64(arrival[cell])
-            first, end = np.int64(8), np.int64(16)
-            if origin is None and ahead != SOURCE:  # among equals, labels have to come from all sides
-                if ahead & 1:
-                    first, end = ahead + 7, ahead + 10
-                else:
-                    first = ahead + 6 + 2 * np.int64(passable[cell + offsets[ahead + 5]])
-                    end = ahead + 11 - 2 * np.int64(passable[cell + offsets[ahead + 3]])
-            for turn in range(first, end):
-                side = cell + offsets[turn]
-                if not passable[side]:
-                    continue
-                length = reached + 1.0
-                if turn & 1:
-                    if not (passable[cell + offsets[turn - 1]] and passable[cell + offsets[turn + 1]]):
-                        continue
-                    length = reached + SQRT2
-                before = cost[side]
-                if length > limit or length > before + TOLERANCE:
-                    continue
-                if origin is not None and (length < before - TOLERANCE or origin[cell] < origin[side]):
-                    origin[side] = origin[cell]
-                if length >= before:
-                    continue
-                cost[side] = length
-                arrival[side] = turn & 7
-                if before == np.inf:
-                    touched[seen] = side
-                    seen += ONE
-                if length < level + 2.0:
-                    if before >= level + 2.0:
-                        queue[near_end] = side
-                        near_end += ONE
-                elif before == np.inf:
-                    queue[far_end] = side
-                    far_end += ONE
+        near_end, far_end, seen = _settle(work, (here, here_end), (near_end, far_end, seen), level, limit, origin)
         here, near, far = near, far, here
         here_end, near_end, far_end = near_end, far_end, far
         level += 1.0
     return np.inf, seen
 
 
+@inlined
+def _settle(
+    work: Buffers,
+    bucket: tuple[np.uint64, np.uint64],
+    ends: tuple[np.uint64, np.uint64, np.uint64],
+    level: float,
+    limit: float,
+    origin: Ints | None,
+) -> tuple[np.uint64, np.uint64, np.uint64]:
+    """Settle the cells of a bucket, and queue their neighbours; return the ends of both other buckets and of `touched`.
+
+    A cell need not try the turns that the cell before it could make as cheaply itself (jump point search rests on the
+    same rule): after a diagonal step there are three left; after a straight one the step ahead, and on either side
+    the two turns only where the cell diagonally behind is closed. What replaces a turn left out is either shorter or
+    ends in a straight step, and straight steps are left out for shorter ones only, so costs stay exact.
+
+    References
+    ----------
+    Harabor and Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011, section 3.
+    """
+    passable, cost, arrival, offsets, queue, touched = work
+    near_end, far_end, seen = ends
+    for k in range(bucket[0], bucket[1]):
+        cell = np.uint64(queue[k])
+        reached = cost[cell]
+        if reached < level:
+            continue  # it moved to the bucket before
+        ahead = np.int64(arrival[cell])
+        first, end = np.int64(8), np.int64(16)
+        if origin is None and ahead != SOURCE:  # among equals, labels have to come from all sides
+            if ahead & 1:
+                first, end = ahead + 7, ahead + 10
+            else:
+                first = ahead + 6 + 2 * np.int64(passable[cell + offsets[ahead + 5]])
+                end = ahead + 11 - 2 * np.int64(passable[cell + offsets[ahead + 3]])
+        for turn in range(first, end):
+            side = cell + offsets[turn]
+            step = _step(passable, offsets, cell, turn)
+            length, before = reached + step, cost[side]
+            if step == 0.0 or length > limit or length > before + TOLERANCE:
+                continue
+            if origin is not None and (length < before - TOLERANCE or origin[cell] < origin[side]):
+                origin[side] = origin[cell]
+            if length >= before:
+                continue
+            cost[side] = length
+            arrival[side] = turn & 7
+            if before == np.inf:
+                touched[seen] = side
+                seen += ONE
+            if length < level + 2.0:
+                if before >= level + 2.0:
+                    queue[near_end] = side
+                    near_end += ONE
+            elif before == np.inf:
+                queue[far_end] = side
+                far_end += ONE
+    return near_end, far_end, seen
+
+
+@inlined
+def _step(passable: Bytes, offsets: Words, cell: np.uint64, turn: int) -> float:
+    """Return the length of a step, 0 where there is none."""
+    if not passable[cell + offsets[turn]]:
+        return 0.0
+    if not turn & 1:
+        return 1.0
+    return SQRT2 if passable[cell + offsets[turn - 1]] and passable[cell + offsets[turn + 1]] else 0.0
+
+
 @native
-def pairs(
-    passable: Array,
-    offsets: Array,
-    cost: Array,
-    arrival: Array,
-    queue: Array,
-    touched: Array,
-    stale: np.uint64,
-    cells: Array,
-    table: Array,
-) -> np.uint64:
+def pairs(work: Buffers, stale: np.uint64, cells: Cells, table: Floats) -> np.uint64:
     """Search from each of the connected `cells` to those after it and fill in `table`; return what is touched.
 
-    The parameters are those of `flood`.
+    The other parameters are those of `flood`.
     """
     for k in range(cells.size - 1):
-        if stale * np.uint64(4) > np.uint64(cost.size):
-            cost[:] = np.inf
+        if stale * np.uint64(4) > np.uint64(work.cost.size):
+            work.cost[:] = np.inf
             stale = ZERO
-        _, stale = flood(
-            passable, offsets, cost, arrival, None, queue, touched, stale, cells[k : k + 1], cells[k + 1 :], np.inf
-        )
+        _, stale = flood(work, stale, cells[k : k + 1], cells[k + 1 :], np.inf, None)
         for i in range(k + 1, cells.size):
-            table[k, i] = table[i, k] = cost[cells[i]]
+            table[k, i] = table[i, k] = work.cost[cells[i]]
     return stale
 
 
 @native
-def _plant(
-    passable: Array, offsets: Array, cost: Array, arrival: Array, queue: Array, touched: Array, sources: Array
-) -> np.uint64:
+def _plant(work: Buffers, sources: Cells) -> np.uint64:
     """Set all sources to 0, queue those with a neighbour that is none, and return how many these are."""
     for k in range(sources.size):
-        cost[sources[k]] = 0.0
-        arrival[sources[k]] = SOURCE
-        touched[k] = sources[k]
+        work.cost[sources[k]] = 0.0
+        work.arrival[sources[k]] = SOURCE
+        work.touched[k] = sources[k]
     queued = ZERO
     for k in range(sources.size):
         cell = np.uint64(sources[k])
         for turn in range(8):
-            if passable[cell + offsets[turn]] and cost[cell + offsets[turn]] > 0.0:
-                queue[queued] = cell
+            side = cell + work.offsets[turn]
+            if work.passable[side] and work.cost[side] > 0.0:
+                work.queue[queued] = cell
                 queued += ONE
                 break
     return queued
 
 
 @native
-def descend(passable: Array, offsets: Array, cost: Array, start: np.uint64, steps: Array) -> np.uint64:
-    """Walk from `start` down to where `cost` is 0 and return the number of steps, which `steps` (uint8) receives.
+def descend(work: Buffers, start: np.uint64, steps: Bytes) -> np.uint64:
+    """Walk from `start` down to where the cost is 0 and return the number of steps, which `steps` receives.
 
     Among equals the walk goes straight on, else it takes the first step counter-clockwise from east.
     """
+    cost, offsets = work.cost, work.offsets
     cell = start
     count = ZERO
     last = 0
     while cost[cell] > 0.0:
         best = 0
         for turn in range(8, 16):
-            if not passable[cell + offsets[turn]]:
-                continue
-            length = 1.0
-            if turn & 1:
-                if not (passable[cell + offsets[turn - 1]] and passable[cell + offsets[turn + 1]]):
-                    continue
-                length = SQRT2
-            fits = cost[cell + offsets[turn]] + length <= cost[cell] + TOLERANCE
+            step = _step(work.passable, offsets, cell, turn)
+            fits = step > 0.0 and cost[cell + offsets[turn]] + step <= cost[cell] + TOLERANCE
             if fits and (best == 0 or turn == last):
                 best = turn
         cell = cell + offsets[best]

@@ -8,19 +8,41 @@ until nothing changes.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Bytes, Floats, Ints, Ints32
 from marsupial.model.grid import Mask
 from marsupial.native import native
 from marsupial.paths.kernels import SQRT2, TOLERANCE
 
-Indices = npt.NDArray[np.int64]
-
-_NONE: Indices = np.empty(0, dtype=np.int64)
+_NONE: Ints = np.empty(0, dtype=np.int64)
 _QUEUED, _CHANGED = np.uint8(1), np.uint8(2)
+
+
+class _State(NamedTuple):
+    """What is known of each cell, row-major, and buffers.
+
+    Attributes
+    ----------
+    label
+        The index of the nearest source, and one more; 0 where there is none.
+    distance
+        In cells, to that source.
+    flags
+        `_QUEUED` and `_CHANGED` while a search runs.
+    queue
+        A ring of cells to go on from.
+    changed
+        Receives the cells whose source changed.
+    """
+
+    label: Ints32
+    distance: Floats
+    flags: Bytes
+    queue: Ints32
+    changed: Ints32
 
 
 class Nearest:
@@ -39,13 +61,15 @@ class Nearest:
         self._limit = limit + TOLERANCE
         size = passable.size
         # nothing is filled: only the pages a search writes to take up memory
-        self._label = np.zeros(size, dtype=np.int32)  # the source's index and one more; 0 where there is none
-        self._distance = np.zeros(size, dtype=np.float64)
-        self._flags = np.zeros(size, dtype=np.uint8)
-        self._queue = np.empty(size + 1, dtype=np.int32)
-        self._changed = np.empty(size, dtype=np.int32)
+        self._state = _State(
+            label=np.zeros(size, dtype=np.int32),
+            distance=np.zeros(size, dtype=np.float64),
+            flags=np.zeros(size, dtype=np.uint8),
+            queue=np.empty(size + 1, dtype=np.int32),
+            changed=np.empty(size, dtype=np.int32),
+        )
 
-    def add(self, sources: Indices, opened: Indices = _NONE) -> Indices:
+    def add(self, sources: Ints, opened: Ints = _NONE) -> Ints:
         """Take in new sources, and cells that have become passable; return the cells whose source changed.
 
         Parameters
@@ -55,31 +79,27 @@ class Nearest:
         """
         return self._add(sources, opened).astype(np.int64)
 
-    def origins(self, cells: Indices) -> Indices:
+    def origins(self, cells: Ints) -> Ints:
         """Return the row-major index of the nearest source of each cell, the lowest among equals; -1 for none."""
-        return self._label[cells].astype(np.int64) - 1
+        return self._state.label[cells].astype(np.int64) - 1
 
-    def once(self, sources: Indices, cells: Indices) -> Indices:
+    def once(self, sources: Ints, cells: Ints) -> Ints:
         """Return what `origins` says of these cells with these sources added, and forget all sources there are."""
         changed = self._add(sources, _NONE)
         found = self.origins(cells)
-        self._label[changed] = 0
+        self._state.label[changed] = 0
         return found
 
-    def _add(self, sources: Indices, opened: Indices) -> npt.NDArray[np.int32]:
-        count = _settle(
-            self._passable, sources, opened, self._limit,
-            self._label, self._distance, self._flags, self._queue, self._changed,
-        )  # fmt: skip
-        changed: npt.NDArray[np.int32] = self._changed[:count]
+    def _add(self, sources: Ints, opened: Ints) -> Ints32:
+        count = _settle(self._passable, sources, opened, self._limit, self._state)
+        changed: Ints32 = self._state.changed[:count]
         return changed
 
 
 @native
-def _settle(
-    passable: Any, sources: Any, opened: Any, limit: float,
-    label: Any, distance: Any, flags: Any, queue: Any, changed: Any,
-) -> int:  # fmt: skip
+def _settle(passable: Mask, sources: Ints, opened: Ints, limit: float, state: _State) -> int:
+    """Take in sources and opened cells, see `Nearest.add`; return how many cells have another source now."""
+    label, distance, flags, queue, changed = state
     height, width = passable.shape
     count = head = tail = 0
     for index in sources:

@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Bytes, Cells, Floats, Ints
 from marsupial.model.grid import Cell, Mask
 from marsupial.paths import kernels
 
-Indices = npt.NDArray[np.uint32]
-Labels = npt.NDArray[np.int64]
-Lengths = npt.NDArray[np.float64]
+NOWHERE: Cells = np.empty(0, dtype=np.uint32)
 
-NOWHERE: Indices = np.empty(0, dtype=np.uint32)
+_Framed = TypeVar("_Framed", Bytes, Floats, Ints)
 
 
 class Workspace:
@@ -37,103 +35,84 @@ class Workspace:
         self._row = row = width + 2
         size = (height + 2) * row
         around = np.array([1, row + 1, row, row - 1, -1, -row - 1, -row, -row + 1], dtype=np.int64)
-        self._offsets = np.tile(around, 3).astype(np.uint64)
-        self._passable = np.zeros(size, dtype=np.uint8)
-        self._cost = np.full(size, np.inf)
-        # Never filled: only the pages a search writes to take up memory.
-        self._queue = np.empty(3 * size, dtype=np.uint32)
-        self._arrival = np.empty(size, dtype=np.uint8)
-        self._touched = np.empty(size, dtype=np.uint32)
+        # Most of them never filled: only the pages a search writes to take up memory.
+        self._buffers = kernels.Buffers(
+            passable=np.zeros(size, dtype=np.uint8),
+            cost=np.full(size, np.inf),
+            arrival=np.empty(size, dtype=np.uint8),
+            offsets=np.tile(around, 3).astype(np.uint64),
+            queue=np.empty(3 * size, dtype=np.uint32),
+            touched=np.empty(size, dtype=np.uint32),
+        )
         self._stale = 0
 
     def load(self, passable: Mask) -> None:
         """Take over which cells are passable now."""
-        self._inside(self._passable)[:] = passable
+        self._inside(self._buffers.passable)[:] = passable
 
-    def indices(self, cells: Sequence[Cell] | Labels) -> Indices:
+    def indices(self, cells: Sequence[Cell] | Ints) -> Cells:
         """Return the framed index of each cell; that of a closed cell for cells outside the grid."""
         xy = np.array(cells, dtype=np.int64).reshape(-1, 2)
         x, y = xy[:, 0], xy[:, 1]
         inside = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)
         return np.where(inside, (y + 1) * self._row + x + 1, 0).astype(np.uint32)
 
-    def passable(self, at: Indices) -> Mask:
+    def passable(self, at: Cells) -> Mask:
         """Say which of the cells are passable."""
-        return self._passable[at].astype(np.bool_)
+        return self._buffers.passable[at].astype(np.bool_)
 
     def search(
         self,
-        sources: Indices,
-        wanted: Indices = NOWHERE,
+        sources: Cells,
+        wanted: Cells = NOWHERE,
         limit: float = math.inf,
-        origin: Labels | None = None,
+        origin: Ints | None = None,
     ) -> float:
         """Search outward from passable `sources`; return the length below which costs are final."""
-        if 4 * self._stale > self._cost.size:
-            self._cost.fill(np.inf)
+        if 4 * self._stale > self._buffers.cost.size:
+            self._buffers.cost.fill(np.inf)
             self._stale = 0
-        final, touched = kernels.flood(
-            self._passable,
-            self._offsets,
-            self._cost,
-            self._arrival,
-            origin,
-            self._queue,
-            self._touched,
-            np.uint64(self._stale),
-            sources,
-            wanted,
-            limit + kernels.TOLERANCE,
-        )
+        stale, longest = np.uint64(self._stale), limit + kernels.TOLERANCE
+        final, touched = kernels.flood(self._buffers, stale, sources, wanted, longest, origin)
         self._stale = int(touched)
         return float(final)
 
-    def pairs(self, cells: Indices) -> Lengths:
+    def pairs(self, cells: Cells) -> Floats:
         """Return the distances between passable `cells` that are all connected, float64 (k, k), symmetric.
 
         Each is searched from in turn, only as far as those after it: quickest where these draw together.
         """
         table = np.zeros((cells.size, cells.size))
-        stale = kernels.pairs(
-            self._passable,
-            self._offsets,
-            self._cost,
-            self._arrival,
-            self._queue,
-            self._touched,
-            np.uint64(self._stale),
-            cells,
-            table,
-        )
+        stale = kernels.pairs(self._buffers, np.uint64(self._stale), cells, table)
         self._stale = int(stale)
         return table
 
-    def costs(self, at: Indices) -> Lengths:
+    def costs(self, at: Cells) -> Floats:
         """Return what the last search found for these cells."""
-        return self._cost[at]
+        return self._buffers.cost[at]
 
-    def field(self, final: float = math.inf) -> Lengths:
+    def field(self, final: float = math.inf) -> Floats:
         """Return a copy (height, width) of what the last search found, inf where it is not below `final`."""
-        field = self._inside(self._cost).copy()
+        field = self._inside(self._buffers.cost).copy()
         if final < math.inf:
             field[field >= final] = np.inf
         return field
 
-    def labelled(self, at: Indices, labels: Labels) -> Labels:
+    def labelled(self, at: Cells, labels: Ints) -> Ints:
         """Return an `origin` for `search` with these labels at these cells, -1 elsewhere."""
-        origin = np.full(self._cost.size, -1, dtype=np.int64)
+        origin = np.full(self._buffers.cost.size, -1, dtype=np.int64)
         origin[at] = labels
         return origin
 
-    def unframed(self, origin: Labels) -> Labels:
+    def unframed(self, origin: Ints) -> Ints:
         """Return the view (height, width) of an `origin`."""
         return self._inside(origin)
 
     def descent(self, start: np.uint32) -> str:
         """Return the step digits from `start` down to the source of the last search, which must have reached it."""
-        steps = np.empty(int(self._cost[start]) + 1, dtype=np.uint8)
-        count = kernels.descend(self._passable, self._offsets, self._cost, np.uint64(start), steps)
+        steps = np.empty(int(self._buffers.cost[start]) + 1, dtype=np.uint8)
+        count = kernels.descend(self._buffers, np.uint64(start), steps)
         return (steps[: int(count)] + ord("0")).tobytes().decode("ascii")
 
-    def _inside(self, framed: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def _inside(self, framed: _Framed) -> _Framed:
         return framed.reshape(self._height + 2, self._row)[1:-1, 1:-1]

@@ -12,15 +12,14 @@ import heapq
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Ints
 from marsupial.errors import InternalError
 from marsupial.maps.footprint import disc
 from marsupial.maps.sight import Sight
-from marsupial.model.grid import UNKNOWN, Cell, Grid
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
 from marsupial.model.world import News, RobotReport
@@ -45,7 +44,7 @@ class _Robot:
     doing: _Doing = _Doing.NOTHING
     free_at_ms: int = 0
     route: tuple[Cell, ...] = ()
-    times_ms: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    times_ms: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     step: int = 0
     partner: str | None = None
     errand: int = 0
@@ -155,7 +154,7 @@ class SimulatedWorld:
         """Let time pass until something happens, at most until `until_ms`, and say what."""
         while self._heap and self._heap[0][0] <= until_ms:
             self._now_ms = self._heap[0][0]
-            revealed: list[tuple[str, npt.NDArray[np.int64]]] = []
+            revealed: list[tuple[str, Ints]] = []
             finished: list[str] = []
             lost: list[tuple[str, str]] = []
             while self._heap and self._heap[0][0] == self._now_ms:
@@ -252,7 +251,7 @@ class SimulatedWorld:
                 news.append((other.name, f"aboard {robot.name}, which failed"))
         return news
 
-    def _sense(self, robot: _Robot, cell: Cell) -> npt.NDArray[np.int64]:
+    def _sense(self, robot: _Robot, cell: Cell) -> Ints:
         """Reveal what `robot` sees from `cell`; return the row-major indices of what is new."""
         seen = self._sight.visible(cell, robot.kind.sensor_range_m / self._grid.resolution_m)
         fresh = np.empty(len(seen) + len(self._contact[robot.kind.name]), dtype=np.int64)
@@ -261,7 +260,7 @@ class SimulatedWorld:
 
 
 @native
-def _reveal(seen: Any, contact: Any, x: int, y: int, truth: Any, known: Any, fresh: Any) -> int:
+def _reveal(seen: Ints, contact: Ints, x: int, y: int, truth: CellArray, known: CellArray, fresh: Ints) -> int:
     """Enter in `known` what is seen from (x, y) and touched around it; list what is new in `fresh`."""
     height, width = truth.shape
     count = 0

@@ -20,9 +20,9 @@ from marsupial.model.plan import ActionName, Plan
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
 from marsupial.planning.list_scheduling.detours import Detours
-from marsupial.planning.list_scheduling.insertions import Ways
+from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import ride
+from marsupial.planning.list_scheduling.transports import transport
 
 LOYALTY_MS = 2000
 """How much sooner the target that a robot was to explore so far counts as, so that plans do not flap."""
@@ -91,7 +91,7 @@ class Outlook:
 
     def _begin(self) -> None:
         self.timeline = Timeline.of(self.situation)
-        self._ways = Ways(self.timeline, self._costs, np.ones(len(self.targets), dtype=np.bool_))
+        self._insertions = Insertions(self.timeline, self._costs, np.ones(len(self.targets), dtype=np.bool_))
 
     @property
     def plan(self) -> Plan:
@@ -100,13 +100,13 @@ class Outlook:
 
     def alone_ms(self, robot: str) -> Times:
         """Return when `robot` would have explored each target, driving there itself."""
-        return self._ways.alone_ms[self._ways.arrivals.row[robot]]
+        return self._insertions.alone_ms[self._insertions.arrivals.row[robot]]
 
     def options(self, robot: str, *, fetchable: Set[str] = frozenset()) -> list[Option]:
         """Return what a robot on the ground could do; of the rovers on the ground it may fetch those `fetchable`."""
         alone = self.alone_ms(robot)
         found = [Option(robot=robot, explorer=robot, fetched=False, meeting=None, end_ms=alone)]
-        known = self._ways.arrivals
+        known = self._insertions.arrivals
         row = known.row[robot]
         if row not in known.carriers or not self.situation.meetings or not self.targets:
             return found
@@ -115,8 +115,8 @@ class Outlook:
             rover = known.robots[v]
             if known.aboard[k] == number or rover in fetchable:
                 fetched = known.aboard[k] < 0
-                landed = self._ways.landed_ms[1 + number if fetched else 0, k]
-                via = landed[:, None] + self._costs.outing[known.kinds[v]]
+                landed = self._insertions.landed_ms[1 + number if fetched else 0, k]
+                via = landed[:, None] + self._costs.sortie[known.kinds[v]]
                 best = via.argmin(axis=0)
                 found.append(
                     Option(
@@ -149,13 +149,13 @@ class Outlook:
     def take(self, option: Option, target: int) -> None:
         """Add the actions of an option that is possible."""
         if option.robot != option.explorer:
-            ride(self.timeline, option.explorer, self._ways.journey(option.explorer, option.robot, target))
+            transport(self.timeline, option.explorer, self._insertions.journey(option.explorer, option.robot, target))
         self.explore(option.explorer, target)
 
     def explore(self, robot: str, target: int) -> None:
         """Let `robot` drive to a target that it can get to, and explore it."""
         self.timeline.explore(robot, self.targets[target])
-        self._ways.advance()
+        self._insertions.advance()
 
     def has_work(self, robot: str) -> bool:
         """Say whether `robot` takes part in an action."""
@@ -174,11 +174,11 @@ class Outlook:
         kind = self.situation.robot_by_name[robot].type
         if at is not None and self.situation.travel(kind, at, meeting):
             self.timeline.move(robot, meeting)
-            self._ways.advance()
+            self._insertions.advance()
 
     def wait_at_meeting(self, rover: str) -> None:
         """Let a rover drive to the nearest meeting, where it can be picked up."""
-        arrive = self._ways.arrivals.arrive_ms[self._ways.arrivals.row[rover]]
+        arrive = self._insertions.arrivals.arrive_ms[self._insertions.arrivals.row[rover]]
         if arrive.min(initial=NEVER) < NEVER:
             self.go(rover, self.situation.meetings[int(arrive.argmin())])
 

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, filterwarnings
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Floats
 from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
@@ -134,7 +134,7 @@ def coverage_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
     return _figure(drawing, name, title, caption, scenario)
 
 
-def mean_coverage(curves: Sequence[Curve]) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
+def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
     """Return times in s, mean coverage in per cent, half of its interval, each (samples,).
 
     A mission that has ended keeps what it knew.
@@ -145,7 +145,8 @@ def mean_coverage(curves: Sequence[Curve]) -> tuple[npt.NDArray[Any], npt.NDArra
     count = len(curves)
     spread = shares.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros(length)
     half = t_quantile(count - 1) * spread if count > 1 else spread
-    return curves[0].every_s * np.arange(length), shares.mean(axis=0), half
+    times: Floats = curves[0].every_s * np.arange(length, dtype=np.float64)
+    return times, shares.mean(axis=0), half
 
 
 def _coverage_panel(axes: Axes, outcome: Outcome, case: Case) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from marsupial.arrays import Ints
+from marsupial.native import inlined
 from marsupial.planning.branch_and_bound.tables import DOCKS, KIND, ON, PLACES, SINCE, TWIN, UNDOCKS, WHERE, Tables
 from marsupial.planning.branch_and_bound.tree import (
     AT,
@@ -20,11 +22,10 @@ from marsupial.planning.branch_and_bound.tree import (
     TIES,
     Search,
 )
-from marsupial.planning.local_search.encoding import NEVER, Ints
-from marsupial.planning.local_search.net import compiled
+from marsupial.planning.list_scheduling.costs import NEVER
 
 
-@compiled
+@inlined
 def branch(tables: Tables, search: Search, level: int) -> None:
     """List the docks and undocks that can follow, in the order of their ends."""
     state, carriers = search.states[level], tables.carriers
@@ -38,11 +39,11 @@ def branch(tables: Tables, search: Search, level: int) -> None:
             ):
                 continue
             for m in range(len(tables.meetings)):
-                _list(tables, search, level, c, v, m)
+                _list(tables, search, level, (c, v, m))
     _sort(search.events, search.levels[level, FIRST], search.levels[level + 1, FIRST])
 
 
-@compiled
+@inlined
 def _twin(tables: Tables, state: Ints, v: int) -> bool:
     """Say whether an earlier rover of the same kind is in the same position."""
     for q in range(tables.traits[v, TWIN], v):
@@ -56,12 +57,13 @@ def _twin(tables: Tables, state: Ints, v: int) -> bool:
     return False
 
 
-@compiled
-def _list(tables: Tables, search: Search, level: int, c: int, v: int, m: int) -> None:
-    """List the docks or undocks of a rover on a carrier at a meeting, for all sets of targets explored before."""
+@inlined
+def _list(tables: Tables, search: Search, level: int, who: tuple[int, int, int]) -> None:
+    """List the docks or undocks for all sets of targets explored before; `who` is carrier, rover and meeting."""
+    c, v, m = who
     state = search.states[level]
     left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
-    there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
+    there = tables.tour[tables.traits[c, KIND], state[c, WHERE]]
     down = state[v, ON] == c
     takes = tables.traits[v, UNDOCKS] if down else tables.traits[v, DOCKS]
     if state[c, SINCE] + there[0, m] + takes >= limit:
@@ -73,56 +75,57 @@ def _list(tables: Tables, search: Search, level: int, c: int, v: int, m: int) ->
         if comes + takes < limit:
             if down:
                 if not _wider(there, own, able, m, state[c, SINCE], comes):
-                    _add(search, level, comes + takes, v, c, m, own, 0, 1)
+                    _add(search, level, who, comes + takes, own, 0, 1)
             else:
-                _list_docks(tables, search, level, c, v, m, own, able, comes)
+                _list_docks(tables, search, level, who, own, able, comes)
         if not own:
             return
         own = (own - 1) & able
 
 
-@compiled
-def _wider(way: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
+@inlined
+def _wider(tour: Ints, explored: int, able: int, m: int, since: int, time: int) -> bool:
     """Say whether one more target could be explored without being at the meeting after `time`."""
     rest = able & ~explored
     while rest:
         bit = rest & -rest
-        if since + way[explored | bit, m] <= time:
+        if since + tour[explored | bit, m] <= time:
             return True
         rest ^= bit
     return False
 
 
-@compiled
+@inlined
 def _list_docks(
-    tables: Tables, search: Search, level: int, c: int, v: int, m: int, own: int, own_able: int, comes: int
+    tables: Tables, search: Search, level: int, who: tuple[int, int, int], own: int, own_able: int, comes: int
 ) -> None:
-    """List the docks of a rover on a carrier that comes after exploring the set `own` out of `own_able`."""
+    """List the docks where the carrier comes at a time (ms) after exploring the set `own` out of `own_able`."""
+    c, v, m = who
     state = search.states[level]
     left, limit = search.levels[level, LEFT], search.tallies[LIMIT]
-    there = tables.way[tables.traits[c, KIND], state[c, WHERE]]
-    way = tables.way[tables.traits[v, KIND], state[v, WHERE]]
-    if way[0, m] >= NEVER:
+    there = tables.tour[tables.traits[c, KIND], state[c, WHERE]]
+    tour = tables.tour[tables.traits[v, KIND], state[v, WHERE]]
+    if tour[0, m] >= NEVER:
         return
     takes = tables.traits[v, DOCKS]
     able = left & tables.able[tables.traits[v, KIND]] & ~own
     brought = able
     while True:
-        time = max(comes, state[v, SINCE] + way[brought, m])
+        time = max(comes, state[v, SINCE] + tour[brought, m])
         if (
             time + takes < limit
-            and not _wider(way, brought, able, m, state[v, SINCE], time)
+            and not _wider(tour, brought, able, m, state[v, SINCE], time)
             and not _wider(there, own, own_able & ~brought, m, state[c, SINCE], time)
         ):
-            _add(search, level, time + takes, v, c, m, own, brought, 0)
+            _add(search, level, who, time + takes, own, brought, 0)
         if not brought:
             return
         brought = (brought - 1) & able
 
 
-@compiled
-def _add(search: Search, level: int, time: int, v: int, c: int, m: int, own: int, brought: int, down: int) -> None:
-    """List an event unless it ends before the last one."""
+@inlined
+def _add(search: Search, level: int, who: tuple[int, int, int], time: int, own: int, brought: int, down: int) -> None:
+    """List an event that ends at a time (ms) unless that is before the end of the last one."""
     last, events, at = search.levels[level, KEY], search.events, search.levels[level + 1, FIRST]
     key = time * TIES
     if search.tallies[KEYED]:
@@ -133,12 +136,13 @@ def _add(search: Search, level: int, time: int, v: int, c: int, m: int, own: int
     if at == len(events):
         search.tallies[LOST] = 1
         return
-    events[at, END], events[at, ROVER], events[at, CARRIER], events[at, AT] = key, v, c, m
+    events[at, END] = key
+    events[at, CARRIER], events[at, ROVER], events[at, AT] = who
     events[at, OWN], events[at, BROUGHT], events[at, DOWN] = own, brought, down
     search.levels[level + 1, FIRST] = at + 1
 
 
-@compiled
+@inlined
 def _sort(events: Ints, first: int, end: int) -> None:
     """Put events in the order of their ends (Shell's sort)."""
     gap = 1

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from marsupial.planning.local_search.encoding import Ints
-from marsupial.planning.local_search.net import compiled
+from marsupial.arrays import Ints
+from marsupial.native import inlined
 
 ROW, FROM, SHARE, MAY = 0, 1, 2, 3
 """Columns of parts: row of the book, when the robot is ready, the set it takes, the set it may take from."""
@@ -11,14 +11,14 @@ ROW, FROM, SHARE, MAY = 0, 1, 2, 3
 YES, NO, UNKNOWN = 1, 0, -1
 
 
-@compiled
+@inlined
 def fits(book: Ints, part: Ints, share: int, limit: int) -> bool:
     """Say whether a robot with such a part is done with the set `share` before `limit`; doing nothing always fits."""
     time = book[part[ROW], share]
     return time == 0 or part[FROM] + time < limit
 
 
-@compiled
+@inlined
 def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, tries: int) -> int:
     """Try to give each target of a set to a robot such that each is done before `limit`.
 
@@ -78,7 +78,7 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
     return YES if level == size else NO
 
 
-@compiled
+@inlined
 def _tried(parts: Ints, r: int) -> bool:
     """Say whether an earlier robot is in the same position."""
     for q in range(r):

@@ -11,26 +11,26 @@ somewhere else in between, or waits.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.planning.branch_and_bound.tours import errand_tours
+from marsupial.arrays import Flags, Ints
+from marsupial.native import inlined
+from marsupial.planning.branch_and_bound.tours import Legs, Rows, errand_tours
+from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search.encoding import (
     CAPACITY,
     CARRIERS,
     DOCKING,
     HOME,
     MEETINGS,
-    NEVER,
     ROVERS,
     TARGETS,
     TYPE,
     UNDOCKING,
-    Ints,
-    Task,
+    ProblemData,
 )
-from marsupial.planning.local_search.net import compiled
 
 BITS = 16
 """How many errands there are at most; what more there may be is left out of account."""
@@ -72,67 +72,58 @@ class Errands(NamedTuple):
     undocking: int
 
 
-def errands_of(task: Task, closure: Ints, bases: Ints, carriers: Ints) -> Errands:
-    """Return the errands of a situation; `carriers` are robots of the task."""
-    rovers = task.members(ROVERS)
-    pairs, like = np.unique(task.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) -> Errands:
+    """Return the errands of a situation; `carriers` are robots of the data."""
+    rovers = data.members(ROVERS)
+    pairs, like = np.unique(data.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
     like = like.reshape(-1).astype(np.int64)
-    most = np.minimum(task.robots[carriers, CAPACITY], len(rovers))
+    most = np.minimum(data.robots[carriers, CAPACITY], len(rovers))
     capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
     loads = 1 + int(most.max(initial=0))
     sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
-    rows = _rows(task, closure, bases, min(BITS, sets.bit_length() - 1))
-    docking = int(task.robots[rovers, DOCKING].min(initial=NEVER))
-    tours = np.full((len(pairs), loads, len(bases), 1 << rows.bits), NEVER, dtype=np.int64)
+    found = _found(data, closure, bases, min(BITS, sets.bit_length() - 1))
+    docking = int(data.robots[rovers, DOCKING].min(initial=NEVER))
+    tours = np.full((len(pairs), loads, len(bases), 1 << found.rows.bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(pairs):
         leg = closure[kind]
         ends = leg[:, home] if home >= 0 else np.zeros(len(leg), dtype=np.int64)
-        tours[i, : capacities[i] + 1] = errand_tours(
-            np.ascontiguousarray(leg[np.ix_(bases, rows.places)]),
-            np.ascontiguousarray(leg[np.ix_(rows.places, rows.places)]),
-            np.ascontiguousarray(ends[bases]),
-            np.ascontiguousarray(ends[rows.places]),
-            rows.points,
-            rows.up,
-            rows.lag,
-            rows.bits,
-            rows.rooms,
-            task.recover,
-            int(capacities[i]),
-            docking,
+        legs = Legs(
+            first=np.ascontiguousarray(leg[np.ix_(bases, found.places)]),
+            between=np.ascontiguousarray(leg[np.ix_(found.places, found.places)]),
+            straight=np.ascontiguousarray(ends[bases]),
+            ends=np.ascontiguousarray(ends[found.places]),
         )
+        tours[i, : capacities[i] + 1] = errand_tours(legs, found.rows, int(capacities[i]), docking, data.recover)
     return Errands(
-        room=rows.room,
-        within=rows.within,
-        down=np.arange(len(rows.within)),
-        up=rows.up,
-        rooms=rows.rooms,
+        room=found.room,
+        within=found.within,
+        down=np.arange(len(found.within)),
+        up=found.rows.up,
+        rooms=found.rows.rooms,
         tours=tours,
         like=like,
         docking=docking,
-        undocking=int(task.robots[rovers, UNDOCKING].min(initial=NEVER)),
+        undocking=int(data.robots[rovers, UNDOCKING].min(initial=NEVER)),
     )
 
 
-class _Rows(NamedTuple):
-    """What there may be to do: `room`, `within`, `up` and `rooms` as in `Errands`, for the rest see `errand_tours`."""
+class _Found(NamedTuple):
+    """What there may be to do: `room` and `within` as in `Errands`, and the `places` where it can be done."""
 
     room: Ints
     within: Ints
-    up: Ints
-    rooms: int
     places: Ints
-    points: Any
-    lag: Ints
-    bits: int
+    rows: Rows
 
 
-def _rows(task: Task, closure: Ints, bases: Ints, most: int) -> _Rows:
+def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
     """Return the rows of errands of at most so many bits."""
-    targets, meetings = task.members(TARGETS), task.members(MEETINGS)
-    riding, driving = closure[_kinds(task, ROVERS)], closure[_kinds(task, CARRIERS)]
-    component = _components(riding.min(axis=0, initial=NEVER) < NEVER)
-    own, theirs = ((kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (driving, riding))
+    targets, meetings = data.members(TARGETS), data.members(MEETINGS)
+    by_rover, by_carrier = closure[_kinds(data, ROVERS)], closure[_kinds(data, CARRIERS)]
+    component = _components(by_rover.min(axis=0, initial=NEVER) < NEVER)
+    own, theirs = (
+        (kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (by_carrier, by_rover)
+    )
     labels = list(dict.fromkeys(int(component[m]) for m in meetings))[:most]
     lone = [j for j in range(len(targets)) if own[j] and not theirs[j]][: most - len(labels)]
     room = np.full(len(bases), -1, dtype=np.int64)
@@ -140,29 +131,33 @@ def _rows(task: Task, closure: Ints, bases: Ints, most: int) -> _Rows:
         room[component[bases] == label] = row
     doors = [meetings[component[meetings] == label] for label in labels]
     sets = [np.flatnonzero((component[targets] == label) & ~own) for label in labels]
-    up, fetched = np.arange(len(labels) + len(lone)), 0
-    if task.recover:
-        fetched = min(most - len(up), len(labels))
-        up[:fetched] = len(up) + np.arange(fetched)
+    up, picked_up = np.arange(len(labels) + len(lone)), 0
+    if data.recover:
+        picked_up = min(most - len(up), len(labels))
+        up[:picked_up] = len(up) + np.arange(picked_up)
     points = [*doors, *(targets[j : j + 1] for j in lone)]
     places = np.unique(np.concatenate([meetings[:0], *points]))
-    return _Rows(
+    return _Found(
         room=room,
         within=np.array([*((1 << s).sum() for s in sets), *(1 << j for j in lone)], dtype=np.int64),
-        up=up,
-        rooms=len(labels),
         places=places,
-        points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
-        lag=np.array([_least_outing(riding, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64),
-        bits=len(up) + fetched,
+        rows=Rows(
+            points=np.array([np.isin(places, p) for p in points], dtype=np.bool_).reshape(len(points), len(places)),
+            up=up,
+            lag=np.array(
+                [_least_sortie(by_rover, d, targets[s]) for d, s in zip(doors, sets, strict=True)], dtype=np.int64
+            ),
+            rooms=len(labels),
+            bits=len(up) + picked_up,
+        ),
     )
 
 
-def _kinds(task: Task, group: int) -> list[int]:
-    return sorted({int(kind) for kind in task.robots[task.members(group), TYPE]})
+def _kinds(data: ProblemData, group: int) -> list[int]:
+    return sorted({int(kind) for kind in data.robots[data.members(group), TYPE]})
 
 
-def _least_outing(closure: Ints, meetings: Ints, targets: Ints) -> int:
+def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
     """Return the least ms a rover takes from any of the meetings to a target and back to any of them."""
     if not closure.size:
         return NEVER
@@ -171,7 +166,7 @@ def _least_outing(closure: Ints, meetings: Ints, targets: Ints) -> int:
     return min(NEVER, int((out + back).min(initial=NEVER)))
 
 
-def _components(joined: Any) -> Ints:
+def _components(joined: Flags) -> Ints:
     """Return (places,): the least place that each is joined to, over any number of others; `joined` is bool."""
     joined = joined | joined.T
     label = np.arange(len(joined))
@@ -189,7 +184,7 @@ TOURED, BUSY, ABOARD = 0, 1, 2
 """Rows of loads: the set of errands of each carrier, ms of docks and undocks, rovers aboard or free to be had."""
 
 
-@compiled
+@inlined
 def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
     """Say whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
 
@@ -236,7 +231,7 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
     return level == size
 
 
-@compiled
+@inlined
 def _has_another(jobs: Ints, level: int, c: int) -> bool:
     """Say whether the carrier has been given an earlier job of the same errand."""
     i = level - 1

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from marsupial.arrays import Ints
+from marsupial.native import inlined
 from marsupial.planning.branch_and_bound.tables import ON, SINCE, TWIN, WHERE, Tables
-from marsupial.planning.local_search.encoding import Ints
-from marsupial.planning.local_search.net import compiled
 
 BUCKET = 16
 CODE_BITS, SET_BITS = 6, 12
 MAX_CARRIERS, MAX_ROVERS, MAX_CODES, MAX_TARGETS = 8, 10, 1 << CODE_BITS, SET_BITS
 
 
-@compiled
+@inlined
 def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, key: int) -> bool:
     """Return whether a state is no better than one in memory; if it is, put it there.
 
@@ -45,7 +45,7 @@ def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, 
     return _enter(memory, entry)
 
 
-@compiled
+@inlined
 def _code(tables: Tables, ranks: Ints, state: Ints, v: int) -> int:
     if state[v, ON] < 0:
         return state[v, WHERE]
@@ -55,7 +55,7 @@ def _code(tables: Tables, ranks: Ints, state: Ints, v: int) -> int:
     return -1
 
 
-@compiled
+@inlined
 def _place(tables: Tables, ranks: Ints, state: Ints, first: int, r: int, carriers: int) -> None:
     """Insert robot `r` into the order among those like it before."""
     at = r
@@ -65,7 +65,7 @@ def _place(tables: Tables, ranks: Ints, state: Ints, first: int, r: int, carrier
     ranks[at] = r
 
 
-@compiled
+@inlined
 def _before(tables: Tables, ranks: Ints, state: Ints, one: int, other: int, carriers: int) -> bool:
     if tables.traits[one, TWIN] != tables.traits[other, TWIN]:
         return False
@@ -78,7 +78,7 @@ def _before(tables: Tables, ranks: Ints, state: Ints, one: int, other: int, carr
     return a < b or (a == b and state[one, SINCE] < state[other, SINCE])
 
 
-@compiled
+@inlined
 def _cargo(tables: Tables, state: Ints, c: int) -> int:
     cargo = 0
     for v in range(tables.carriers, len(state)):
@@ -87,7 +87,7 @@ def _cargo(tables: Tables, state: Ints, c: int) -> int:
     return cargo
 
 
-@compiled
+@inlined
 def _enter(memory: Ints, entry: Ints) -> bool:
     width = memory.shape[1]
     x = np.uint64(entry[0]) * np.uint64(0x9E3779B97F4A7C15) ^ np.uint64(entry[1]) * np.uint64(0xC2B2AE3D27D4EB4F)

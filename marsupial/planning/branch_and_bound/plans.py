@@ -6,19 +6,21 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 from marsupial.planning.branch_and_bound.tables import KIND, Tables
 from marsupial.planning.branch_and_bound.tours import shortest_tours
 from marsupial.planning.branch_and_bound.tree import AT, BROUGHT, CARRIER, DOWN, OWN, ROVER
+from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.local_search.encoding import NEVER, Ints, Task
+from marsupial.planning.local_search.encoding import ProblemData
 
 
-def plan_found(situation: Situation, task: Task, tables: Tables, events: Ints, shares: Ints) -> Plan:
+def plan_found(situation: Situation, data: ProblemData, tables: Tables, events: Ints, shares: Ints) -> Plan:
     """Return the plan of docks and undocks (n, 7) and of the sets that the robots explore after them."""
-    tour = _Tour(situation, task, tables)
+    tour = _Tour(situation, data, tables)
     for event in events:
         rover, carrier = int(event[ROVER]), int(event[CARRIER])
         meeting = int(tables.bases[tables.meetings[event[AT]]])
@@ -42,9 +44,9 @@ def plan_found(situation: Situation, task: Task, tables: Tables, events: Ints, s
 class _Tour:
     """A timeline to which robots are sent over sets of targets, by way of other places where that is shorter."""
 
-    def __init__(self, situation: Situation, task: Task, tables: Tables) -> None:
+    def __init__(self, situation: Situation, data: ProblemData, tables: Tables) -> None:
         self.timeline = Timeline.of(situation)
-        self._situation, self._task, self._tables = situation, task, tables
+        self._situation, self._data, self._tables = situation, data, tables
 
     def name(self, robot: int) -> str:
         return self._situation.robots[self._tables.robots[robot]].name
@@ -54,7 +56,7 @@ class _Tour:
         kind = int(self._tables.traits[robot, KIND])
         place = self._situation.place_index[self.timeline.at[self.name(robot)] or ""]
         for stop in _order(self._tables.closure[kind], self._tables.targets, place, share, end):
-            for step in _way(self._task.leg[kind], self._tables.closure[kind], place, stop):
+            for step in _way(self._data.leg[kind], self._tables.closure[kind], place, stop):
                 self._step(robot, step)
             place = stop
 

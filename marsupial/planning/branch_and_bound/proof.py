@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from marsupial.arrays import Ints
 from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Finished, Outcome
 from marsupial.model.situation import Situation
@@ -20,7 +21,7 @@ from marsupial.planning.branch_and_bound.search import advance, root_bound_ms, s
 from marsupial.planning.branch_and_bound.tables import Tables, tables_of, timeless
 from marsupial.planning.branch_and_bound.tree import FOUND, LIMIT, LOST, NODES
 from marsupial.planning.local_search.bounds import makespan_bound_ms
-from marsupial.planning.local_search.encoding import Ints, encode
+from marsupial.planning.local_search.encoding import encode
 
 STEP = 2000
 """States that a search enters before it is asked what it has found."""
@@ -44,8 +45,8 @@ class Proof:
 
     def __init__(self, situation: Situation, best: Plan | None, latest: Callable[[], Plan | None]) -> None:
         self._situation, self._latest = situation, latest
-        self._task = encode(situation)
-        self._tables = tables_of(self._task)
+        self._data = encode(situation)
+        self._tables = tables_of(self._data)
         self._best, self._bound_ms = best, 0
         self._states, self._without_plan = 0, Outcome.TIMEOUT
 
@@ -56,7 +57,7 @@ class Proof:
         if self._best is None:
             return
         root = root_bound_ms(self._tables, self._best.makespan_ms + EPSILON_MS) - EPSILON_MS
-        self._bound_ms = max(makespan_bound_ms(self._task), root)
+        self._bound_ms = max(makespan_bound_ms(self._data), root)
         yield from self._best_ones(goes_on)
 
     @property
@@ -93,7 +94,7 @@ class Proof:
         if self._best is not None and sweep.limit_ms >= self._best.makespan_ms:
             return
         if sweep.has_found:
-            self._best = plan_found(self._situation, self._task, self._tables, sweep.events, sweep.shares)
+            self._best = plan_found(self._situation, self._data, self._tables, sweep.events, sweep.shares)
             yield self._best
 
     def _adopted(self) -> Iterator[Plan]:

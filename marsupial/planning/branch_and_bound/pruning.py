@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from marsupial.native import inlined
 from marsupial.planning.branch_and_bound.cover import FROM, MAY, NO, ROW, cover
 from marsupial.planning.branch_and_bound.errands import ABOARD, ERRAND, TAKES, shared
 from marsupial.planning.branch_and_bound.tables import (
@@ -13,20 +14,19 @@ from marsupial.planning.branch_and_bound.tables import (
     TWIN,
     WHERE,
     Tables,
+    carried_row,
     done_row,
     least_row,
-    riding_row,
 )
 from marsupial.planning.branch_and_bound.tree import LEFT, LIMIT, Search
-from marsupial.planning.local_search.net import compiled
 
 TRIES = 20_000
 """Effort of a bound, see `cover`."""
 
 
-@compiled
+@inlined
 def may_lead_on(tables: Tables, search: Search, level: int) -> bool:
-    """Say whether the targets left can be shared among the robots if each rover rides when it wants."""
+    """Say whether the targets left can be shared among the robots if each rover is carried when it wants."""
     state, parts = search.states[level], search.parts
     left = search.levels[level, LEFT]
     for r in range(len(state)):
@@ -38,14 +38,14 @@ def may_lead_on(tables: Tables, search: Search, level: int) -> bool:
         elif c < 0:
             parts[r, ROW] = least_row(tables, like, state[r, WHERE])
         else:
-            parts[r, ROW] = riding_row(tables, like, tables.traits[c, KIND], state[c, WHERE])
+            parts[r, ROW] = carried_row(tables, like, tables.traits[c, KIND], state[c, WHERE])
             parts[r, FROM] = state[c, SINCE]
     if cover(tables.book, parts, search.scratch, left, search.tallies[LIMIT], TRIES) == NO:
         return False
     return _can_run_errands(tables, search, level)
 
 
-@compiled
+@inlined
 def _can_run_errands(tables: Tables, search: Search, level: int) -> bool:
     """Say whether the carriers can share what they at least have to do."""
     state, jobs, size = search.states[level], search.jobs, 0

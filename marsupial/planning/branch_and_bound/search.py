@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.native import native
+from marsupial.native import inlined, native
 from marsupial.planning.branch_and_bound.branching import branch
 from marsupial.planning.branch_and_bound.cover import FROM, MAY, ROW, SHARE, YES, cover
 from marsupial.planning.branch_and_bound.errands import BITS
@@ -62,7 +62,6 @@ from marsupial.planning.branch_and_bound.tree import (
     WIDTH,
     Search,
 )
-from marsupial.planning.local_search.net import compiled
 
 
 def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -> Search:
@@ -143,12 +142,12 @@ def advance(tables: Tables, search: Search, nodes: int) -> bool:
     return tallies[LEVEL] >= 0
 
 
-@compiled
+@inlined
 def _end(search: Search, level: int) -> int:
     return search.levels[level + 1, FIRST]
 
 
-@compiled
+@inlined
 def _apply(tables: Tables, search: Search, level: int, at: int) -> None:
     """Make the state of the next level by an event."""
     events = search.events
@@ -170,7 +169,7 @@ def _apply(tables: Tables, search: Search, level: int, at: int) -> None:
     search.levels[level + 1, KEY] = events[at, END]
 
 
-@compiled
+@inlined
 def _enter(tables: Tables, search: Search, level: int) -> None:
     """Prune the state of a level, or look whether it is the end of a plan and list the events that can follow."""
     levels, tallies = search.levels, search.tallies
@@ -190,7 +189,7 @@ def _enter(tables: Tables, search: Search, level: int) -> None:
     branch(tables, search, level)
 
 
-@compiled
+@inlined
 def _complete(tables: Tables, search: Search, level: int) -> None:
     """If no dock or undock has to follow, note the plan in which none follows, and shorter ones of that kind."""
     state, parts, tallies = search.states[level], search.parts, search.tallies

@@ -11,8 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from marsupial.arrays import Ints
+from marsupial.native import inlined
 from marsupial.planning.branch_and_bound.errands import Errands, errands_of
 from marsupial.planning.branch_and_bound.tours import close, end_tours, shortest_tours
+from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search.encoding import (
     ABOARD,
     AT,
@@ -21,16 +24,13 @@ from marsupial.planning.local_search.encoding import (
     DOCKING,
     HOME,
     MEETINGS,
-    NEVER,
     READY,
     ROVERS,
     TARGETS,
     TYPE,
     UNDOCKING,
-    Ints,
-    Task,
+    ProblemData,
 )
-from marsupial.planning.local_search.net import compiled
 
 WHERE, ON, SINCE = 0, 1, 2
 """Columns of a state of robots: a base, or -1 aboard; the carrier, or -1; from when it is ready if it is not aboard."""
@@ -46,11 +46,11 @@ class Tables(NamedTuple):
     ----------
     traits
         (robots, 5): `KIND` and so on.
-    way
+    tour
         (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting.
     book
         (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
-        `done_row`, `least_row` and `riding_row`; the last one is for those that can't explore anything.
+        `done_row`, `least_row` and `carried_row`; the last one is for those that can't explore anything.
     able
         (types,): the set of targets that a type can explore.
     beginning
@@ -68,7 +68,7 @@ class Tables(NamedTuple):
     """
 
     traits: Ints
-    way: Ints
+    tour: Ints
     book: Ints
     able: Ints
     beginning: Ints
@@ -82,43 +82,43 @@ class Tables(NamedTuple):
     robots: Ints
 
 
-@compiled
+@inlined
 def done_row(tables: Tables, robot: int, base: int) -> int:
     """Return the row for a robot on the ground at a base that is helped by nobody; a carrier ends at home."""
     return robot * len(tables.bases) + base
 
 
-@compiled
+@inlined
 def least_row(tables: Tables, robot: int, base: int) -> int:
     """Return the row for a rover on the ground at a base that finds a carrier at any meeting whenever it wants one."""
     return (len(tables.traits) + robot) * len(tables.bases) + base
 
 
-@compiled
-def riding_row(tables: Tables, robot: int, kind: int, base: int) -> int:
+@inlined
+def carried_row(tables: Tables, robot: int, kind: int, base: int) -> int:
     """Return the row for such a rover when it is aboard a carrier of type `kind` that is at the base."""
     return ((2 * len(tables.traits)) + robot * len(tables.able) + kind) * len(tables.bases) + base
 
 
-def tables_of(task: Task) -> Tables:
+def tables_of(data: ProblemData) -> Tables:
     """Return the tables of a situation of few targets: they are as many as there are sets of targets."""
-    targets, meetings = task.members(TARGETS), task.members(MEETINGS)
-    robots = np.concatenate([task.members(CARRIERS), task.members(ROVERS)])
-    carriers = int(task.groups[CARRIERS, 0])
-    starts = np.array([place for place in task.robots[:, AT] if place >= 0], dtype=np.int64)
+    targets, meetings = data.members(TARGETS), data.members(MEETINGS)
+    robots = np.concatenate([data.members(CARRIERS), data.members(ROVERS)])
+    carriers = int(data.groups[CARRIERS, 0])
+    starts = np.array([place for place in data.robots[:, AT] if place >= 0], dtype=np.int64)
     bases = np.concatenate([starts, meetings])
-    closure = _closure(task, starts)
+    closure = _closure(data, starts)
     exits = len(starts) + np.arange(len(meetings))
-    way, book = _tours(task, closure, bases, exits, robots)
+    tour, book = _tours(data, closure, bases, exits, robots)
     return Tables(
-        traits=_traits(task, robots, carriers),
-        way=way,
+        traits=_traits(data, robots, carriers),
+        tour=tour,
         book=book,
         able=(closure[:, bases][:, :, targets] < NEVER).any(axis=1) @ (1 << np.arange(len(targets))),
-        beginning=_beginning(task, robots, bases),
+        beginning=_beginning(data, robots, bases),
         carriers=carriers,
-        recover=task.recover,
-        errands=errands_of(task, closure, bases, robots[:carriers]),
+        recover=data.recover,
+        errands=errands_of(data, closure, bases, robots[:carriers]),
         closure=closure,
         bases=bases,
         meetings=exits,
@@ -127,35 +127,35 @@ def tables_of(task: Task) -> Tables:
     )
 
 
-def _tours(task: Task, closure: Ints, bases: Ints, exits: Ints, robots: Ints) -> tuple[Ints, Ints]:
-    """Return `way` and `book`."""
-    targets, carriers = task.members(TARGETS), int(task.groups[CARRIERS, 0])
+def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: Ints) -> tuple[Ints, Ints]:
+    """Return `tour` and `book`."""
+    targets, carriers = data.members(TARGETS), int(data.groups[CARRIERS, 0])
     kinds, sets = len(closure), 1 << len(targets)
     walks = [[shortest_tours(*_corner(closure[k], base, targets)) for base in bases] for k in range(kinds)]
-    way = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
+    tour = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
     for k, b in np.ndindex(kinds, len(bases)):
-        way[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
+        tour[k, b] = _ended(closure[k], walks[k][b], int(bases[b]), targets, bases[exits])
     done = np.full((len(robots), len(bases), sets), NEVER, dtype=np.int64)
     least = done.copy()
-    riding = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
+    carried = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
     for r, robot in enumerate(robots):
-        k, home = task.robots[robot, TYPE], task.robots[robot, HOME : HOME + 1]
-        twin = next((q for q in range(carriers, r) if _alike(task, robots[q], robot)), -1)
+        k, home = data.robots[robot, TYPE], data.robots[robot, HOME : HOME + 1]
+        twin = next((q for q in range(carriers, r) if _alike(data, robots[q], robot)), -1)
         if twin >= 0:
-            done[r], least[r], riding[r] = done[twin], least[twin], riding[twin]
+            done[r], least[r], carried[r] = done[twin], least[twin], carried[twin]
             continue
         for b, base in enumerate(bases):
             if r < carriers and home[0] >= 0:
                 done[r, b] = _ended(closure[k], walks[k][b], int(base), targets, home)[:, 0]
-            elif r < carriers or not task.recover:
+            elif r < carriers or not data.recover:
                 done[r, b] = _open(walks[k][b])
         if r < carriers:
             least[r] = done[r]
         else:
-            _optimistic(task, closure, int(robot), bases, exits, least[r], riding[r])
+            _optimistic(data, closure, int(robot), bases, exits, least[r], carried[r])
     nothing = np.full(sets, NEVER, dtype=np.int64)
     nothing[0] = 0
-    return way, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, riding, nothing)])
+    return tour, np.concatenate([rows.reshape(-1, sets) for rows in (done, least, carried, nothing)])
 
 
 def _ended(leg: Ints, walks: Ints, base: int, targets: Ints, ends: Ints) -> Ints:
@@ -175,7 +175,7 @@ def timeless(tables: Tables) -> Tables:
     beginning[:, SINCE] = 0
     errands = tables.errands._replace(tours=_no_time(tables.errands.tours), docking=0, undocking=0)
     return tables._replace(
-        traits=traits, way=_no_time(tables.way), book=_no_time(tables.book), beginning=beginning, errands=errands
+        traits=traits, tour=_no_time(tables.tour), book=_no_time(tables.book), beginning=beginning, errands=errands
     )
 
 
@@ -183,9 +183,9 @@ def _no_time(times: Ints) -> Ints:
     return np.where(times < NEVER, 0, NEVER)
 
 
-def _closure(task: Task, starts: Ints) -> Ints:
+def _closure(data: ProblemData, starts: Ints) -> Ints:
     """Return the shortest legs by way of any place that a robot can go to: not of starts."""
-    closure = task.leg.copy()
+    closure = data.leg.copy()
     closure[:, :, starts] = NEVER
     for k in range(len(closure)):
         np.fill_diagonal(closure[k], 0)
@@ -197,45 +197,47 @@ def _corner(leg: Ints, base: int, targets: Ints) -> tuple[Ints, Ints]:
     return leg[base][targets], np.ascontiguousarray(leg[targets][:, targets])
 
 
-def _alike(task: Task, one: int, other: int) -> bool:
+def _alike(data: ProblemData, one: int, other: int) -> bool:
     return bool(
-        task.robots[one, TYPE] == task.robots[other, TYPE] and task.robots[one, HOME] == task.robots[other, HOME]
+        data.robots[one, TYPE] == data.robots[other, TYPE] and data.robots[one, HOME] == data.robots[other, HOME]
     )
 
 
-def _traits(task: Task, robots: Ints, carriers: int) -> Ints:
-    traits = np.array([task.robots[r, [TYPE, CAPACITY, DOCKING, UNDOCKING, TYPE]] for r in robots], dtype=np.int64)
+def _traits(data: ProblemData, robots: Ints, carriers: int) -> Ints:
+    traits = np.array([data.robots[r, [TYPE, CAPACITY, DOCKING, UNDOCKING, TYPE]] for r in robots], dtype=np.int64)
     traits = traits.reshape(-1, 5)
     for r, robot in enumerate(robots):
         first = 0 if r < carriers else carriers
-        traits[r, TWIN] = min(q for q in range(first, r + 1) if _alike(task, robots[q], robot))
+        traits[r, TWIN] = min(q for q in range(first, r + 1) if _alike(data, robots[q], robot))
     return traits
 
 
-def _beginning(task: Task, robots: Ints, bases: Ints) -> Ints:
+def _beginning(data: ProblemData, robots: Ints, bases: Ints) -> Ints:
     number, base = {int(r): i for i, r in enumerate(robots)}, {int(p): i for i, p in enumerate(bases)}
     rows = [
-        (base.get(int(row[AT]), -1), number.get(int(row[ABOARD]), -1), int(row[READY])) for row in task.robots[robots]
+        (base.get(int(row[AT]), -1), number.get(int(row[ABOARD]), -1), int(row[READY])) for row in data.robots[robots]
     ]
     return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
 
-def _optimistic(task: Task, closure: Ints, rover: int, bases: Ints, exits: Ints, least: Ints, riding: Ints) -> None:
-    """Enter a rover's `least` and `riding`."""
-    targets, meetings = task.members(TARGETS), bases[exits]
-    hosts = [int(c) for c in task.members(CARRIERS) if task.robots[c, CAPACITY] > 0]
-    docking, undocking = int(task.robots[rover, DOCKING]), int(task.robots[rover, UNDOCKING])
-    leg = closure[task.robots[rover, TYPE]].copy()
-    for k in {int(task.robots[c, TYPE]) for c in hosts}:
-        ride = closure[k][np.ix_(meetings, meetings)] + docking + undocking
-        leg[np.ix_(meetings, meetings)] = np.minimum(leg[np.ix_(meetings, meetings)], ride)
+def _optimistic(
+    data: ProblemData, closure: Ints, rover: int, bases: Ints, exits: Ints, least: Ints, carried: Ints
+) -> None:
+    """Enter a rover's `least` and `carried`."""
+    targets, meetings = data.members(TARGETS), bases[exits]
+    hosts = [int(c) for c in data.members(CARRIERS) if data.robots[c, CAPACITY] > 0]
+    docking, undocking = int(data.robots[rover, DOCKING]), int(data.robots[rover, UNDOCKING])
+    leg = closure[data.robots[rover, TYPE]].copy()
+    for k in {int(data.robots[c, TYPE]) for c in hosts}:
+        transport = closure[k][np.ix_(meetings, meetings)] + docking + undocking
+        leg[np.ix_(meetings, meetings)] = np.minimum(leg[np.ix_(meetings, meetings)], transport)
     np.fill_diagonal(leg, 0)
     close(leg)
     ends = np.zeros(leg.shape[0], dtype=np.int64)
-    if task.recover:
+    if data.recover:
         homes = [
-            closure[task.robots[c, TYPE]][meetings, task.robots[c, HOME]]
-            if task.robots[c, HOME] >= 0
+            closure[data.robots[c, TYPE]][meetings, data.robots[c, HOME]]
+            if data.robots[c, HOME] >= 0
             else np.zeros(len(meetings), dtype=np.int64)
             for c in hosts
         ]
@@ -244,9 +246,9 @@ def _optimistic(task: Task, closure: Ints, rover: int, bases: Ints, exits: Ints,
     for b, base in enumerate(bases):
         tours = shortest_tours(*_corner(leg, base, targets))
         least[b] = end_tours(tours, ends[base : base + 1], ends[targets][:, None])[:, 0]
-    for k in {int(task.robots[c, TYPE]) for c in hosts}:
+    for k in {int(data.robots[c, TYPE]) for c in hosts}:
         for b, base in enumerate(bases):
             down = closure[k][base][meetings] + undocking
             if len(exits):
-                riding[k, b] = np.minimum((down[:, None] + least[exits]).min(axis=0), NEVER)
-            riding[k, b, 0] = 0
+                carried[k, b] = np.minimum((down[:, None] + least[exits]).min(axis=0), NEVER)
+            carried[k, b, 0] = 0

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from marsupial.native import native
-from marsupial.planning.local_search.encoding import NEVER, Ints
-from marsupial.planning.local_search.net import compiled
+from marsupial.arrays import Flags, Ints
+from marsupial.native import inlined, native
+from marsupial.planning.list_scheduling.costs import NEVER
 
 
 @native
@@ -75,50 +77,67 @@ ANY, LEFT = 0, 1
 """Whether a rover has just been set down where a carrier is, and has to be picked up there."""
 
 
-@native
-def errand_tours(
-    first: Ints,
-    between: Ints,
-    straight: Ints,
-    ends: Ints,
-    points: Ints,
-    up: Ints,
-    lag: Ints,
-    bits: int,
-    rooms: int,
-    recover: bool,
-    capacity: int,
-    docking: int,
-) -> Ints:
-    """Return (loads, bases, sets): the shortest tours over errands and to the end with so many rovers aboard at first.
+class Legs(NamedTuple):
+    """Where a carrier drives on errands, in ms.
 
-    To set a rover down a carrier needs one aboard: one picked up on an errand, or another one, which costs a dock.
-
-    Parameters
+    Attributes
     ----------
     first
-        (bases, places): ms from a base to a place.
+        (bases, places): from a base to a place.
     between
         (places, places).
     straight, ends
-        (bases,) and (places,): ms to the end.
+        (bases,) and (places,): to the end.
+    """
+
+    first: Ints
+    between: Ints
+    straight: Ints
+    ends: Ints
+
+
+class Rows(NamedTuple):
+    """What errands there are.
+
+    Attributes
+    ----------
     points
-        (rows, places), bool: whether the errands of a row can be done at a place.
+        (rows, places): whether the errands of a row can be done at a place.
     up
-        (rows,): the bits for picking up; those for setting down are the numbers of the rows.
+        (rows,): the bits for picking up, which are those for setting down or visiting, the numbers of the rows, where
+        there are too few.
     lag
         (rooms,): the least ms between setting down and picking up.
+    rooms
+        How many of the rows, the first ones, are rooms; the others are carriers' targets.
+    bits
+        How many errands there are.
     """
-    rows, places = points.shape
-    rest = np.full((2, capacity + 1, 1 << bits, places), NEVER, dtype=np.int64)
-    tours = np.full((capacity + 1, len(first), 1 << bits), NEVER, dtype=np.int64)
-    rest[ANY, :, 0] = ends
-    tours[:, :, 0] = straight
-    for s in range(1, 1 << bits):
+
+    points: Flags
+    up: Ints
+    lag: Ints
+    rooms: int
+    bits: int
+
+
+@native
+def errand_tours(legs: Legs, rows: Rows, capacity: int, docking: int, recover: bool) -> Ints:
+    """Return (loads, bases, sets): the shortest tours over errands and to the end with so many rovers aboard at first.
+
+    To set a rover down a carrier needs one aboard: one picked up on an errand, or another one, which costs a dock.
+    """
+    first, between, points, up = legs.first, legs.between, rows.points, rows.up
+    n, places = points.shape
+    rest = np.full((2, capacity + 1, 1 << rows.bits, places), NEVER, dtype=np.int64)
+    tours = np.full((capacity + 1, len(first), 1 << rows.bits), NEVER, dtype=np.int64)
+    rest[ANY, :, 0] = legs.ends
+    tours[:, :, 0] = legs.straight
+    for s in range(1, 1 << rows.bits):
         for load in range(capacity, -1, -1):
-            for e in range(rows):
+            for e in range(n):
                 for q in range(places):
-                    after = _after(rest, up, rooms, recover, load, s, e, q) if points[e, q] else NEVER
+                    after = _after(rest, rows, recover, load, s, e, q) if points[e, q] else NEVER
                     if after >= NEVER:
                         continue
                     for p in range(places):
@@ -133,14 +152,14 @@ def errand_tours(
                         rest[mode, load, s, p] = min(rest[mode, load, s, p], rest[mode, load + 1, s, p] + docking)
                 for b in range(len(first)):
                     tours[load, b, s] = min(tours[load, b, s], tours[load + 1, b, s] + docking)
-        for e in range(rows):
+        for e in range(n):
             if up[e] != e and not s >> e & 1 and s >> up[e] & 1:
-                _wait(rest, between, points[e], s, 1 << up[e], lag[e], docking)
+                _wait(rest, between, points[e], s, 1 << up[e], rows.lag[e], docking)
     return tours
 
 
-@compiled
-def _wait(rest: Ints, between: Ints, points: Ints, errands: int, pick: int, lag: int, docking: int) -> None:
+@inlined
+def _wait(rest: Ints, between: Ints, points: Flags, errands: int, pick: int, lag: int, docking: int) -> None:
     """Let a carrier that has just set a rover down wait to pick it up; other rovers it can pick up meanwhile."""
     capacity, places = rest.shape[1] - 1, len(points)
     for load in range(capacity + 1):
@@ -154,13 +173,13 @@ def _wait(rest: Ints, between: Ints, points: Ints, errands: int, pick: int, lag:
                     rest[LEFT, load, errands, p] = min(rest[LEFT, load, errands, p], stay)
 
 
-@compiled
-def _after(rest: Ints, up: Ints, rooms: int, recover: bool, load: int, errands: int, row: int, place: int) -> int:
+@inlined
+def _after(rest: Ints, rows: Rows, recover: bool, load: int, errands: int, row: int, place: int) -> int:
     """Return the ms that errands take from when the first of them is done, one of that row at that place."""
-    capacity = rest.shape[1] - 1
+    capacity, up = rest.shape[1] - 1, rows.up
     if errands >> row & 1:
         left = errands & ~(1 << row)
-        if row >= rooms:
+        if row >= rows.rooms:
             return rest[ANY, load, left, place]
         if up[row] == row and recover:
             return rest[ANY, capacity, left, place] if capacity > 0 else NEVER

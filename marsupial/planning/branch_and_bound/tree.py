@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from marsupial.planning.local_search.encoding import Ints
+from marsupial.arrays import Ints
 
 LEVELS = 60
 """How many docks and undocks there can be in a row; where more are needed nothing is proven."""

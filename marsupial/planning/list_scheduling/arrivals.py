@@ -1,4 +1,4 @@
-"""When every robot could be at every meeting after a timeline: by itself, or with rides.
+"""When every robot could be at every meeting after a timeline: by itself, or with transports.
 
 Kept up to date with a timeline, since few robots change from one step to the next.
 """
@@ -13,7 +13,7 @@ from marsupial.model.plan import EPSILON_MS
 from marsupial.model.robots import Role
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Times
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Ride
+from marsupial.planning.list_scheduling.transports import Transport
 
 
 class Arrivals:
@@ -74,29 +74,29 @@ class Arrivals:
         `k` is the number of the carrier among the carriers.
         """
         docked = np.maximum(self.boarding_ms[k], arrive_ms) + self.docking_ms[v]
-        return np.asarray(docked[:, None] + self.costs.ride[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
+        return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.undocking_ms[v])
 
-    def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Ride]]:
-        """Search the earliest times at which a rover could be at each meeting with any number of rides.
+    def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
+        """Search the earliest times at which a rover could be at each meeting with any number of transports.
 
-        With `alone` no carrier fetches it: it drives, set down before by the carrier it is aboard.
+        With `alone` no carrier picks it up: it drives, set down before by the carrier it is aboard.
 
         Returns
         -------
-        times, rides
-            Per meeting the time, and the last ride on the way there (absent: it drives there from where it stands).
-            Exact if no carrier is used twice, an estimate otherwise.
+        times, transports
+            Per meeting the time, and the last transport on the way there (absent: it drives there from where it
+            stands). Exact if no carrier is used twice, an estimate otherwise.
         """
-        rides: dict[int, Ride] = {}
+        transports: dict[int, Transport] = {}
         on, times = self.timeline.on[self.robots[v]], np.minimum(self.arrive_ms[v], NEVER)
         if alone and on is None:
-            return times, rides
+            return times, transports
         names, stay = self.timeline.situation.meetings, self.costs.stay[self.kinds[v]]
         if on is not None:
             via = self.landed(v)[:, None] + stay
             for m in np.flatnonzero(via.min(axis=0, initial=NEVER) < NEVER):
                 down = int(np.argmin(via[:, m]))
-                rides[int(m)] = Ride(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
+                transports[int(m)] = Transport(carrier=on, pickup=None, set_down=names[down], then_to=names[m])
                 times[m] = via[down, m]
         better = not alone
         while better:
@@ -107,12 +107,12 @@ class Arrivals:
                 for m in np.flatnonzero(landed.min(axis=0, initial=NEVER) < times):
                     down = int(np.argmin(landed[:, m]))
                     pickup = int(np.argmin(up[:, down]))
-                    rides[int(m)] = Ride(
+                    transports[int(m)] = Transport(
                         carrier=self.robots[c], pickup=names[pickup], set_down=names[down], then_to=names[m]
                     )
                     times[m] = landed[down, m]
                     better = True
-        return times, rides
+        return times, transports
 
     def _mend(self, timeline: Timeline, changed: Iterable[int]) -> None:
         self.timeline, self._seen = timeline, len(timeline.actions)

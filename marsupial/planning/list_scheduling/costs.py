@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags, Ints
 from marsupial.model.plan import EPSILON_MS
-from marsupial.model.situation import UNREACHABLE, Situation
+from marsupial.model.situation import UNREACHABLE, Situation, TravelTable
 
-Times = npt.NDArray[np.int64]
-Indices = npt.NDArray[np.int64]
-Mask = npt.NDArray[np.bool_]
+Times = Ints
+Indices = Ints
+Mask = Flags
 NEVER = 1 << 56
 """Any time from here on means that it can't be done; a dozen of them can be added without overflow."""
 
@@ -25,14 +25,14 @@ class Costs:
     ----------
     explore
         (types, places, targets): exploring a target from a place.
-    outing
+    sortie
         (types, meetings, targets): the same from a meeting.
     meet
         (types, places, meetings): from being ready at a place to being ready at a meeting, 0 where it is the same.
     stay
         (types, meetings, meetings): the same from a meeting.
-    ride
-        The same for carriers, `NEVER` on the diagonal: riding nowhere is of no use.
+    transport
+        The same for carriers, `NEVER` on the diagonal: a transport to nowhere is of no use.
     """
 
     def __init__(self, situation: Situation) -> None:
@@ -43,13 +43,17 @@ class Costs:
         self.explore: Times = np.empty((kinds, places, len(targets)), dtype=np.int64)
         self.meet: Times = np.empty((kinds, places, len(meetings)), dtype=np.int64)
         for k, kind in enumerate(situation.types):
-            table = situation.travel_ms[kind.name]
-            drive = np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1))
+            drive = driving_ms(situation.travel_ms[kind.name])
             may = np.array([kind.name in target.explorers for target in situation.targets], dtype=np.bool_)
             self.explore[k] = np.where(may, drive[:, targets], NEVER)
             self.meet[k] = drive[:, meetings] + EPSILON_MS
         self.meet[:, meetings, np.arange(len(meetings))] = 0
-        self.outing: Times = np.ascontiguousarray(self.explore[:, meetings])
+        self.sortie: Times = np.ascontiguousarray(self.explore[:, meetings])
         self.stay: Times = np.ascontiguousarray(self.meet[:, meetings])
-        self.ride: Times = self.stay.copy()
-        self.ride[:, np.arange(len(meetings)), np.arange(len(meetings))] = NEVER
+        self.transport: Times = self.stay.copy()
+        self.transport[:, np.arange(len(meetings)), np.arange(len(meetings))] = NEVER
+
+
+def driving_ms(table: TravelTable) -> Times:
+    """Return how long the actions of a travel table last: at least 1 ms, `NEVER` without a path."""
+    return np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1))

@@ -13,7 +13,7 @@ import numpy as np
 
 from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
 from marsupial.model.situation import UNREACHABLE, Situation, TravelTable
-from marsupial.planning.list_scheduling.costs import NEVER, Indices
+from marsupial.planning.list_scheduling.costs import NEVER, Indices, driving_ms
 
 
 class Detours:
@@ -66,7 +66,7 @@ def _has_detour(table: TravelTable, stops: Indices) -> bool:
 
 def _filled(table: TravelTable, stops: Indices) -> tuple[TravelTable, Indices]:
     """Return the table with its holes filled, and per pair of places the next place on the way (Floyd and Warshall)."""
-    ms = np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1))
+    ms = driving_ms(table)
     hops = np.broadcast_to(np.arange(len(table)), table.shape).copy()
     for stop in stops:
         by_way = ms[:, stop, None] + EPSILON_MS + ms[stop]

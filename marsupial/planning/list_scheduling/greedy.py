@@ -1,6 +1,6 @@
 """The engine that always answers: list scheduling, one target after the other, then the rest of the goal.
 
-Each step takes the target that can be explored soonest, in the way that does so
+Each step takes the target that can be explored soonest, by the insertion that does so
 (`marsupial.planning.list_scheduling.insertions`), and adds its actions to the timeline; rovers are then picked up and
 carriers drive home (`marsupial.planning.list_scheduling.recovery`). What this does badly is to leave far targets for
 the end. So it is done over in a few rounds, each of which gives the target that came last a head start of half the
@@ -26,10 +26,10 @@ from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Out
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Times
 from marsupial.planning.list_scheduling.detours import Detours
-from marsupial.planning.list_scheduling.insertions import Ways
+from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.recovery import go_home, recover
 from marsupial.planning.list_scheduling.timeline import Timeline, replay
-from marsupial.planning.list_scheduling.transports import follow, ride
+from marsupial.planning.list_scheduling.transports import follow, transport
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
 
 ROUNDS = 8
@@ -162,47 +162,47 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
     explored = timeline.explored
     if explored.issuperset(names):
         return timeline, []
-    ways = Ways(timeline, costs, np.array([name not in explored for name in names], dtype=np.bool_))
-    while ways.left.any():
-        done, numbers = ways.soonest()
+    insertions = Insertions(timeline, costs, np.array([name not in explored for name in names], dtype=np.bool_))
+    while insertions.left.any():
+        done, numbers = insertions.soonest()
         target = int(np.argmin(np.where(done < NEVER, done - head_start_ms, NEVER)))
         if done[target] < NEVER:
-            _take(ways, int(numbers[target]), target, names[target])
-            ways.advance()
-            ways.left[target] = False
+            _take(insertions, int(numbers[target]), target, names[target])
+            insertions.advance()
+            insertions.left[target] = False
             continue
-        relayed = _relay_to_target(ways, names)
+        relayed = _relay_to_target(insertions, names)
         if relayed is None:
             break
-        ways = Ways(relayed[0], costs, ways.left)
-        ways.left[relayed[1]] = False
-    return ways.timeline, [name for name, left in zip(names, ways.left, strict=True) if left]
+        insertions = Insertions(relayed[0], costs, insertions.left)
+        insertions.left[relayed[1]] = False
+    return insertions.timeline, [name for name, left in zip(names, insertions.left, strict=True) if left]
 
 
-def _take(ways: Ways, number: int, target: int, name: str) -> None:
-    """Add a way to explore a target."""
-    robot, carrier = ways.way(number)
+def _take(insertions: Insertions, number: int, target: int, name: str) -> None:
+    """Add an insertion to explore a target."""
+    robot, carrier = insertions.explorer(number)
     if carrier is not None:
-        ride(ways.timeline, robot, ways.journey(robot, carrier, target))
-    ways.timeline.explore(robot, name)
+        transport(insertions.timeline, robot, insertions.journey(robot, carrier, target))
+    insertions.timeline.explore(robot, name)
 
 
-def _relay_to_target(ways: Ways, names: list[str]) -> tuple[Timeline, int] | None:
-    """Return the timeline with one more target explored, by several rides in a row, or None if there is no such way."""
-    options, known = [], ways.arrivals
+def _relay_to_target(insertions: Insertions, names: list[str]) -> tuple[Timeline, int] | None:
+    """Return the timeline with one more target explored by several transports in a row, or None if none can be."""
+    options, known = [], insertions.arrivals
     for i in known.rovers:
-        outing = np.where(ways.left, ways.costs.outing[known.kinds[i]], NEVER)
-        if not (outing < NEVER).any():
+        sortie = np.where(insertions.left, insertions.costs.sortie[known.kinds[i]], NEVER)
+        if not (sortie < NEVER).any():
             continue
-        times, rides = known.relay(i)
-        done = times[:, None] + outing
+        times, transports = known.relay(i)
+        done = times[:, None] + sortie
         meeting, target = (int(k) for k in np.unravel_index(int(np.argmin(done)), done.shape))
         if done[meeting, target] < NEVER:
-            options.append((int(done[meeting, target]), i, meeting, target, rides))
-    for _, i, meeting, target, rides in sorted(options, key=lambda option: option[:2]):
+            options.append((int(done[meeting, target]), i, meeting, target, transports))
+    for _, i, meeting, target, transports in sorted(options, key=lambda option: option[:2]):
         rover = known.robots[i]
-        timeline = ways.timeline.copy()
-        if follow(timeline, rover, meeting, rides) and timeline.can_drive(rover, names[target]):
+        timeline = insertions.timeline.copy()
+        if follow(timeline, rover, meeting, transports) and timeline.can_drive(rover, names[target]):
             timeline.explore(rover, names[target])
             return timeline, target
     return None

@@ -1,9 +1,9 @@
-"""All ways in which one more target could be explored after a timeline, and the soonest of them for each target.
+"""All insertions of one more target behind a timeline, and the soonest of them for each target.
 
 A robot on the ground goes itself; a carrier sets down a rover it carries at a meeting; or a carrier first picks up a
 rover on the ground at one meeting (a full one sets down another there) and carries it to a second. From where it was
-set down, it matters no more how a rover got there: so the table of rides is over meetings, and few of its rows have
-to be mended after a step. A rover that needs several rides in a row is found by a search of its own
+set down, it matters no more how a rover got there: so the table of transports is over meetings, and few of its rows
+have to be mended after a step. A rover that needs several transports in a row is found by a search of its own
 (`Arrivals.relay`), since that is rarely needed.
 """
 
@@ -15,13 +15,13 @@ import numpy as np
 
 from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
-from marsupial.planning.list_scheduling.kernels import mend_landed, soonest
+from marsupial.planning.list_scheduling.kernels import Fleet, mend_landed, soonest
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Ride
+from marsupial.planning.list_scheduling.transports import Transport
 
 
-class Ways:
-    """The ways after a timeline, kept up to date with it; `left` are the targets not yet explored.
+class Insertions:
+    """The insertions behind a timeline, kept up to date with it; `left` are the targets not yet explored.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Ways:
         int64 (robots, targets): when each robot would have explored each target by itself, `NEVER` or later if not.
     landed_ms
         int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
-        carrier it is aboard, then fetched by each carrier; `NEVER` where it can't be.
+        carrier it is aboard, then carried by each carrier; `NEVER` where it can't be.
     """
 
     def __init__(self, timeline: Timeline, costs: Costs, left: Mask) -> None:
@@ -38,8 +38,13 @@ class Ways:
         n, (c, n_meetings) = len(self.arrivals.robots), self.arrivals.boarding_ms.shape
         self.alone_ms: Times = np.full((n, len(left)), NEVER, dtype=np.int64)
         self.landed_ms: Times = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
-        self._carriers: Indices = np.array(self.arrivals.carriers, dtype=np.int64)
-        self._rovers: Indices = np.array(self.arrivals.rovers, dtype=np.int64)
+        self._fleet = Fleet(
+            carriers=np.array(self.arrivals.carriers, dtype=np.int64),
+            rovers=np.array(self.arrivals.rovers, dtype=np.int64),
+            kinds=self.arrivals.kinds,
+            docking=self.arrivals.docking_ms,
+            undocking=self.arrivals.undocking_ms,
+        )
         self._mend(range(n))
 
     def advance(self) -> None:
@@ -47,38 +52,39 @@ class Ways:
         self._mend(self.arrivals.advance(self.timeline))
 
     def soonest(self) -> tuple[Times, Indices]:
-        """Return per target when it would be explored soonest, `NEVER` if not or not left, and the number of the way.
+        """Return per target when it would be explored soonest, `NEVER` if not or not left, and the number of
+        its insertion.
 
-        Ways are numbered: each robot alone; each rover set down by the carrier it is aboard; then carriers x rovers,
-        the carrier fetching the rover.
+        Insertions are numbered: each robot alone; each rover set down by the carrier it is aboard; then carriers x
+        rovers, the carrier picking up the rover first.
         """
-        done, ways = np.empty_like(self.left, dtype=np.int64), np.empty_like(self.left, dtype=np.int64)
-        known, outing = self.arrivals, self.costs.outing
-        kinds = known.kinds[self._rovers]
-        soonest(self.alone_ms, self.landed_ms, known.aboard, kinds, outing, self.left, done, ways)
-        return done, ways
+        done, insertions = np.empty_like(self.left, dtype=np.int64), np.empty_like(self.left, dtype=np.int64)
+        known, sortie = self.arrivals, self.costs.sortie
+        kinds = known.kinds[self._fleet.rovers]
+        soonest(self.alone_ms, self.landed_ms, known.aboard, kinds, sortie, self.left, done, insertions)
+        return done, insertions
 
-    def way(self, number: int) -> tuple[str, str | None]:
-        """Return the explorer of a way, and the carrier that brings it, None where it goes itself."""
+    def explorer(self, number: int) -> tuple[str, str | None]:
+        """Return the explorer of an insertion, and the carrier that brings it, None where it goes itself."""
         robots = self.arrivals.robots
         if number < len(robots):
             return robots[number], None
-        slab, k = divmod(number - len(robots), len(self._rovers))
-        rover = robots[self._rovers[k]]
-        return rover, robots[self._carriers[slab - 1]] if slab else self.timeline.on[rover]
+        slab, k = divmod(number - len(robots), len(self._fleet.rovers))
+        rover = robots[self._fleet.rovers[k]]
+        return rover, robots[self._fleet.carriers[slab - 1]] if slab else self.timeline.on[rover]
 
-    def journey(self, rover: str, carrier: str, target: int) -> Ride:
+    def journey(self, rover: str, carrier: str, target: int) -> Transport:
         """Return how `carrier` best brings `rover` to where it sets out for the target."""
         v = self.arrivals.row[rover]
-        outing = self.costs.outing[self.arrivals.kinds[v], :, target]
+        sortie = self.costs.sortie[self.arrivals.kinds[v], :, target]
         names = self.timeline.situation.meetings
         if self.timeline.on[rover] == carrier:
-            place = names[int(np.argmin(self.arrivals.landed(v) + outing))]
-            return Ride(carrier=carrier, pickup=None, set_down=place, then_to=place)
+            place = names[int(np.argmin(self.arrivals.landed(v) + sortie))]
+            return Transport(carrier=carrier, pickup=None, set_down=place, then_to=place)
         k = self.arrivals.carriers.index(self.arrivals.row[carrier])
         via = self.arrivals.carried(k, self.arrivals.arrive_ms[v], v)
-        first, second = np.unravel_index(int(np.argmin(via + outing)), via.shape)
-        return Ride(carrier=carrier, pickup=names[first], set_down=names[second], then_to=names[second])
+        first, second = np.unravel_index(int(np.argmin(via + sortie)), via.shape)
+        return Transport(carrier=carrier, pickup=names[first], set_down=names[second], then_to=names[second])
 
     def _mend(self, rows: Iterable[int]) -> None:
         known, stale = self.arrivals, np.zeros(len(self.alone_ms), dtype=np.bool_)
@@ -91,16 +97,5 @@ class Ways:
                 place = self.timeline.situation.place_index[at]
                 ready = self.timeline.ready_ms[known.robots[i]]
                 np.add(self.costs.explore[known.kinds[i], place], ready, out=self.alone_ms[i])
-        mend_landed(
-            self.landed_ms,
-            stale,
-            self._carriers,
-            self._rovers,
-            known.aboard,
-            known.arrive_ms,
-            known.boarding_ms,
-            self.costs.ride,
-            known.docking_ms,
-            known.undocking_ms,
-            known.kinds,
-        )
+        landed, costs = self.landed_ms, self.costs
+        mend_landed(self._fleet, landed, stale, known.aboard, known.arrive_ms, known.boarding_ms, costs.transport)

@@ -1,38 +1,53 @@
-"""The compiled part of list scheduling: rides of every rover on every carrier, and what is soonest."""
+"""The compiled part of list scheduling: transports of all rovers on all carriers, and what is soonest. Times in ms."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
+from marsupial.arrays import Flags, Ints
 from marsupial.native import native
 from marsupial.planning.list_scheduling.costs import NEVER
 
 
+class Fleet(NamedTuple):
+    """What does not change of the robots of a situation.
+
+    Attributes
+    ----------
+    carriers, rovers
+        The numbers of the robots of each role.
+    kinds
+        (robots,): the number of each robot's type.
+    docking, undocking
+        (robots,): ms from beginning to dock or undock to being ready again.
+    """
+
+    carriers: Ints
+    rovers: Ints
+    kinds: Ints
+    docking: Ints
+    undocking: Ints
+
+
 @native
 def mend_landed(
-    landed: Any,
-    stale: Any,
-    carriers: Any,
-    rovers: Any,
-    aboard: Any,
-    arrive: Any,
-    boarding: Any,
-    ride: Any,
-    docking: Any,
-    undocking: Any,
-    kinds: Any,
+    fleet: Fleet, landed: Ints, stale: Flags, aboard: Ints, arrive: Ints, boarding: Ints, transport: Ints
 ) -> None:
-    """Mend `landed` where robots are `stale`; arrays as in `Arrivals`, `Costs` and `Ways`."""
+    """Mend (1 + carriers, rovers, meetings) `landed`, see `Insertions`, where robots are `stale` (robots,).
+
+    `aboard`, `arrive` and `boarding` are those of `Arrivals`, `transport` is that of `Costs`.
+    """
     n_meetings = arrive.shape[1]
+    carriers, rovers = fleet.carriers, fleet.rovers
     for k in range(len(rovers)):
         v, on = rovers[k], aboard[k]
         if stale[v] or (on >= 0 and stale[carriers[on]]):
             for m in range(n_meetings):
-                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + undocking[v]) if on >= 0 else NEVER
+                landed[0, k, m] = min(NEVER, arrive[carriers[on], m] + fleet.undocking[v]) if on >= 0 else NEVER
     for c in range(len(carriers)):
-        between = ride[kinds[carriers[c]]]
+        between = transport[fleet.kinds[carriers[c]]]
         for k in range(len(rovers)):
             v = rovers[k]
             if not (stale[v] or stale[carriers[c]]):
@@ -42,7 +57,7 @@ def mend_landed(
             if aboard[k] >= 0:
                 continue
             for pickup in range(n_meetings):
-                docked = max(boarding[c, pickup], arrive[v, pickup]) + docking[v] + undocking[v]
+                docked = max(boarding[c, pickup], arrive[v, pickup]) + fleet.docking[v] + fleet.undocking[v]
                 if docked < NEVER:
                     for m in range(n_meetings):
                         row[m] = min(row[m], docked + between[pickup, m])
@@ -50,21 +65,32 @@ def mend_landed(
 
 @native
 def soonest(
-    alone: Any, landed: Any, aboard: Any, rover_kinds: Any, outing: Any, left: Any, done: Any, ways: Any
+    alone: Ints, landed: Ints, aboard: Ints, rover_kinds: Ints, sortie: Ints, left: Flags, done: Ints, insertions: Ints
 ) -> None:
-    """Enter in `done` when each target that is `left` would be explored soonest, and in `ways` how.
+    """Enter when each target that is left would be explored soonest, and by which insertion; among equals the first.
 
-    A way is a row of `alone`, or from there on a row of `landed`, slab after slab; among equals the first.
+    Parameters
+    ----------
+    alone, landed
+        Those of `Insertions`. An insertion is a row of `alone`, or from there on a row of `landed`, slab after slab.
+    aboard, rover_kinds
+        (rovers,): the carrier that each rover is aboard, or -1, and the number of its type.
+    sortie
+        That of `Costs`.
+    left
+        (targets,): which targets are left.
+    done, insertions
+        (targets,): receive the times, `NEVER` where there is none, and the numbers of the insertions, -1 there.
     """
     done[:] = NEVER
-    ways[:] = -1
+    insertions[:] = -1
     for i in range(alone.shape[0]):
         for t in range(alone.shape[1]):
             if left[t] and alone[i, t] < done[t]:
-                done[t], ways[t] = alone[i, t], i
+                done[t], insertions[t] = alone[i, t], i
     slabs, rovers, meetings = landed.shape
-    ready = np.full((outing.shape[0], meetings), NEVER)
-    first = np.full((outing.shape[0], meetings), -1)
+    ready = np.full((sortie.shape[0], meetings), NEVER)
+    first = np.full((sortie.shape[0], meetings), -1)
     for s in range(slabs):
         for k in range(rovers):
             if (s == 0) != (aboard[k] >= 0):
@@ -73,22 +99,28 @@ def soonest(
             for m in range(meetings):
                 if landed[s, k, m] < ready[kind, m]:
                     ready[kind, m], first[kind, m] = landed[s, k, m], len(alone) + s * rovers + k
-    for kind in range(outing.shape[0]):
+    for kind in range(sortie.shape[0]):
         for m in range(meetings):
             if ready[kind, m] >= NEVER:
                 continue
             for t in range(alone.shape[1]):
-                end = ready[kind, m] + outing[kind, m, t]
-                if left[t] and (end < done[t] or (end == done[t] and first[kind, m] < ways[t])):
-                    done[t], ways[t] = end, first[kind, m]
+                end = ready[kind, m] + sortie[kind, m, t]
+                if left[t] and (end < done[t] or (end == done[t] and first[kind, m] < insertions[t])):
+                    done[t], insertions[t] = end, first[kind, m]
 
 
 @native
-def soonest_aboard(ready: Any, carriers: Any, docking: Any, aboard: Any) -> None:
-    """Enter in `aboard` (rovers, carriers) when each rover could be aboard each carrier soonest, `NEVER` if not.
+def soonest_aboard(ready: Ints, carriers: Ints, docking: Ints, aboard: Ints) -> None:
+    """Enter when each rover could be aboard each carrier soonest, `NEVER` if not.
 
-    `ready` (rovers, meetings) and `carriers` (meetings, carriers) say when they are ready for that, `docking` (rovers,)
-    how long it takes.
+    Parameters
+    ----------
+    ready, carriers
+        (rovers, meetings) and (meetings, carriers): when they are ready for that.
+    docking
+        (rovers,): how long it takes, in ms.
+    aboard
+        (rovers, carriers): receives the times.
     """
     aboard[:] = NEVER
     for v in range(ready.shape[0]):

@@ -1,7 +1,7 @@
 """The end of a plan made step by step: every rover is picked up, every carrier drives home.
 
 Rovers are picked up in the order of who can be aboard soonest, but no pick-up takes a place that a rover left over
-would need: a matching of rovers to places is kept possible. Where that takes it, rovers get rides by other carriers, or
+would need: a matching of rovers to places is kept possible. Where that takes it, rovers are carried by others first, or
 one that is aboard is set down to be picked up by another carrier.
 """
 
@@ -18,30 +18,30 @@ from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Mask, Times
 from marsupial.planning.list_scheduling.kernels import soonest_aboard
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Ride, board, follow
+from marsupial.planning.list_scheduling.transports import Transport, board, follow
 from marsupial.planning.reachability import matching
 
 
 def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:
     """Add the picking up of every rover; return the timeline and a sentence on those left, if any.
 
-    Where some are left, it is done over with those that need rides going first, before the carriers that give them
-    rides are full.
+    Where some are left, it is done over with those that need transports going first, before the carriers for
+    that are full.
     """
-    recovered, left = _recovered(timeline, costs, rides_first=False)
+    recovered, left = _recovered(timeline, costs, transports_first=False)
     if left:
-        other = _recovered(timeline, costs, rides_first=True)
+        other = _recovered(timeline, costs, transports_first=True)
         recovered, left = (recovered, left) if other[1] else other
     return recovered, f"list scheduling found no place on a carrier for {left[0]}" if left else ""
 
 
-def _recovered(timeline: Timeline, costs: Costs, *, rides_first: bool) -> tuple[Timeline, list[str]]:
+def _recovered(timeline: Timeline, costs: Costs, *, transports_first: bool) -> tuple[Timeline, list[str]]:
     """Return the timeline with the picking up of every rover added, and the rovers left."""
     known, stranded_ms = Arrivals(timeline, costs), _stranded_ms(timeline.situation)
-    for _ in range(3 * len(known.rovers)):  # rides on full carriers set others down, and might do so for ever
+    for _ in range(3 * len(known.rovers)):  # transports on full carriers set others down, and might do so for ever
         if (known.aboard >= 0).all():
             break
-        step = _Pickups(known, stranded_ms, rides_first=rides_first).next()
+        step = _Pickups(known, stranded_ms, transports_first=transports_first).next()
         if step is None:
             break
         known.advance(step)
@@ -64,8 +64,8 @@ def go_home(timeline: Timeline) -> str:
 class _Pickups:
     """Which carrier could pick up which rover, when and where. Rovers are indices into `Arrivals.robots`."""
 
-    def __init__(self, known: Arrivals, stranded_ms: Times, *, rides_first: bool) -> None:
-        self.known, self.timeline, self.rides_first = known, known.timeline, rides_first
+    def __init__(self, known: Arrivals, stranded_ms: Times, *, transports_first: bool) -> None:
+        self.known, self.timeline, self.transports_first = known, known.timeline, transports_first
         self.meetings = known.timeline.situation.meetings
         self.carriers = [known.robots[c] for c in known.carriers]
         self.places = [known.capacity[c] for c in known.carriers]
@@ -105,7 +105,7 @@ class _Pickups:
     def _in_order(self, aboard_ms: Times) -> Iterator[tuple[int, int]]:
         """Yield the pairs of a rover that is out and a carrier, the soonest first; never those that can't be."""
         untried = aboard_ms
-        if self.rides_first:
+        if self.transports_first:
             direct_ms = self._aboard_ms({v: self.known.relay(v, alone=True) for v in self.out})
             yield from _soonest_first(np.where(direct_ms < NEVER, NEVER, untried))
             untried = np.where(direct_ms < NEVER, untried, NEVER)
@@ -150,8 +150,8 @@ class _Pickups:
         return int(np.argmin(np.minimum(docked, NEVER)))
 
 
-_Journey = tuple[Times, Mapping[int, Ride]]
-"""Per meeting when a rover could be there, and the rides that bring it there."""
+_Journey = tuple[Times, Mapping[int, Transport]]
+"""Per meeting when a rover could be there, and the transports that bring it there."""
 
 
 def _stranded_ms(situation: Situation) -> Times:

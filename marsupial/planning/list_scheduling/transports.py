@@ -1,4 +1,4 @@
-"""Carrying a rover: one ride, or a chain of them, added to a timeline."""
+"""Carrying a rover: one transport, or a chain of them, added to a timeline."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from marsupial.planning.list_scheduling.timeline import Timeline
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ride:
+class Transport:
     """One stage of a rover's journey: aboard `carrier` from a meeting to another, then by itself to a third.
 
     `pickup` is None where it is aboard from the start.
@@ -21,8 +21,8 @@ class Ride:
     then_to: str
 
 
-def ride(timeline: Timeline, rover: str, stage: Ride) -> bool:
-    """Add a ride; False if it turns out that somebody has no path (the timeline then ends in the middle of it)."""
+def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
+    """Add a transport; False if it turns out that somebody has no path (the timeline then ends in the middle of it)."""
     if stage.pickup is not None:
         if not (timeline.can_drive(stage.carrier, stage.pickup) and timeline.can_drive(rover, stage.pickup)):
             return False
@@ -43,18 +43,18 @@ def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> None:
     timeline.dock(rover, carrier, meeting)
 
 
-def follow(timeline: Timeline, rover: str, meeting: int, rides: Mapping[int, Ride]) -> bool:
-    """Add the rides that bring `rover` to a meeting; False if one of them is not possible."""
+def follow(timeline: Timeline, rover: str, meeting: int, transports: Mapping[int, Transport]) -> bool:
+    """Add the transports that bring `rover` to a meeting; False if one of them is not possible."""
     names = timeline.situation.meetings
-    chain: list[Ride] = []
+    chain: list[Transport] = []
     at = meeting
-    while at in rides:
-        chain.append(rides[at])
+    while at in transports:
+        chain.append(transports[at])
         pickup = chain[-1].pickup
         if pickup is None:
             break
         at = names.index(pickup)
-    if not all(ride(timeline, rover, stage) for stage in reversed(chain)):
+    if not all(transport(timeline, rover, stage) for stage in reversed(chain)):
         return False
     if not timeline.can_drive(rover, names[meeting]):
         return False

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
+from marsupial.native import inlined
 from marsupial.planning.local_search.encoding import (
     CAPACITY,
     CARRIERS,
@@ -14,7 +11,6 @@ from marsupial.planning.local_search.encoding import (
     NEIGHBOURS,
     START,
     TARGETS,
-    TYPE,
     UNDOCK,
 )
 from marsupial.planning.local_search.net import (
@@ -32,10 +28,13 @@ from marsupial.planning.local_search.net import (
     UNUSED,
     Net,
     after,
-    compiled,
+    boarding,
+    carries,
     draw,
     first_load,
     head_of,
+    is_transfer,
+    leg_ms,
     pick,
 )
 
@@ -47,14 +46,13 @@ LONG = 1 << 60
 FOCUS = 4
 """Of up to how many targets the latest is chosen."""
 
-
 WATCHED = 8
 """Of up to how many robots that with the latest end is chosen."""
 
 
-@compiled
-def critical_node(net: Net) -> Any:
-    """Return a random node of those that something late waited for, -1 if nothing is done."""
+@inlined
+def critical_node(net: Net) -> int:
+    """Return a random node on the critical path to something late, -1 if nothing is done."""
     node = _some_end(net)
     for _ in range(draw(net, WATCHED)):
         other = _some_end(net)
@@ -69,22 +67,22 @@ def critical_node(net: Net) -> Any:
     return chosen
 
 
-@compiled
-def _some_end(net: Net) -> Any:
-    """Return what a random carrier does last, or the last of a random outing."""
+@inlined
+def _some_end(net: Net) -> int:
+    """Return what a random carrier does last, or the last of a random sortie."""
     node = draw(net, len(net.robots))
     if net.nodes[node, BEFORE] < 0:
         if not net.groups[TARGETS, 0]:
             return net.nodes[pick(net, CARRIERS), BEFORE]
         node = some_target(net)
-        if net.robots[net.nodes[node, ROBOT], CAPACITY] >= 0:
+        if carries(net, net.nodes[node, ROBOT]):
             return node
         node = head_of(net, node)
     return net.nodes[node, BEFORE]
 
 
-@compiled
-def waited_for(net: Net, node: int) -> Any:
+@inlined
+def waited_for(net: Net, node: int) -> int:
     """Return which of the nodes before one it could not begin earlier for."""
     kind, previous = net.nodes[node, KIND], net.nodes[node, BEFORE]
     if kind == EXPLORE:
@@ -93,20 +91,19 @@ def waited_for(net: Net, node: int) -> Any:
     if kind == UNDOCK:
         return other
     place = net.nodes[node, PLACE]
-    ready = net.nodes[previous, END]
-    ready += net.leg[net.robots[net.nodes[node, ROBOT], TYPE], net.nodes[previous, PLACE], place]
-    there = net.nodes[other, END] + net.leg[net.robots[net.nodes[node, CARRIER], TYPE], net.nodes[other, PLACE], place]
+    ready = net.nodes[previous, END] + leg_ms(net, net.nodes[node, ROBOT], net.nodes[previous, PLACE], place)
+    there = net.nodes[other, END] + leg_ms(net, net.nodes[node, CARRIER], net.nodes[other, PLACE], place)
     return other if there >= ready else previous
 
 
-@compiled
-def some_target(net: Net) -> Any:
+@inlined
+def some_target(net: Net) -> int:
     """Return a random target's node."""
     return len(net.robots) + draw(net, net.groups[TARGETS, 0])
 
 
-@compiled
-def late_target(net: Net) -> Any:
+@inlined
+def late_target(net: Net) -> int:
     """Return a random target's node, those reached late more often, or those that somebody late waited for."""
     if draw(net, 2):
         node = critical_node(net)
@@ -124,19 +121,40 @@ def late_target(net: Net) -> Any:
     return one
 
 
-@compiled
-def some_node(net: Net) -> Any:
+@inlined
+def near_target(net: Net, target: int) -> int:
+    """Return the node of a target near that of another, mostly, or of any."""
+    other = net.hints[net.nodes[target, PLACE], NEAR + draw(net, NEIGHBOURS)]
+    if other < 0 or draw(net, 4) == 0:
+        other = some_target(net)
+    return other
+
+
+@inlined
+def _first_transfer(net: Net) -> int:
+    """Return the number of the first node for transfers."""
+    return len(net.robots) + net.groups[TARGETS, 0]
+
+
+@inlined
+def _in_use(net: Net, node: int) -> bool:
+    """Say whether there is a node of that number that is in a chain."""
+    return node < len(net.nodes) and net.nodes[node, KIND] != FREE and net.nodes[node, BEFORE] >= 0
+
+
+@inlined
+def some_node(net: Net) -> int:
     """Return a random node that is in use."""
-    top = len(net.robots) + net.groups[TARGETS, 0]
-    rides = len(net.nodes) - top - net.work[0, UNUSED]
+    top = _first_transfer(net)
+    transfers = len(net.nodes) - top - net.work[0, UNUSED]
     while True:
-        node = draw(net, top + 2 * rides)
-        if node < len(net.nodes) and net.nodes[node, KIND] != FREE and net.nodes[node, BEFORE] >= 0:
+        node = draw(net, top + 2 * transfers)
+        if _in_use(net, node):
             return node
 
 
-@compiled
-def some_ride(net: Net, kind: int) -> Any:
+@inlined
+def some_transfer(net: Net, kind: int) -> int:
     """Return a random dock or undock (or any for `START`), -1 if none is found."""
     if draw(net, 2):
         node = critical_node(net)
@@ -146,76 +164,94 @@ def some_ride(net: Net, kind: int) -> Any:
             node = net.nodes[node, CARRIER_BEFORE]
             if kind == net.nodes[node, KIND]:
                 return node
-    top = len(net.robots) + net.groups[TARGETS, 0]
-    rides = len(net.nodes) - top - net.work[0, UNUSED]
-    if not rides:
+    top = _first_transfer(net)
+    transfers = len(net.nodes) - top - net.work[0, UNUSED]
+    if not transfers:
         return -1
     for _ in range(2 * TRIES):
-        node = top + draw(net, 2 * rides)
-        if (
-            node < len(net.nodes)
-            and net.nodes[node, KIND] != FREE
-            and net.nodes[node, BEFORE] >= 0
-            and kind in (START, net.nodes[node, KIND])
-        ):
+        node = top + draw(net, 2 * transfers)
+        if _in_use(net, node) and kind in (START, net.nodes[node, KIND]):
             return node
     return -1
 
 
-@compiled
-def detour(net: Net, carrier: int, node: int, place: int) -> Any:
+@inlined
+def offer(net: Net, carrier: int, node: int, place: int, guided: bool, rank: int) -> tuple[bool, int]:
+    """Offer a node for a carrier to go to a place behind it; return whether it is chosen for now, and the new rank.
+
+    Guided, the node of the least detour is chosen: the rank is that detour, `LONG` at first. Otherwise one at random:
+    the rank is how many were offered.
+    """
+    if not guided:
+        return draw(net, rank + 1) == 0, rank + 1
+    longer = detour(net, carrier, node, place)
+    return longer < rank, min(longer, rank)
+
+
+@inlined
+def detour(net: Net, carrier: int, node: int, place: int) -> int:
     """Return how much longer a carrier drives if it goes to a place behind a node."""
-    kind, here = net.robots[carrier, TYPE], net.nodes[node, PLACE]
-    longer = np.int64(net.leg[kind, here, place])
-    following = after(net, node, carrier)
+    here, following = net.nodes[node, PLACE], after(net, node, carrier)
+    longer = leg_ms(net, carrier, here, place)
     if following != carrier:
         there = net.nodes[following, PLACE]
-        longer += np.int64(net.leg[kind, place, there]) - np.int64(net.leg[kind, here, there])
+        longer += leg_ms(net, carrier, place, there) - leg_ms(net, carrier, here, there)
     return longer
 
 
-@compiled
-def turn(net: Net, ride: int, carrier: int, first: int) -> Any:
-    """Return a node of a carrier's chain, from `first` on, behind which a ride fits that is in no route, or -1.
+@inlined
+def turn(net: Net, transfer: int, carrier: int, first: int) -> int:
+    """Return a node of a carrier's route, from `first` on, behind which a transfer fits that is in no route, or -1.
 
-    That is judged by who is aboard there and by the times before the change: a rover is not set down after its outing
+    That is judged by who is aboard there and by the times before the change: a rover is not set down after its sortie
     was to end, nor picked up before it could be there. It is a random one or that of the least detour.
     """
-    last, place, docks = net.nodes[ride, BEFORE], net.nodes[ride, PLACE], net.nodes[ride, KIND] == DOCK
-    earliest, latest = np.int64(0), np.int64(LONG)
+    last, docks = net.nodes[transfer, BEFORE], net.nodes[transfer, KIND] == DOCK
+    earliest, latest = 0, LONG
     if docks:
         earliest = net.nodes[last, END]
         if first != carrier:
             earliest += net.nodes[net.nodes[first, CARRIER_BEFORE], END] - net.nodes[first, END]
-    elif net.nodes[ride, COUNTED]:
+    elif net.nodes[transfer, COUNTED]:
         latest = net.nodes[last, END]
-    chosen, seen, node, reached = -1, 0, carrier, False
+    chosen, node, reached = -1, carrier, False
     load, places = first_load(net, carrier), net.robots[carrier, CAPACITY]
-    guided, least = draw(net, 2) == 0, np.int64(LONG)
+    guided = draw(net, 2) == 0
+    rank = LONG if guided else 0
     while True:
-        if net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK:
-            load += 1 if net.nodes[node, KIND] == DOCK else -1
+        load += boarding(net, node)
         reached = reached or node == first
         behind = after(net, node, carrier)
         if reached and (load < places if docks else load > 0):
             if net.nodes[node, END] > latest:
                 return chosen
             if behind == carrier or net.nodes[behind, END] >= earliest:
-                if guided:
-                    longer = detour(net, carrier, node, place)
-                    if longer < least:
-                        least, chosen = longer, node
-                else:
-                    seen += 1
-                    if draw(net, seen) == 0:
-                        chosen = node
+                better, rank = offer(net, carrier, node, net.nodes[transfer, PLACE], guided, rank)
+                if better:
+                    chosen = node
         if behind == carrier:
             return chosen
         node = behind
 
 
-@compiled
-def near_carrier(net: Net, target: int) -> Any:
+@inlined
+def turn_except(net: Net, carrier: int, but: int, place: int) -> int:
+    """Return a node of a carrier's route but one: a random one or that of the least detour."""
+    chosen, node = carrier, carrier
+    guided = draw(net, 2) == 0
+    rank = LONG if guided else 0
+    while True:
+        if node != but:
+            better, rank = offer(net, carrier, node, place, guided, rank)
+            if better:
+                chosen = node
+        node = after(net, node, carrier)
+        if node == carrier:
+            return chosen
+
+
+@inlined
+def near_carrier(net: Net, target: int) -> int:
     """Return a random carrier, more often one that is busy near a target's node, and that is done early."""
     one, other = _near_carrier(net, target), _near_carrier(net, target)
     if draw(net, 4) and net.nodes[net.nodes[other, BEFORE], END] < net.nodes[net.nodes[one, BEFORE], END]:
@@ -223,35 +259,23 @@ def near_carrier(net: Net, target: int) -> Any:
     return one
 
 
-@compiled
-def _near_carrier(net: Net, target: int) -> Any:
+@inlined
+def other_carrier(net: Net, node: int) -> int:
+    """Return a random carrier for what another one does, more often one that is busy near the target beside it."""
+    target = net.nodes[node, BEFORE if net.nodes[node, KIND] == DOCK else AFTER]
+    return near_carrier(net, target) if net.nodes[target, KIND] == EXPLORE else pick(net, CARRIERS)
+
+
+@inlined
+def _near_carrier(net: Net, target: int) -> int:
     if draw(net, 8):
         node = net.hints[net.nodes[target, PLACE], NEAR + draw(net, NEIGHBOURS)]
         if node >= 0 and net.nodes[node, BEFORE] >= 0:
-            if net.robots[net.nodes[node, ROBOT], CAPACITY] >= 0:
+            if carries(net, net.nodes[node, ROBOT]):
                 return net.nodes[node, ROBOT]
-            ride = head_of(net, node)
+            transfer = head_of(net, node)
             if draw(net, 2):
-                ride = net.nodes[ride, BEFORE]
-            if net.nodes[ride, KIND] == UNDOCK or net.nodes[ride, KIND] == DOCK:
-                return net.nodes[ride, CARRIER]
+                transfer = net.nodes[transfer, BEFORE]
+            if is_transfer(net, transfer):
+                return net.nodes[transfer, CARRIER]
     return pick(net, CARRIERS)
-
-
-@compiled
-def between(net: Net, carrier: int, first: int, last: int, place: int) -> Any:
-    """Return a node of a carrier's chain from `first` on, before `last`: a random one or that of the least detour."""
-    chosen, seen, node = first, 0, first
-    guided, least = draw(net, 2) == 0, np.int64(LONG)
-    while True:
-        if guided:
-            longer = detour(net, carrier, node, place)
-            if longer < least:
-                least, chosen = longer, node
-        else:
-            seen += 1
-            if draw(net, seen) == 0:
-                chosen = node
-        node = after(net, node, carrier)
-        if node in (last, carrier):
-            return chosen

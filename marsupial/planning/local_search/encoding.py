@@ -7,30 +7,27 @@ begins with one `START` per robot, so that everything else can be inserted after
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Ints, Ints32
 from marsupial.model.objective import MAKESPAN, Objective, PricedArrival
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, RobotState, Situation
+from marsupial.model.situation import RobotState, Situation
+from marsupial.planning.list_scheduling.costs import NEVER, driving_ms
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
-
-Ints = npt.NDArray[Any]
-"""int64, but for lists of events (int32)."""
-
-NEVER = 1 << 56
-"""A leg from here on has no path."""
 
 EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
 """Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
 
 NEIGHBOURS = 10
-DOORS = 6
+"""How many targets near a target are known."""
 
+DOORS = 6
+"""How many meetings near a place are known, for each type and direction."""
 
 TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
 """Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
@@ -39,8 +36,8 @@ TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
 ENTRIES, EXITS = 0, 1
 
 
-class Task(NamedTuple):
-    """A situation; robots, types and places are indices in its own order, times ms, all arrays int64.
+class ProblemData(NamedTuple):
+    """A situation; robots, types and places are indices in its own order, times ms.
 
     Attributes
     ----------
@@ -78,7 +75,7 @@ class Task(NamedTuple):
         return self.groups[group, 1 : 1 + self.groups[group, 0]]
 
 
-def encode(situation: Situation, objective: Objective = MAKESPAN) -> Task:
+def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData:
     """Return the situation as arrays; worths are in thousandths."""
     kinds = [kind.name for kind in situation.types]
     index = situation.place_index
@@ -90,8 +87,9 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> Task:
     roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
-    doors = np.stack([_doors(leg.transpose(0, 2, 1), meetings), _doors(leg, meetings)])
-    return Task(
+    from_meetings, to_meetings = leg.transpose(0, 2, 1)[:, :, meetings], leg[:, :, meetings]
+    doors = np.stack([_least_apart(apart, meetings, DOORS) for apart in (from_meetings, to_meetings)])
+    return ProblemData(
         leg=leg,
         robots=robots,
         worth=worth,
@@ -127,7 +125,7 @@ def _groups(*members: Ints) -> Ints:
     return groups
 
 
-def events_of(situation: Situation, plan: Plan) -> Ints:
+def events_of(situation: Situation, plan: Plan) -> Ints32:
     """Return the events (n, 4) of a plan: its actions but the moves, after the starts."""
     index = situation.place_index
     number = {robot.name: i for i, robot in enumerate(situation.robots)}
@@ -149,7 +147,7 @@ def events_of(situation: Situation, plan: Plan) -> Ints:
     return np.array(rows, dtype=np.int32).reshape(-1, 4)
 
 
-def plan_of(situation: Situation, events: Ints) -> Plan:
+def plan_of(situation: Situation, events: Ints32) -> Plan:
     """Return the plan of a feasible list of events."""
     timeline = Timeline.of(situation)
     places, robots = situation.places, [robot.name for robot in situation.robots]
@@ -169,8 +167,7 @@ def _legs(situation: Situation) -> Ints:
     places = len(situation.places)
     leg = np.full((len(situation.types), places, places), NEVER, dtype=np.int64)
     for i, kind in enumerate(situation.types):
-        table = situation.travel_ms[kind.name]
-        leg[i] = np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1) + EPSILON_MS)
+        leg[i] = np.minimum(driving_ms(situation.travel_ms[kind.name]) + EPSILON_MS, NEVER)
         np.fill_diagonal(leg[i], 0)
         for target in situation.targets:
             if kind.name not in target.explorers:
@@ -197,19 +194,13 @@ def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints)
             apart = np.minimum(apart, leg[carrier, base[:, None], base] + walk[:, None] + walk)
     apart = np.minimum(apart, apart.T)
     np.fill_diagonal(apart, 4 * NEVER)
-    order = np.argsort(apart, axis=1, kind="stable")[:, :NEIGHBOURS]
-    found = np.where(np.take_along_axis(apart, order, axis=1) < NEVER, targets[order], -1)
-    near[targets, : found.shape[1]] = found
+    near[targets] = _least_apart(apart, targets, NEIGHBOURS)
     return near
 
 
-def _doors(leg: Ints, meetings: Ints) -> Ints:
-    """Return (types, places, n): the meetings with the shortest legs from each place, then -1."""
-    types, places = leg.shape[:2]
-    doors = np.full((types, places, DOORS), -1, dtype=np.int64)
-    if len(meetings):
-        apart = leg[:, :, meetings]
-        order = np.argsort(apart, axis=2, kind="stable")[:, :, :DOORS]
-        found = np.where(np.take_along_axis(apart, order, axis=2) < NEVER, meetings[order], -1)
-        doors[:, :, : found.shape[2]] = found
-    return doors
+def _least_apart(apart: Ints, members: Ints, n: int) -> Ints:
+    """Return (..., n): the members that are least apart, by a table (..., members), then -1."""
+    order = np.argsort(apart, axis=-1, kind="stable")[..., :n]
+    found = np.full((*apart.shape[:-1], n), -1, dtype=np.int64)
+    found[..., : order.shape[-1]] = np.where(np.take_along_axis(apart, order, axis=-1) < NEVER, members[order], -1)
+    return found

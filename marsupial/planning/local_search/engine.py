@@ -18,7 +18,7 @@ from marsupial.model.situation import Situation
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.bounds import makespan_bound_ms
-from marsupial.planning.local_search.encoding import Task, encode, events_of, plan_of
+from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
 from marsupial.planning.local_search.pace import Pace
 from marsupial.planning.local_search.search import can_be_carried_out
 from marsupial.planning.local_search.team import Team
@@ -79,11 +79,11 @@ class Anytime:
             plans.append(event.plan)
             if incumbent.take(event.plan):
                 yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
-        task = encode(situation, objective)
-        bound_ms = makespan_bound_ms(task) if shortest else 0
+        data = encode(situation, objective)
+        bound_ms = makespan_bound_ms(data) if shortest else 0
         pace = Pace(budget, self._clock, begun, bound_ms)
         makespan_ms = min(plan.makespan_ms for plan in plans)
-        for plan in self._improvements(situation, task, plans, pace, objective):
+        for plan in self._improvements(situation, data, plans, pace, objective):
             makespan_ms = plan.makespan_ms
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         if shortest:
@@ -101,16 +101,16 @@ class Anytime:
         return Greedy(self._clock).solve(situation, rounds)
 
     def _improvements(
-        self, situation: Situation, task: Task, plans: list[Plan], pace: Pace, objective: Objective
+        self, situation: Situation, data: ProblemData, plans: list[Plan], pace: Pace, objective: Objective
     ) -> Iterator[Plan]:
         """Yield plans better than all of `plans`, with the best of which the search begins."""
         plans = sorted(plans, key=lambda plan: objective.value(situation, plan))
         told = objective.value(situation, plans[0])
         beginnings = [events_of(situation, plan) for plan in plans]
-        beginnings = [events for events in beginnings if can_be_carried_out(task, events)]
+        beginnings = [events for events in beginnings if can_be_carried_out(data, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches, objective) as team:
+        with Team(data, beginnings, pace.bound_ms + EPSILON_MS, self._searches, objective) as team:
             best = team.score
             while pace.goes_on(best):
                 team.step(pace.used, pace.steps)

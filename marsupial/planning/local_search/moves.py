@@ -1,50 +1,108 @@
-"""All random changes, by number."""
+"""The neighbourhood moves of annealing: a table of what there is and how often each is tried."""
 
 from __future__ import annotations
 
-from marsupial.planning.local_search.net import (
-    Net,
-    compiled,
-)
-from marsupial.planning.local_search.route_moves import cross, shift, splice, turn_round
-from marsupial.planning.local_search.sortie_moves import interchange
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from marsupial.arrays import Ints
+from marsupial.native import inlined
+from marsupial.planning.local_search.encoding import TARGETS
+from marsupial.planning.local_search.net import Net
+from marsupial.planning.local_search.route_moves import cross_exchange, invert, move_string, splice
+from marsupial.planning.local_search.sortie_moves import swap_sorties
 from marsupial.planning.local_search.target_moves import deploy, relocate, reverse, swap
-from marsupial.planning.local_search.transport_moves import exchange, rehost, remeet, reorder, rideless, trade
+from marsupial.planning.local_search.transfer_moves import (
+    merge,
+    move_meeting,
+    reassign,
+    reorder,
+    swap_tails,
+    swap_transfers,
+)
 
 
-@compiled
+class Move(NamedTuple):
+    """A move: compiled, it changes a net at random and says whether it did.
+
+    Attributes
+    ----------
+    rate, busy_rate
+        How often it is tried, beside the others; the second where there are many transfers.
+    needs_targets
+        Whether it can be tried only where there are targets.
+    """
+
+    name: str
+    change: Callable[[Net], bool]
+    rate: int
+    busy_rate: int
+    needs_targets: bool = False
+
+
+MOVES = (
+    Move("relocate", relocate, 20, 10, needs_targets=True),
+    Move("deploy", deploy, 20, 12, needs_targets=True),
+    Move("swap", swap, 8, 4, needs_targets=True),
+    Move("reverse", reverse, 6, 3, needs_targets=True),
+    Move("move meeting", move_meeting, 5, 2),
+    Move("reorder", reorder, 16, 24),
+    Move("reassign", reassign, 10, 24),
+    Move("merge", merge, 3, 2),
+    Move("swap transfers", swap_transfers, 6, 12),
+    Move("swap sorties", swap_sorties, 10, 12, needs_targets=True),
+    Move("move string", move_string, 10, 12),
+    Move("cross-exchange", cross_exchange, 8, 12),
+    Move("splice", splice, 4, 4, needs_targets=True),
+    Move("swap tails", swap_tails, 6, 1),
+    Move("invert", invert, 6, 10),
+)
+
+BUSY = 60
+"""From how many transfers in a plan to begin with, and one for every target, the busy rates hold."""
+
+
+def lots(*, busy: bool) -> Ints:
+    """Return (moves,): up to which number drawn each move is made."""
+    return np.cumsum([move.busy_rate if busy else move.rate for move in MOVES], dtype=np.int64)
+
+
+def _change_from(number: int) -> Callable[[Net, int], bool]:
+    """Return a compiled function that makes the move of a given number, `number` or higher.
+
+    Numbers are constants in it, so that it becomes one chain of comparisons.
+    """
+    if number == len(MOVES):
+        return _no_change
+    make, needs_targets = MOVES[number].change, MOVES[number].needs_targets
+    others = _change_from(number + 1)
+
+    def change(net: Net, move: int) -> bool:
+        if move == number:
+            return (not needs_targets or net.groups[TARGETS, 0] > 0) and make(net)
+        return others(net, move)
+
+    return _unfolded(change)
+
+
+def _unfolded(function: Callable[[Net, int], bool]) -> Callable[[Net, int], bool]:
+    """Compile a function into its caller before types are known, so that a chain of them is compiled once."""
+    compiled: Callable[[Net, int], bool] = njit(inline="always")(function)
+    return compiled
+
+
+@_unfolded
+def _no_change(net: Net, move: int) -> bool:
+    return False
+
+
+_first = _change_from(0)
+
+
+@inlined
 def change(net: Net, move: int) -> bool:
-    """Make the random change of that number."""
-    if move == 0:
-        return relocate(net)
-    if move == 1:
-        return deploy(net)
-    if move == 2:
-        return swap(net)
-    if move == 3:
-        return reverse(net)
-    if move == 4:
-        return remeet(net)
-    if move == 5:
-        return reorder(net)
-    if move == 6:
-        return rehost(net)
-    if move == 7:
-        return rideless(net)
-    if move == 8:
-        return trade(net)
-    if move == 9:
-        return interchange(net)
-    if move == 10:
-        return shift(net)
-    if move == 11:
-        return cross(net)
-    if move == 12:
-        return splice(net)
-    if move == 13:
-        return exchange(net)
-    return turn_round(net)
-
-
-NEEDING_TARGETS = 4
-"""The moves with lower numbers are about targets."""
+    """Make the move of a number in the table; say whether it changed anything."""
+    return _first(net, move)

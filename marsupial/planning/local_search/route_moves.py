@@ -1,27 +1,14 @@
-"""Random changes of several rides of carriers at once, and of all that robots do from some moment on, compiled.
+"""Changes of several transfers of carriers at once, and of all that robots do from some moment on. Compiled.
 
-Each says whether it made one; most of them can't be carried out.
+Each says whether it made a change; most changes can't be carried out.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
-from marsupial.planning.local_search.choices import LONG, critical_node, detour, late_target, near_carrier, some_node
-from marsupial.planning.local_search.encoding import (
-    CAPACITY,
-    CARRIERS,
-    DOCK,
-    EXPLORE,
-    NEIGHBOURS,
-    START,
-    TARGETS,
-    UNDOCK,
-)
+from marsupial.native import inlined
+from marsupial.planning.local_search.choices import critical_node, late_target, other_carrier, some_node, turn_except
+from marsupial.planning.local_search.encoding import CARRIERS, EXPLORE, NEIGHBOURS, START, UNDOCK
 from marsupial.planning.local_search.net import (
-    AFTER,
     BEFORE,
     CARRIER,
     CARRIER_AFTER,
@@ -34,47 +21,51 @@ from marsupial.planning.local_search.net import (
     TAKEN,
     Net,
     after,
+    append,
     ask,
+    assign,
     before,
+    boarding,
+    carries,
     check_load,
-    compiled,
     draw,
+    driver,
     first_load,
     head_of,
-    host,
     insert,
+    is_transfer,
     pick,
     take_out,
     touch,
-    unhost,
+    unassign,
 )
-from marsupial.planning.local_search.transport_moves import swap_tails, tidy
+from marsupial.planning.local_search.transfer_moves import drop_if_empty, swap_tails_at
 
 LONGEST_STRING = 4
-"""How many rides of a carrier are moved at once at most."""
+"""How many transfers of a carrier are moved at once at most."""
 
 LONGEST_TURN = 12
 """How much of a carrier's route is turned round at most."""
 
 
-@compiled
-def _busy(net: Net) -> Any:
+@inlined
+def _busy(net: Net) -> int:
     """Return a random node that is in use, half of the time one that somebody late waited for."""
     node = critical_node(net) if draw(net, 2) else -1
     return node if node >= 0 else some_node(net)
 
 
-@compiled
-def shift(net: Net) -> bool:
-    """Have a carrier give a few rides that follow each other at another turn, or another carrier."""
+@inlined
+def move_string(net: Net) -> bool:
+    """Move a few transfers that follow each other to another turn, or to another carrier."""
     first = _busy(net)
-    if net.nodes[first, KIND] != DOCK and net.nodes[first, KIND] != UNDOCK:
+    if not is_transfer(net, first):
         return False
     carrier, wanted = net.nodes[first, CARRIER], 2 + draw(net, LONGEST_STRING - 1)
     back, node, count = net.nodes[first, CARRIER_BEFORE], first, 0
-    while count < wanted and (net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK):
+    while count < wanted and is_transfer(net, node):
         following = net.nodes[node, CARRIER_AFTER]
-        unhost(net, node)
+        unassign(net, node)
         net.work[TAKEN, count] = node
         count += 1
         node = following
@@ -84,25 +75,25 @@ def shift(net: Net) -> bool:
     at = back
     if draw(net, 2):
         carrier = pick(net, CARRIERS)
-        at = _other_turn(net, carrier, back, net.nodes[first, PLACE])
+        at = turn_except(net, carrier, back, net.nodes[first, PLACE])
     elif not turned or draw(net, 2):
-        at = _other_turn(net, carrier, back, net.nodes[first, PLACE])
+        at = turn_except(net, carrier, back, net.nodes[first, PLACE])
     for i in range(count):
         node = net.work[TAKEN, count - 1 - i if turned else i]
-        host(net, node, carrier, at)
+        assign(net, node, carrier, at)
         at = node
     return True
 
 
-@compiled
-def turn_round(net: Net) -> bool:
+@inlined
+def invert(net: Net) -> bool:
     """Turn round a part of a carrier's route; who is set down and picked up in it still is in that order."""
     first = _busy(net)
-    if net.nodes[first, KIND] == EXPLORE and net.robots[net.nodes[first, ROBOT], CAPACITY] < 0:
+    if net.nodes[first, KIND] == EXPLORE and not carries(net, net.nodes[first, ROBOT]):
         first = head_of(net, first)
     if net.nodes[first, KIND] == START:
         return False
-    carrier = net.nodes[first, ROBOT] if net.nodes[first, KIND] == EXPLORE else net.nodes[first, CARRIER]
+    carrier = driver(net, first)
     at, node, count, wanted = before(net, first, carrier), first, 0, 2 + draw(net, LONGEST_TURN - 1)
     while count < wanted and node != carrier:
         following = after(net, node, carrier)
@@ -116,23 +107,23 @@ def turn_round(net: Net) -> bool:
         if net.nodes[node, KIND] == EXPLORE:
             insert(net, node, carrier, at)
         else:
-            host(net, node, carrier, at)
+            assign(net, node, carrier, at)
         at = node
     return count > 1
 
 
-@compiled
+@inlined
 def _lift(net: Net, node: int) -> None:
-    """Take a target of its own or a ride out of a carrier's route."""
+    """Take a target of its own or a transfer out of a carrier's route."""
     if net.nodes[node, KIND] == EXPLORE:
         take_out(net, node)
     else:
-        unhost(net, node)
+        unassign(net, node)
 
 
-@compiled
+@inlined
 def _pair(net: Net, count: int) -> None:
-    """Let the undock and the dock of each outing change places in what was lifted, where both were."""
+    """Let the undock and the dock of each sortie change places in what was lifted, where both were."""
     for i in range(count):
         node = net.work[TAKEN, i]
         if net.nodes[node, KIND] == UNDOCK:
@@ -142,64 +133,42 @@ def _pair(net: Net, count: int) -> None:
                     break
 
 
-@compiled
-def _other_turn(net: Net, carrier: int, back: int, place: int) -> Any:
-    """Return a node of a carrier's chain other than `back`: a random one or that of the least detour."""
-    at, seen, node = carrier, 0, carrier
-    guided, least = draw(net, 2) == 0, np.int64(LONG)
-    while True:
-        if node != back and guided:
-            longer = detour(net, carrier, node, place)
-            if longer < least:
-                at, least = node, longer
-        elif node != back:
-            seen += 1
-            if draw(net, seen) == 0:
-                at = node
-        node = after(net, node, carrier)
-        if node == carrier:
-            return at
-
-
-@compiled
-def cross(net: Net) -> bool:
+@inlined
+def cross_exchange(net: Net) -> bool:
     """Let two carriers change what they do from some moment on."""
     if net.groups[CARRIERS, 0] < 2:
         return False
     at_one = _busy(net)
     if net.nodes[at_one, KIND] == START:
         return False
-    one = net.nodes[at_one, ROBOT] if net.nodes[at_one, KIND] == EXPLORE else net.nodes[at_one, CARRIER]
-    target = net.nodes[at_one, BEFORE if net.nodes[at_one, KIND] == DOCK else AFTER]
-    other = near_carrier(net, target) if net.nodes[target, KIND] == EXPLORE else pick(net, CARRIERS)
-    if one == other or net.robots[one, CAPACITY] < 0:
+    one = driver(net, at_one)
+    other = other_carrier(net, at_one)
+    if one == other or not carries(net, one):
         return False
     if draw(net, 2):
         at_one = before(net, at_one, one)
     at_other = _at_the_time(net, other, net.nodes[at_one, END], _load_at(net, one, at_one))
     if at_other < 0:
         return False
-    return cross_at(net, one, at_one, other, at_other)
+    return cross_exchange_at(net, one, at_one, other, at_other)
 
 
-@compiled
-def _load_at(net: Net, carrier: int, at: int) -> Any:
+@inlined
+def _load_at(net: Net, carrier: int, at: int) -> int:
     """Return how many rovers are aboard a carrier after a node."""
     load, node = first_load(net, carrier), carrier
     while node != at:
         node = after(net, node, carrier)
-        if net.nodes[node, KIND] != EXPLORE:
-            load += 1 if net.nodes[node, KIND] == DOCK else -1
+        load += boarding(net, node)
     return load
 
 
-@compiled
-def _at_the_time(net: Net, carrier: int, end: int, wanted: int) -> Any:
+@inlined
+def _at_the_time(net: Net, carrier: int, end: int, wanted: int) -> int:
     """Return the last node of a carrier that ends by a time, or the first after it, with so many aboard then, or -1."""
     load, at, node, later = first_load(net, carrier), -1, carrier, draw(net, 2)
     while True:
-        if net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK:
-            load += 1 if net.nodes[node, KIND] == DOCK else -1
+        load += boarding(net, node)
         if load == wanted or draw(net, 8) == 0:
             if net.nodes[node, END] <= end:
                 at = node
@@ -210,50 +179,40 @@ def _at_the_time(net: Net, carrier: int, end: int, wanted: int) -> Any:
             return at
 
 
-@compiled
+@inlined
 def splice(net: Net) -> bool:
     """Let two robots change what they do from some moment on so that one reaches two targets that are near in turn."""
-    if not net.groups[TARGETS, 0]:
-        return False
     at_one = late_target(net)
     target = net.hints[net.nodes[at_one, PLACE], NEAR + draw(net, NEIGHBOURS)]
     if target < 0:
         return False
     one, other, at_other = net.nodes[at_one, ROBOT], net.nodes[target, ROBOT], net.nodes[target, BEFORE]
-    carries = net.robots[one, CAPACITY] >= 0
-    if carries != (net.robots[other, CAPACITY] >= 0) or (carries and one == other):
+    by_carrier = carries(net, one)
+    if by_carrier != carries(net, other) or (by_carrier and one == other):
         return False
-    if carries:
-        return cross_at(net, one, at_one, other, at_other)
-    if not swap_tails(net, at_one, at_other):
+    if by_carrier:
+        return cross_exchange_at(net, one, at_one, other, at_other)
+    if not swap_tails_at(net, at_one, at_other):
         return False
-    tidy(net, at_other)
+    drop_if_empty(net, at_other)
     return True
 
 
-@compiled
-def cross_at(net: Net, one: int, at_one: int, other: int, at_other: int) -> bool:
+@inlined
+def cross_exchange_at(net: Net, one: int, at_one: int, other: int, at_other: int) -> bool:
     """Let two carriers change what is behind a node of each."""
     first_one, first_other = after(net, at_one, one), after(net, at_other, other)
     last_one, last_other = net.nodes[one, BEFORE], net.nodes[other, BEFORE]
     _give_route(net, first_one, one, other)
     _give_route(net, first_other, other, one)
-    if first_other != other:
-        _join(net, at_one, first_other, one)
-        _join(net, last_other, one, one)
-    else:
-        _join(net, at_one, one, one)
-    if first_one != one:
-        _join(net, at_other, first_one, other)
-        _join(net, last_one, other, other)
-    else:
-        _join(net, at_other, other, other)
+    append(net, at_one, one, one, (first_other, last_other), first_other == other)
+    append(net, at_other, other, other, (first_one, last_one), first_one == one)
     check_load(net, one)
     check_load(net, other)
     return True
 
 
-@compiled
+@inlined
 def _give_route(net: Net, first: int, old: int, new: int) -> None:
     node = first
     while node != old:
@@ -262,12 +221,3 @@ def _give_route(net: Net, first: int, old: int, new: int) -> None:
         net.nodes[node, ROBOT if net.nodes[node, KIND] == EXPLORE else CARRIER] = new
         ask(net, node)
         node = following
-
-
-@compiled
-def _join(net: Net, node: int, following: int, carrier: int) -> None:
-    touch(net, node)
-    touch(net, following)
-    net.nodes[node, AFTER if net.nodes[node, ROBOT] == carrier else CARRIER_AFTER] = following
-    net.nodes[following, BEFORE if net.nodes[following, ROBOT] == carrier else CARRIER_BEFORE] = node
-    ask(net, following)

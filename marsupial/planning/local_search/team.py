@@ -10,8 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
+from marsupial.arrays import Ints32
 from marsupial.model.objective import MAKESPAN, Objective, Value
-from marsupial.planning.local_search.encoding import Ints, Task
+from marsupial.planning.local_search.encoding import ProblemData
 from marsupial.planning.local_search.search import Annealing
 
 
@@ -19,9 +20,9 @@ class Team:
     """That many searches; as a context, it leaves no thread behind. See `Annealing` for the rest."""
 
     def __init__(
-        self, task: Task, beginnings: list[Ints], bound_ms: int, size: int, objective: Objective = MAKESPAN
+        self, data: ProblemData, beginnings: list[Ints32], bound_ms: int, size: int, objective: Objective = MAKESPAN
     ) -> None:
-        self._searches = [Annealing(task, beginnings[i:] + beginnings[:i], bound_ms, i, objective) for i in range(size)]
+        self._searches = [Annealing(data, beginnings[i:] + beginnings[:i], bound_ms, i, objective) for i in range(size)]
         self._threads = ThreadPoolExecutor(max(1, size - 1), thread_name_prefix="anytime")
 
     def __enter__(self) -> Self:
@@ -38,7 +39,7 @@ class Team:
         return min(search.score for search in self._searches)
 
     @property
-    def events(self) -> Ints:
+    def events(self) -> Ints32:
         """The best list so far."""
         return min(self._searches, key=lambda search: search.score).events
 

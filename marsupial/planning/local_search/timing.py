@@ -8,10 +8,10 @@ late.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from marsupial.arrays import Floats
+from marsupial.native import inlined
 from marsupial.planning.local_search.encoding import (
     CAPACITY,
     DOCK,
@@ -22,7 +22,6 @@ from marsupial.planning.local_search.encoding import (
     TYPE,
     UNDOCK,
     UNDOCKING,
-    Ints,
 )
 from marsupial.planning.local_search.net import (
     AFTER,
@@ -50,23 +49,25 @@ from marsupial.planning.local_search.net import (
     Net,
     after,
     ask,
-    compiled,
+    boarding,
     count,
     discount,
+    end_of,
     first_load,
     is_aboard,
     lateness,
+    leg_ms,
     touch,
 )
 
 LATEST = 1 << 60
 
 
-@compiled
-def settle(net: Net, limit: float, blend: Ints) -> float:
+@inlined
+def propagate(net: Net, limit: float, blend: Floats) -> float:
     """Time what has been asked for and return the cost; inf where that can't be carried out or is too late.
 
-    `limit` is a cost; a net that would cost more may be given up. `blend` is float64 (3,): what a ms late, a ms of
+    `limit` is a cost; a net that would cost more may be given up. `blend` is (3,): what a ms late, a ms of
     reaching and a ms of driving cost.
     """
     for i in range(net.work[0, CHECKS]):
@@ -81,14 +82,14 @@ def settle(net: Net, limit: float, blend: Ints) -> float:
     return cost_of(net, blend)
 
 
-@compiled
-def cost_of(net: Net, blend: Ints) -> float:
+@inlined
+def cost_of(net: Net, blend: Floats) -> float:
     """Return the cost of a net all of which is timed."""
     return blend[0] * net.work[0, LATE] + blend[1] * net.work[0, REACHING] + blend[2] * net.work[0, DRIVING]
 
 
-@compiled
-def _earliest(net: Net) -> Any:
+@inlined
+def _earliest(net: Net) -> int:
     """Take the node with the earliest former end out of the queue; ends of chains come last."""
     n, best, best_end = net.work[0, QUEUED] - 1, 0, LATEST
     robots = len(net.robots)
@@ -102,7 +103,7 @@ def _earliest(net: Net) -> Any:
     return node
 
 
-@compiled
+@inlined
 def _overloaded(net: Net, carrier: int) -> bool:
     """Say whether a carrier has more rovers aboard than there is room for, or sets down one of a type it has not."""
     total = first_load(net, carrier)
@@ -110,50 +111,26 @@ def _overloaded(net: Net, carrier: int) -> bool:
         load, all_load = net.robots[carrier, LOAD + kind], total
         node = net.nodes[carrier, AFTER]
         while node != carrier:
-            if net.nodes[node, KIND] != EXPLORE:
-                change = 1 if net.nodes[node, KIND] == DOCK else -1
-                all_load += change
-                if net.robots[net.nodes[node, ROBOT], TYPE] == kind:
-                    load += change
-                if load < 0 or all_load > net.robots[carrier, CAPACITY]:
-                    return True
+            change = boarding(net, node)
+            all_load += change
+            if net.robots[net.nodes[node, ROBOT], TYPE] == kind:
+                load += change
+            if change and (load < 0 or all_load > net.robots[carrier, CAPACITY]):
+                return True
             node = after(net, node, carrier)
     return False
 
 
-@compiled
+@inlined
 def _time(net: Net, node: int, latest: int) -> bool:
     """Time one node; False if it can't be carried out or is too late."""
-    kind, robot, place = net.nodes[node, KIND], net.nodes[node, ROBOT], net.nodes[node, PLACE]
-    if kind == START:
+    if net.nodes[node, KIND] == START:
         return _close(net, node, latest)
-    previous = net.nodes[node, BEFORE]
-    if previous < 0:
+    if net.nodes[node, BEFORE] < 0:
         return True
-    drive, end = np.int64(0), np.int64(0)
-    if kind == UNDOCK:
-        if net.recover and net.nodes[previous, KIND] != DOCK:
-            return False
-    else:
-        if is_aboard(net, previous, robot):
-            return False
-        drive = np.int64(net.leg[net.robots[robot, TYPE], net.nodes[previous, PLACE], place])
-        if drive >= FAR:
-            return False
-        end = net.nodes[previous, END] + drive
-    if kind != EXPLORE:
-        carrier = net.nodes[node, CARRIER]
-        previous = net.nodes[node, CARRIER_BEFORE]
-        leg = np.int64(net.leg[net.robots[carrier, TYPE], net.nodes[previous, PLACE], place])
-        if leg >= FAR:
-            return False
-        drive += leg
-        end = max(end, net.nodes[previous, END] + leg)
-        end += net.robots[robot, DOCKING if kind == DOCK else UNDOCKING]
-    if end > latest:
+    possible, end, drive = _work_out(net, node)
+    if not possible or end > latest:
         return False
-    if kind == UNDOCK:
-        drive += net.work[0, TOLL]
     if net.nodes[node, COUNTED] and net.nodes[node, END] == end:
         if net.nodes[node, DRIVE] != drive:
             touch(net, node)
@@ -165,20 +142,43 @@ def _time(net: Net, node: int, latest: int) -> bool:
     net.nodes[node, END], net.nodes[node, DRIVE] = end, drive
     count(net, node)
     following = net.nodes[node, AFTER]
-    if net.nodes[following, KIND] != UNDOCK or net.nodes[following, ROBOT] != robot:
+    if net.nodes[following, KIND] != UNDOCK or net.nodes[following, ROBOT] != net.nodes[node, ROBOT]:
         _ask_next(net, following)
-    if kind != EXPLORE:
+    if net.nodes[node, KIND] != EXPLORE:
         _ask_next(net, net.nodes[node, CARRIER_AFTER])
     return True
 
 
-@compiled
+@inlined
+def _work_out(net: Net, node: int) -> tuple[bool, int, int]:
+    """Return whether what a node does can be done after what is before it, when it ends and the driving it takes."""
+    kind, robot, place = net.nodes[node, KIND], net.nodes[node, ROBOT], net.nodes[node, PLACE]
+    previous = net.nodes[node, BEFORE]
+    possible, end, drive = True, 0, 0
+    if kind == UNDOCK:
+        possible = not net.recover or net.nodes[previous, KIND] == DOCK
+        drive = net.work[0, TOLL]
+    else:
+        drive = leg_ms(net, robot, net.nodes[previous, PLACE], place)
+        possible = drive < FAR and not is_aboard(net, previous, robot)
+        end = net.nodes[previous, END] + drive
+    if kind != EXPLORE:
+        carrier, previous = net.nodes[node, CARRIER], net.nodes[node, CARRIER_BEFORE]
+        leg = leg_ms(net, carrier, net.nodes[previous, PLACE], place)
+        possible = possible and leg < FAR
+        drive += leg
+        end = max(end, net.nodes[previous, END] + leg)
+        end += net.robots[robot, DOCKING if kind == DOCK else UNDOCKING]
+    return possible, end, drive
+
+
+@inlined
 def _ask_next(net: Net, node: int) -> None:
     if net.nodes[node, KIND] != START or net.robots[node, HOME] >= 0:
         ask(net, node)
 
 
-@compiled
+@inlined
 def _close(net: Net, robot: int, latest: int) -> bool:
     """Time the way home of a carrier, and see that a rover is aboard in the end if it has to be."""
     last = net.nodes[robot, BEFORE]
@@ -186,7 +186,7 @@ def _close(net: Net, robot: int, latest: int) -> bool:
         return not net.recover or net.robots[robot, CAPACITY] >= 0 or net.nodes[last, KIND] == DOCK
     touch(net, robot)
     discount(net, robot)
-    leg = np.int64(net.leg[net.robots[robot, TYPE], net.nodes[last, PLACE], net.robots[robot, HOME]])
+    leg = leg_ms(net, robot, net.nodes[last, PLACE], net.robots[robot, HOME])
     if leg >= FAR:
         return False
     net.nodes[robot, DRIVE] = leg
@@ -197,23 +197,22 @@ def _close(net: Net, robot: int, latest: int) -> bool:
     return net.nodes[robot, CARRIER_BEFORE] <= latest
 
 
-@compiled
-def makespan_of(net: Net) -> Any:
+@inlined
+def makespan_of(net: Net) -> int:
     """Return when the last robot is ready, all nodes being timed."""
-    makespan = np.int64(0)
+    makespan = 0
     for node in range(len(net.nodes)):
         if net.nodes[node, COUNTED]:
-            makespan = max(makespan, net.nodes[node, CARRIER_BEFORE if net.nodes[node, KIND] == START else END])
+            makespan = max(makespan, end_of(net, node))
     return makespan
 
 
-@compiled
+@inlined
 def set_due(net: Net, due: int) -> None:
     """Change the time from which on things are late."""
     net.work[0, DUE] = due
-    late = np.int64(0)
+    late = 0
     for node in range(len(net.nodes)):
         if net.nodes[node, COUNTED]:
-            end = net.nodes[node, END] if net.nodes[node, KIND] != START else net.nodes[node, CARRIER_BEFORE]
-            late += lateness(net, end)
+            late += lateness(net, end_of(net, node))
     net.work[0, LATE] = late

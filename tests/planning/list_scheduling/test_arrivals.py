@@ -6,7 +6,7 @@ from situations import in_flight, one_room, relay
 from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.list_scheduling.transports import Ride, follow, ride
+from marsupial.planning.list_scheduling.transports import Transport, follow, transport
 
 
 def test_robots_on_the_ground_arrive_by_themselves() -> None:
@@ -32,10 +32,10 @@ def test_a_full_carrier_is_ready_for_another_rover_after_setting_one_down() -> N
 def test_a_relay_is_found() -> None:
     situation = relay()
     known = Arrivals(Timeline.of(situation), Costs(situation))
-    times, rides = known.relay(known.row["r1"])
+    times, transports = known.relay(known.row["r1"])
     assert times.tolist() == [15_002, 35_003, 70_006]
-    assert rides[2] == Ride(carrier="c2", pickup="m2", set_down="m3", then_to="m3")
-    assert rides[1] == Ride(carrier="c1", pickup=None, set_down="m1", then_to="m2")
+    assert transports[2] == Transport(carrier="c2", pickup="m2", set_down="m3", then_to="m3")
+    assert transports[1] == Transport(carrier="c1", pickup=None, set_down="m1", then_to="m2")
 
 
 def test_alone_a_rover_gets_where_its_carrier_and_its_wheels_take_it() -> None:
@@ -50,12 +50,12 @@ def test_following_the_rides_brings_the_rover_there_in_time() -> None:
     situation = relay()
     timeline = Timeline.of(situation)
     known = Arrivals(timeline, Costs(situation))
-    times, rides = known.relay(known.row["r1"])
-    assert follow(timeline, "r1", 2, rides)
+    times, transports = known.relay(known.row["r1"])
+    assert follow(timeline, "r1", 2, transports)
     assert (timeline.at["r1"], timeline.ready_ms["r1"]) == ("m3", int(times[2]))
 
 
 @pytest.mark.parametrize("meeting", ["m2", "m3"])
 def test_a_ride_that_is_not_possible_says_so(meeting: str) -> None:
     timeline = Timeline.of(relay())
-    assert not ride(timeline, "r1", Ride(carrier="c1", pickup=None, set_down=meeting, then_to="m3"))
+    assert not transport(timeline, "r1", Transport(carrier="c1", pickup=None, set_down=meeting, then_to="m3"))

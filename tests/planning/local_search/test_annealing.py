@@ -12,7 +12,7 @@ from marsupial.model.planning import Budget, Improved
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.local_search.encoding import Task, encode, events_of, plan_of
+from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.local_search.search import Annealing, can_be_carried_out
 from marsupial.planning.local_search.team import Team
@@ -22,7 +22,7 @@ def listed(situation: Situation) -> list[Plan]:
     return [event.plan for event in Greedy().solve(situation, Budget(steps=1)) if isinstance(event, Improved)]
 
 
-def team(situation: Situation, size: int) -> tuple[Task, Team]:
+def team(situation: Situation, size: int) -> tuple[ProblemData, Team]:
     task = encode(situation)
     return task, Team(task, [events_of(situation, plan) for plan in listed(situation)], 0, size)
 

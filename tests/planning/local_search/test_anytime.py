@@ -97,7 +97,7 @@ def test_plans_never_get_longer() -> None:
 
 
 @pytest.mark.parametrize("size", [(2, 2, 8, 4), (6, 3, 20, 8)])
-def test_teams_that_need_rides_get_clearly_shorter_plans_than_the_first(size: tuple[int, int, int, int]) -> None:
+def test_teams_that_need_transports_get_clearly_shorter_plans_than_the_first(size: tuple[int, int, int, int]) -> None:
     for seed in (1, 2):
         situation = many_rooms(*size, seed=seed)
         plans, _ = solve(situation, Budget(steps=60))
