@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 
+from marsupial.maps.survey import Poses
 from marsupial.mission.observer import Observer
-from marsupial.mission.survey import Poses
 from marsupial.model.grid import Cell
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
 from marsupial.model.plan import Action, ActionName, Plan
