@@ -113,7 +113,7 @@ class Playback:
     def state_at(self, t_ms: int) -> FleetState:
         """Return the team at `t_ms`; a moment outside the mission counts as its start or end."""
         t_ms = min(max(t_ms, self.start_ms), self.end_ms)
-        index = bisect_right(self.moments, t_ms, key=lambda moment: moment[0]) - 1
+        index = bisect_right(self.moments, t_ms, key=lambda moment: self.events[moment[0]].t_ms) - 1
         return FleetState(t_ms=t_ms, robots=views(self.moments[index][1], t_ms))
 
     def cells_at(self, t_ms: int) -> CellArray:
@@ -135,14 +135,14 @@ class Playback:
 
 
 def _moments(events: Sequence[MissionEvent]) -> tuple[tuple[int, Tracks], ...]:
-    """Return each moment at which something about the robots changes, and how they are from then on."""
+    """Return the number of each event that changes something about the robots, and how they are from then on."""
     state = MissionState()
     moments: list[tuple[int, Tracks]] = []
-    for event in events:
+    for number, event in enumerate(events):
         before = state.tracks
         state.event(event)
         if state.tracks is not before:
-            moments.append((event.t_ms, state.tracks))
+            moments.append((number, state.tracks))
     return tuple(moments)
 
 
