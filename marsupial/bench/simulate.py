@@ -6,24 +6,24 @@ What `marsupial run` and every comparison call.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
-from marsupial.bench.clairvoyant.mission import clairvoyant_mission
 from marsupial.maps.territory import Territory
-from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionEnded, MissionStarted, PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
-from marsupial.model.scenario import Scenario
+from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.sim.world import SimulatedWorld
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.clairvoyant.strategy import Clairvoyant
 from marsupial.strategies.registry import strategy
 
 
@@ -126,7 +126,7 @@ def simulate(
 ) -> MissionSummary:
     """Run one mission in the simulator and return its summary.
 
-    Besides the strategies there is the clairvoyant (`marsupial.bench.clairvoyant`), which is given the truth.
+    Besides the strategies there is the clairvoyant (`marsupial.strategies.clairvoyant`), which is given the truth.
 
     Raises
     ------
@@ -142,17 +142,20 @@ def simulate(
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
     watcher.event(_started(scenario, robots, strategy_name, planner, seed))
-    assignment = Assignment(
+    reachable = reachable_area(scenario, robots)
+    order = MissionOrder(
         goal=scenario.goal,
         limits=scenario.limits,
         planning_time=scenario.planning_time,
-        reachable=reachable_area(scenario, robots),
+        reachable=reachable,
     )
+    world = SimulatedWorld(scenario.grid, kinds, robots)
     if chosen is None:
-        ended = clairvoyant_mission(scenario.grid, kinds, robots, assignment, budget, watcher, cancelled)
+        order = replace(order, planning_time=PlanningTime.INSTANT)
+        insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
+        ended = Mission(world, kinds, insider, order, watcher, insider).run(cancelled)
     else:
-        world = SimulatedWorld(scenario.grid, kinds, robots)
-        ended = Mission(world, kinds, chosen, assignment, watcher).run(cancelled)
+        ended = Mission(world, kinds, chosen, order, watcher).run(cancelled)
     roles = [kinds[robot.type].role for robot in robots]
     return MissionSummary(
         scenario=scenario.name,

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.bench.simulate import MissionSummary, simulate
 from marsupial.cli.display.messages import warn
 from marsupial.cli.display.progress import progress
@@ -23,8 +22,9 @@ from marsupial.formats.missionlog import LogWriter
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
-from marsupial.model.scenario import Limits, PlanningTime, Scenario
+from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario
 from marsupial.planning.engines import mission_engine
+from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.strategies.registry import FORMER_NAMES
 
 DEFAULT_PLANNER = "auto"
@@ -113,7 +113,7 @@ def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DE
     return Budget(seconds=seconds, steps=steps)
 
 
-def limits_of(time_limit_s: float | None) -> Limits | None:
+def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     """Return the limits that ``--time-limit`` asks for; None for those of the scenario.
 
     Raises
@@ -125,7 +125,7 @@ def limits_of(time_limit_s: float | None) -> Limits | None:
         return None
     if not (time_limit_s > 0 and math.isfinite(time_limit_s)):
         raise UsageError(f"--time-limit: must be positive, got {time_limit_s:g}")
-    return Limits(time_ms=max(1, round(1000 * time_limit_s)))
+    return MissionLimits(time_ms=max(1, round(1000 * time_limit_s)))
 
 
 def _planner(request: Request, budget: Budget) -> str:
