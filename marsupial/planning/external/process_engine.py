@@ -8,7 +8,8 @@ to do, or a goal that can't be reached by anybody.
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Generator
+import sys
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 
 from marsupial.errors import EngineUnavailable, UsageError
@@ -19,7 +20,10 @@ from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import Task, Verdict
 from marsupial.planning.reachability import impossible
 from marsupial.processes import launcher as processes
-from marsupial.processes.jobs import GIB, Ended, Ending, Job, Limits
+from marsupial.processes.jobs import GIB, Ended, Ending, Job, JobLimits
+
+Search = Callable[..., Iterator[Plan | Verdict]]
+"""A module's generator function that takes a `Task`, yields every plan it finds and may end with a `Verdict`."""
 
 Finder = Callable[[str], object | None]
 """Finds a module without importing it, as `importlib.util.find_spec` does."""
@@ -34,26 +38,28 @@ class Requirement:
 
 
 class ProcessEngine:
-    """An engine whose search is the generator `function` (``package.module:name``), run in a child process.
+    """An engine whose search is run in a child process.
 
     Parameters
     ----------
     info
         What it is; `missing` is found out here.
-    function
-        Takes a `Task`, yields every `Plan` it finds and may end with a `Verdict`.
+    preload
+        What loads the libraries of the search, once for all of them.
     """
 
     def __init__(
         self,
         info: EngineInfo,
-        function: str,
+        search: Search,
         requirements: tuple[Requirement, ...],
         *,
+        preload: tuple[processes.Preload, ...] = (),
         finder: Finder = importlib.util.find_spec,
         memory_bytes: int = 2 * GIB,
     ) -> None:
-        self._function = function
+        self._search = search
+        self._preload = (sys.modules[search.__module__], *preload)
         self._memory_bytes = memory_bytes
         self.info = replace(info, missing=_missing(requirements, finder))
 
@@ -69,12 +75,13 @@ class ProcessEngine:
         first = (Improved(plan=start, elapsed_s=0.0),) if start is not None else ()
         below = None if start is None else start.makespan_ms
         task = Task(situation=situation, seconds=budget.seconds, below_ms=below)
+        processes.warm_up(preload=self._preload)
         return Events(processes.run(self.job(task)), first)
 
     def job(self, task: Task) -> Job:
         """Return the job of one search; engines whose function takes more than a `Task` have their own."""
-        limits = Limits(wall_s=task.seconds, memory_bytes=self._memory_bytes)
-        return Job(function=self._function, argument=task, limits=limits)
+        limits = JobLimits(wall_s=task.seconds, memory_bytes=self._memory_bytes)
+        return Job(function=self._search, argument=task, limits=limits)
 
 
 class Events:

@@ -5,7 +5,6 @@ Engines that run in a child process are asked for the function they would run th
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator
 
 from marsupial.errors import UsageError
@@ -16,7 +15,6 @@ from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import Task, Verdict
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.reachability import impossible
-from marsupial.processes.jobs import Job
 
 
 def events(engine: Engine, situation: Situation, budget: Budget, start: Plan | None) -> Iterator[Improved | Finished]:
@@ -42,15 +40,10 @@ def _here(
         return
     below_ms = None if start is None else start.makespan_ms
     verdict = Verdict(outcome=Outcome.NO_PLAN)
-    for value in _results(engine.job(Task(situation=situation, seconds=budget.seconds, below_ms=below_ms))):
+    job = engine.job(Task(situation=situation, seconds=budget.seconds, below_ms=below_ms))
+    for value in job.function(job.argument) or ():
         if isinstance(value, Verdict):
             verdict = value
         elif isinstance(value, Plan):
             yield Improved(plan=value, elapsed_s=0.0)
     yield Finished(outcome=verdict.outcome, detail=verdict.detail)
-
-
-def _results(job: Job) -> Iterator[object]:
-    module, _, name = job.function.partition(":")
-    results: Iterator[object] = getattr(importlib.import_module(module), name)(job.argument)
-    return results
