@@ -37,12 +37,14 @@ Preload = ModuleType | Callable[[], object]
 SUPPORTED = hasattr(os, "fork")
 """Whether this system can fork, which everything here needs."""
 
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Variables of the environment that numerical libraries read when they are loaded; each is 1 for jobs."""
+
 _TRIES = 3
 _START_S = 120.0
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _POLL_S = 0.2
-_ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _CODE = "import sys; sys.path[:] = {path!r}; from marsupial.processes.fork_server import main; main({fd}, {asker})"
 
 
@@ -61,7 +63,7 @@ class Launcher:
                 stdin=subprocess.DEVNULL,
                 stdout=self._stderr,
                 stderr=self._stderr,
-                env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
+                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")},
                 pass_fds=(theirs.fileno(),),
                 start_new_session=True,
             )

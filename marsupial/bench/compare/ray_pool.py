@@ -15,10 +15,10 @@ from contextlib import suppress
 from typing import Any
 
 from marsupial.bench.compare.plan import Comparison, Trial
-from marsupial.bench.compare.pool import MOST_TRIES
 from marsupial.bench.compare.ray_cluster import Cluster, connected, refusal
 from marsupial.bench.compare.ray_task import Refused, Terms, attend, make
-from marsupial.bench.compare.rows import CRASHED, Result, Row
+from marsupial.bench.compare.rows import Result
+from marsupial.bench.compare.runner import lost
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 
@@ -83,7 +83,7 @@ class RayPool:
 
     def _outcome(self, ray: Any, trial: Trial, done: Future[Result], tries: int) -> Result | None:
         """Return what a task has come to; None if it is to be begun again."""
-        lost = (
+        losses = (
             ray.exceptions.WorkerCrashedError,
             ray.exceptions.NodeDiedError,
             ray.exceptions.OutOfMemoryError,
@@ -91,11 +91,8 @@ class RayPool:
         )
         try:
             return done.result()
-        except lost as error:
-            if tries < MOST_TRIES:
-                return None
-            how = f"the worker process died {MOST_TRIES} times: {type(error).__name__}"
-            return Result(row=Row(trial=trial, status=CRASHED, reason=how))
+        except losses as error:
+            return lost(trial, tries, type(error).__name__)
         except ray.exceptions.RayError as error:
             cause = getattr(error, "cause", None)
             if isinstance(cause, Refused):

@@ -6,7 +6,10 @@ from collections.abc import Generator, Sequence
 from typing import Protocol
 
 from marsupial.bench.compare.plan import Trial
-from marsupial.bench.compare.rows import Result
+from marsupial.bench.compare.rows import CRASHED, Result, Row
+
+MOST_TRIES = 2
+"""How often a mission is begun whose worker dies."""
 
 
 class Runner(Protocol):
@@ -22,3 +25,10 @@ class Runner(Protocol):
         (`marsupial.bench.compare.rows.CRASHED`). Closing the generator stops all workers.
         """
         ...
+
+
+def lost(trial: Trial, tries: int, how: str) -> Result | None:
+    """Return what is to be said of a mission whose worker died at that try; None if it is to be begun again."""
+    if tries < MOST_TRIES:
+        return None
+    return Result(row=Row(trial=trial, status=CRASHED, reason=f"the worker process died {MOST_TRIES} times: {how}"))
