@@ -12,7 +12,7 @@ import socket
 import struct
 from collections.abc import Iterator
 
-START = b"S"  # to the supervisor: the order; from it: its process id
+START = b"S"  # the order to begin with; in answer, the process id of who has begun
 MESSAGE = b"M"  # a pickled value, either way
 DONE = b"D"  # from the worker: nothing more comes
 FAILED = b"F"  # from the worker: pickled (ending, detail)
@@ -61,13 +61,26 @@ class Channel:
         EOFError
             If the other end is closed.
         """
+        frame = self.receive_frame()
+        if frame is None:
+            raise EOFError("the other end of the channel is closed")
+        return pickle.loads(frame[1])
+
+    def receive_frame(self, timeout_s: float | None = None) -> tuple[bytes, bytes] | None:
+        """Wait for the next (tag, payload); None if the other end is closed.
+
+        Raises
+        ------
+        TimeoutError
+            If nothing comes for so long.
+        """
         while True:
-            for tag, payload in self.frames():
-                if tag == MESSAGE:
-                    return pickle.loads(payload)
-            self.wait(None)
+            for frame in self.frames():
+                return frame
+            if not self._wait_for(select.POLLIN, timeout_s):
+                raise TimeoutError
             if not self.fill():
-                raise EOFError("the other end of the channel is closed")
+                return None
 
     def send_frame(self, tag: bytes, payload: bytes = b"") -> bool:
         """Send a frame and all that was put before, waiting as long as it takes; False if an end is closed."""
@@ -108,10 +121,6 @@ class Channel:
             self._unsent.clear()
             return False
         return True
-
-    def wait(self, timeout_s: float | None) -> bool:
-        """Wait until there is something to read, or the end of it; False if there is nothing for so long."""
-        return self._wait_for(select.POLLIN, timeout_s)
 
     def fill(self) -> bool:
         """Read what is there, for `frames`; False if the other end is closed."""

@@ -19,12 +19,12 @@ import tempfile
 from collections.abc import Iterator
 
 from marsupial.processes import reaper
+from marsupial.processes.channel import START, Channel
 from marsupial.processes.supervisor import supervise
 
 NEW_JOB, PRELOAD = b"J", b"P"
-"""What is asked of it, each with a socket of its own: to run a job, to call functions and say `READY`."""
+"""What is asked of it, each over a channel of its own: to run a job, or to call functions that load something."""
 
-READY = b"R"
 _POLL_S = 0.2
 
 
@@ -50,6 +50,7 @@ def _leave(*_: object) -> None:
 
 def _serve(line: socket.socket, asker: int, scratch: str) -> None:
     supervisors: set[int] = set()
+    loaded: set[bytes] = set()
     while os.getppid() == asker:
         ready, _, _ = select.select([line], [], [], _POLL_S)
         supervisors -= reaper.reap().keys()
@@ -61,26 +62,29 @@ def _serve(line: socket.socket, asker: int, scratch: str) -> None:
             return
         for fd in fds:
             if request == PRELOAD:
-                _preload(fd, asker)
+                with _watching(asker):
+                    _preload(Channel(socket.socket(fileno=fd)), loaded)
             else:
                 supervisors.add(_fork_supervisor(line, fd, scratch))
 
 
-def _preload(fd: int, asker: int) -> None:
-    """Call the pickled functions that come over the socket `fd`, and say `READY`.
+def _preload(asker: Channel, loaded: set[bytes]) -> None:
+    """Call the pickled functions that come, except what is loaded, and answer.
 
-    One that can't be loaded or called is reported by the job that needs what it loads.
+    One that can't be unpickled or called is reported by the job that needs what it loads.
     """
-    with socket.socket(fileno=fd) as control, control.makefile("rb") as sent, _watching(asker):
-        for call in pickle.load(sent):
+    frame = asker.receive_frame()
+    for call in [] if frame is None else pickle.loads(frame[1]):
+        if call not in loaded:
+            loaded.add(call)
             try:
                 pickle.loads(call)()
             except Exception as error:
                 print(f"what jobs need can't be loaded ahead: {error}", flush=True)
-        gc.collect()
-        gc.freeze()
-        with contextlib.suppress(OSError):
-            control.sendall(READY)
+    gc.collect()
+    gc.freeze()
+    asker.send_frame(START)
+    asker.close()
 
 
 @contextlib.contextmanager

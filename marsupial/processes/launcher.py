@@ -19,7 +19,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from types import ModuleType
 from typing import IO
@@ -28,7 +28,7 @@ from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import fork_server, reaper
 from marsupial.processes.channel import Channel
-from marsupial.processes.jobs import Ended, Ending, Job, Message, death
+from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, death
 from marsupial.processes.worker import Order
 
 Preload = ModuleType | Callable[[], object]
@@ -49,11 +49,12 @@ _CODE = "import sys; sys.path[:] = {path!r}; from marsupial.processes.fork_serve
 
 
 class Launcher:
-    """A running fork server, which begins by loading `preload`, and the socket to it."""
+    """A running fork server and the socket to it."""
 
-    def __init__(self, preload: tuple[Preload, ...]) -> None:
+    def __init__(self) -> None:
         self.owner = os.getpid()
-        self._asking, self._waiting = threading.Lock(), threading.Lock()
+        self._lock = threading.Lock()
+        self._ended = False
         self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
         self._line, theirs = socket.socketpair()
         with theirs:
@@ -67,10 +68,6 @@ class Launcher:
                 pass_fds=(theirs.fileno(),),
                 start_new_session=True,
             )
-        self._given_up = False
-        self._asked: set[Preload] = set()
-        self._loading: list[socket.socket] = []
-        self._load(preload)
 
     @property
     def pid(self) -> int:
@@ -81,99 +78,64 @@ class Launcher:
         """Say whether it can still be asked by this process."""
         return self.owner == os.getpid() and self._process.poll() is None
 
-    def preload(self, wanted: tuple[Preload, ...]) -> None:
-        """Have loaded what isn't asked for yet; returns at once. Jobs asked for afterwards begin after that."""
-        with self._asking:
-            new = tuple(one for one in wanted if one not in self._asked)
-            if new:
-                self._load(new)
+    def was_killed(self) -> bool:
+        """Say whether somebody else has killed it."""
+        return not self._ended and (self._process.poll() or 0) < 0
 
-    def _load(self, wanted: tuple[Preload, ...]) -> None:
-        self._asked.update(wanted)
-        calls = pickle.dumps([pickle.dumps(_call(one)) for one in wanted])
-        with contextlib.suppress(OSError):  # it is dead: the next job finds out
-            control = self._connect(fork_server.PRELOAD)
-            self._loading.append(control)
-            control.sendall(calls)
-            control.shutdown(socket.SHUT_WR)
+    def ask(self, request: bytes, order: object) -> Channel:
+        """Send a request and return the channel over which it is answered; if it is dead, that is closed."""
+        ours, theirs = socket.socketpair()
+        channel = Channel(ours)
+        with theirs, self._lock, contextlib.suppress(OSError):
+            socket.send_fds(self._line, [request], [theirs.fileno()])
+        channel.send_frame(frames.START, pickle.dumps(order))
+        return channel
 
-    def wait_ready(self) -> None:
-        """Wait until all that was asked for is loaded.
+    def answer(self, channel: Channel) -> bytes:
+        """Wait for the answer: everything that was asked for before is loaded.
 
         Raises
         ------
         InternalError
             If it ends, was ended, or takes minutes.
         """
-        with self._waiting:
-            while self._loading:
-                self._wait_for(self._loading[0])
-                self._loading.pop(0).close()
-
-    def _wait_for(self, control: socket.socket) -> None:
-        if control.fileno() < 0:
-            raise InternalError("the process that starts planners has been ended")
-        control.settimeout(_START_S)
+        frame = None
         try:
-            if control.recv(1) == fork_server.READY:
-                return
+            frame = channel.receive_frame(_START_S)
         except TimeoutError:
-            self._give_up()
-        except ConnectionError:  # it has ended before it read what to load
-            pass
+            self._ended = True
+            self._process.kill()
+        finally:
+            if frame is None:
+                channel.close()
+        if frame is None:
+            raise InternalError(f"the process that starts planners can't be started: {self._last_words()}")
+        return frame[1]
+
+    def _last_words(self) -> str:
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_SLACK_S)
-        self._stderr.seek(0)
-        text = self._stderr.read().decode(errors="replace")[-2000:] or f"it {death(self._process.returncode)}"
-        raise InternalError(f"the process that starts planners can't be started: {text}")
-
-    def was_killed(self) -> bool:
-        """Say whether somebody else has killed it."""
-        return not self._given_up and (self._process.poll() or 0) < 0
-
-    def _give_up(self) -> None:
-        self._given_up = True
-        self._process.kill()
-
-    def connect(self) -> Channel:
-        """Have a supervisor forked and return the channel to it."""
-        with self._asking:
-            return Channel(self._connect(fork_server.NEW_JOB))
-
-    def _connect(self, request: bytes) -> socket.socket:
-        ours, theirs = socket.socketpair()
-        try:
-            with theirs:
-                socket.send_fds(self._line, [request], [theirs.fileno()])
-        except BaseException:
-            ours.close()
-            raise
-        return ours
+        with self._lock:
+            if self._stderr.closed:
+                return "it has been ended"
+            self._stderr.seek(0)
+            text = self._stderr.read().decode(errors="replace")[-2000:]
+        return text or f"it {death(self._process.returncode)}"
 
     def close(self) -> None:
-        """End it and everything below it, and wait for that; a thread in `wait_ready` gets its error."""
+        """End it and everything below it, and wait for that; who waits for an answer gets an error."""
+        self._ended = True
+        with self._lock:
+            self._line.close()
+            self._stderr.close()
         if self.owner != os.getpid():
-            self._close_files()
             return
-        if self._loading and self._process.poll() is None:
-            self._give_up()  # it would notice only after its imports
-        with self._waiting, self._asking:
-            self._close_files()
+        self._process.terminate()  # amid an import it wouldn't look at its socket
         try:
             self._process.wait(_SLACK_S)
         except subprocess.TimeoutExpired:
             reaper.kill(self._process.pid)
             self._process.wait()
-
-    def _close_files(self) -> None:
-        self._stderr.close()
-        for line in (self._line, *self._loading):
-            line.close()
-
-
-def _call(wanted: Preload) -> Callable[[], object]:
-    """Return what loads it and can be pickled."""
-    return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
 
 
 _launcher: Launcher | None = None
@@ -187,25 +149,41 @@ def _current() -> Launcher:
         if _launcher is None or not _launcher.usable():
             if _launcher is not None:
                 _launcher.close()
-            _launcher = Launcher(tuple(_preload))
+            _launcher = Launcher()
+            _have_loaded(_launcher).close()
         return _launcher
 
 
+def _have_loaded(launcher: Launcher) -> Channel:
+    return launcher.ask(fork_server.PRELOAD, [pickle.dumps(_call(one)) for one in _preload])
+
+
+def _call(wanted: Preload) -> Callable[[], object]:
+    """Return what loads it and can be pickled."""
+    return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
+
+
 def warm_up(*, wait: bool = True, preload: tuple[Preload, ...] = ()) -> None:
-    """Start the fork server, if it isn't running, so that jobs don't wait for imports.
+    """Start the fork server, if it isn't running, and have it load what jobs need.
 
     Parameters
     ----------
     wait
-        Whether to return only once the imports are done (a few seconds); else they go on by themselves.
+        Whether to return only once that is done (a few seconds); jobs wait for it anyway, before their time counts.
     preload
         What it is to load, as will every fork server that replaces it; what it has loaded already costs nothing.
+
+    Raises
+    ------
+    InternalError
+        If the fork server can't be started and `wait`.
     """
     _preload.update(dict.fromkeys(preload))
     launcher = _current()
-    launcher.preload(preload)
+    channel = _have_loaded(launcher)
     if wait:
-        launcher.wait_ready()
+        launcher.answer(channel)
+    channel.close()
 
 
 def shutdown() -> None:
@@ -227,12 +205,12 @@ class Run:
     nothing of the job is running any more.
     """
 
-    def __init__(self, job: Job) -> None:
-        self._channel = _start(job)
-        self._asked = time.monotonic()
-        self._grace_s = job.limits.grace_s
-        self._deadline = self._asked + job.limits.wall_s + self._grace_s + _SLACK_S
-        self._supervisor = 0
+    def __init__(self, channel: Channel, supervisor: int, limits: JobLimits) -> None:
+        self._channel = channel
+        self._supervisor = supervisor
+        self._started = time.monotonic()
+        self._grace_s = limits.grace_s
+        self._deadline = self._started + limits.wall_s + self._grace_s + _SLACK_S
         self._over = False
 
     def __iter__(self) -> Run:
@@ -243,18 +221,16 @@ class Run:
         """Wait for the next value or the end."""
         if self._over:
             raise StopIteration
-        is_heard = True
-        while is_heard:
-            for tag, payload in self._frames():
-                if tag == frames.MESSAGE:
-                    return Message(value=pickle.loads(payload), elapsed_s=time.monotonic() - self._asked)
-                self.close()
-                ended: Ended = pickle.loads(payload)
-                return ended
-            is_heard = self._hear()
+        frame = self._frame()
+        if frame is None:
+            detail = "the process that watched it was killed or does not answer"
+            event = Ended(ending=Ending.KILLED, detail=detail, wall_s=time.monotonic() - self._started)
+        elif frame[0] == frames.MESSAGE:
+            return Message(value=pickle.loads(frame[1]), elapsed_s=time.monotonic() - self._started)
+        else:
+            event = pickle.loads(frame[1])
         self.close()
-        detail = "the process that watched it was killed or does not answer"
-        return Ended(ending=Ending.KILLED, detail=detail, wall_s=time.monotonic() - self._asked)
+        return event
 
     def follow(self, take: Callable[[object], object]) -> Ended:
         """Hand every value the job sends to `take`, and return its end."""
@@ -277,57 +253,41 @@ class Run:
         self.cancel()
         self._over = True
         self._deadline = time.monotonic() + _SLACK_S
-        while self._channel.fileno() >= 0 and self._hear():
-            for _ in self._frames():
-                pass
+        while self._frame() is not None:
+            pass
         self._channel.close()
 
-    def _frames(self) -> Iterator[tuple[bytes, bytes]]:
-        for tag, payload in self._channel.frames():
-            if tag == frames.START:
-                self._supervisor = int(payload)
-            else:
-                yield tag, payload
-
-    def _hear(self) -> bool:
-        """Wait for more from the supervisor; False if nothing comes any more."""
-        while not self._channel.wait(_POLL_S):
-            # Only a supervisor that is stopped or starved is this late: it keeps the limit by itself.
-            if time.monotonic() > self._deadline:
-                if self._supervisor:
+    def _frame(self) -> tuple[bytes, bytes] | None:
+        """Wait for the next frame of the supervisor; None if nothing comes any more."""
+        while self._channel.fileno() >= 0:
+            try:
+                return self._channel.receive_frame(_POLL_S)
+            except TimeoutError:
+                # Only a supervisor that is stopped or starved is this late: it keeps the limit by itself.
+                if time.monotonic() > self._deadline:
                     reaper.kill(self._supervisor)
-                return False
-        return self._channel.fill()
+                    break
+        return None
 
 
 def run(job: Job) -> Run:
     """Start `job` in a child process.
 
-    The time counts from here, not from the start of the fork server, which is waited for where it is not warm.
+    Its time counts from when it has a process: what is being loaded for jobs is waited for before. A fork server that
+    was killed is replaced, but not over and over.
 
     Raises
     ------
     InternalError
         If the fork server can't be started.
     """
-    return Run(job)
-
-
-def _start(job: Job) -> Channel:
-    """Send the job to a new supervisor; a fork server that was killed is replaced, but not over and over."""
-    order = pickle.dumps(Order(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL)))
+    order = Order(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
     for left in reversed(range(_TRIES)):
         launcher = _current()
+        channel = launcher.ask(fork_server.NEW_JOB, order)
         try:
-            launcher.wait_ready()
+            return Run(channel, int(launcher.answer(channel)), job.limits)
         except InternalError:
             if not left or not launcher.was_killed():
                 raise
-            continue
-        with contextlib.suppress(OSError):
-            channel = launcher.connect()
-            if channel.send_frame(frames.START, order):
-                return channel
-            channel.close()
-        launcher.close()
-    raise InternalError(f"the process that starts planners has ended {_TRIES} times in a row")
+    raise AssertionError("unreachable")

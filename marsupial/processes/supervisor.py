@@ -44,8 +44,9 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
         gc.freeze()
         reaper.adopt_orphans()
         asker = Channel(control)
-        order = _receive_order(asker)
-        if order is not None:
+        frame = asker.receive_frame()
+        if frame is not None:
+            order: Order = pickle.loads(frame[1])
             folder = tempfile.mkdtemp(prefix="job-", dir=scratch)
             try:
                 _Supervisor(asker, folder, order).run()
@@ -57,14 +58,6 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
         traceback.print_exc()
     finally:
         os._exit(code)
-
-
-def _receive_order(asker: Channel) -> Order | None:
-    while asker.wait(None) and asker.fill():
-        for _, payload in asker.frames():
-            order: Order = pickle.loads(payload)
-            return order
-    return None
 
 
 class _Supervisor:
