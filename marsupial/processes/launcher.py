@@ -44,6 +44,7 @@ _TRIES = 3
 _START_S = 120.0
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
+_LEAVE_S = 1.0
 _POLL_S = 0.2
 _CODE = "import sys; sys.path[:] = {path!r}; from marsupial.processes.fork_server import main; main({fd}, {asker})"
 
@@ -79,8 +80,8 @@ class Launcher:
         return self.owner == os.getpid() and self._process.poll() is None
 
     def was_killed(self) -> bool:
-        """Say whether somebody else has killed it."""
-        return not self._ended and (self._process.poll() or 0) < 0
+        """Say whether somebody else has killed it, or what it has just forked."""
+        return not self._ended and (self._process.poll() or -1) < 0
 
     def ask(self, request: bytes, order: object) -> Channel:
         """Send a request and return the channel over which it is answered; if it is dead, that is closed."""
@@ -114,13 +115,14 @@ class Launcher:
 
     def _last_words(self) -> str:
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(_SLACK_S)
+            self._process.wait(_LEAVE_S)
         with self._lock:
             if self._stderr.closed:
                 return "it has been ended"
             self._stderr.seek(0)
             text = self._stderr.read().decode(errors="replace")[-2000:]
-        return text or f"it {death(self._process.returncode)}"
+        code = self._process.returncode
+        return text or ("what it starts is killed" if code is None else f"it {death(code)}")
 
     def close(self) -> None:
         """End it and everything below it, and wait for that; who waits for an answer gets an error."""
@@ -282,12 +284,16 @@ def run(job: Job) -> Run:
         If the fork server can't be started.
     """
     order = Order(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
-    for left in reversed(range(_TRIES)):
+    for _ in range(_TRIES - 1):
         launcher = _current()
-        channel = launcher.ask(fork_server.NEW_JOB, order)
         try:
-            return Run(channel, int(launcher.answer(channel)), job.limits)
+            return _begun(launcher, order)
         except InternalError:
-            if not left or not launcher.was_killed():
+            if not launcher.was_killed():
                 raise
-    raise AssertionError("unreachable")
+    return _begun(_current(), order)
+
+
+def _begun(launcher: Launcher, order: Order) -> Run:
+    channel = launcher.ask(fork_server.NEW_JOB, order)
+    return Run(channel, int(launcher.answer(channel)), order.limits)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, prepared
 from marsupial.bench.compare.rows import Curve, Result, Row, Timing
-from marsupial.bench.compare.worker import READY, Terms
+from marsupial.bench.compare.trial import READY, Terms
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.planning import Budget
 from marsupial.processes.channel import Channel

@@ -6,13 +6,13 @@ use N cores; the search of the anytime planner has two threads all the same, whi
 
 from __future__ import annotations
 
-import threading
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from queue import SimpleQueue
 
-from marsupial.bench.compare import worker
+from marsupial.bench.compare import trial as worker
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.rows import Result
 from marsupial.bench.compare.runner import lost
@@ -64,42 +64,31 @@ class _Shift:
         self._job = job
         self._waiting = deque(trials)
         self._tries = dict.fromkeys(trials, 0)
-        self._lock = threading.Lock()
-        self._runs: set[processes.Run] = set()
+        self._runs: list[processes.Run] = []
         self._stopped = False
 
     def work(self) -> None:
         """Have missions carried out by one worker, and by another one where that dies, until none is left."""
         try:
             while self._waiting and not self._stopped:
-                self._employ()
+                with closing(processes.run(self._job)) as run:
+                    self._runs.append(run)
+                    self._employ(run)
         except BaseException as error:
             self.results.put(error)
 
     def stop(self) -> None:
         """End all workers."""
-        with self._lock:
-            self._stopped = True
-            for run in self._runs:
-                run.cancel()
+        self._stopped = True
+        for run in self._runs:
+            run.cancel()
 
-    def _employ(self) -> None:
-        run = processes.run(self._job)
-        with self._lock:
-            self._runs.add(run)
-        try:
-            self._attend(run)
-        finally:
-            with self._lock:
-                self._runs.remove(run)
-            run.close()
-
-    def _attend(self, run: processes.Run) -> None:
+    def _employ(self, run: processes.Run) -> None:
         """Give a worker one mission after the other; one that dies leaves its mission to the next."""
         trial: Trial | None = None
         for event in run:
             if isinstance(event, Ended):
-                self._lost(trial, event.detail)
+                self._lose(trial, event.detail)
                 return
             if isinstance(event.value, Result):
                 self.results.put(event.value)
@@ -109,15 +98,14 @@ class _Shift:
             run.send(trial)
 
     def _next(self) -> Trial | None:
-        with self._lock:
-            if self._stopped or not self._waiting:
-                return None
+        try:
             trial = self._waiting.popleft()
-            self._tries[trial] += 1
-            return trial
+        except IndexError:
+            return None
+        self._tries[trial] += 1
+        return None if self._stopped else trial
 
-    def _lost(self, trial: Trial | None, how: str) -> None:
-        """Let the mission of a dead worker be begun again, or say what is to be said of it."""
+    def _lose(self, trial: Trial | None, how: str) -> None:
         if trial is None:
             raise InternalError(f"a worker could not be started: {how}")
         result = lost(trial, self._tries[trial], how)

@@ -75,7 +75,7 @@ class ProcessEngine:
         first = (Improved(plan=start, elapsed_s=0.0),) if start is not None else ()
         below = None if start is None else start.makespan_ms
         task = Task(situation=situation, seconds=budget.seconds, below_ms=below)
-        processes.warm_up(preload=self._preload)
+        processes.warm_up(wait=False, preload=self._preload)
         return Events(processes.run(self.job(task)), first)
 
     def job(self, task: Task) -> Job:
