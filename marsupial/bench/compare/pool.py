@@ -6,7 +6,6 @@ use N cores; the search of the anytime planner has two threads all the same, whi
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -15,7 +14,7 @@ from queue import SimpleQueue
 from marsupial.bench.compare import trial as worker
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.rows import Result
-from marsupial.bench.compare.runner import lost
+from marsupial.bench.compare.runner import Waiting
 from marsupial.errors import InternalError
 from marsupial.processes import launcher as processes
 from marsupial.processes.channel import Channel
@@ -62,8 +61,7 @@ class _Shift:
     def __init__(self, job: Job, trials: Sequence[Trial]) -> None:
         self.results: SimpleQueue[Result | BaseException] = SimpleQueue()
         self._job = job
-        self._waiting = deque(trials)
-        self._tries = dict.fromkeys(trials, 0)
+        self._waiting = Waiting(trials)
         self._runs: list[processes.Run] = []
         self._stopped = False
 
@@ -92,24 +90,14 @@ class _Shift:
                 return
             if isinstance(event.value, Result):
                 self.results.put(event.value)
-            trial = self._next()
-            if trial is None:
+            trial = self._waiting.take()
+            if trial is None or self._stopped:
                 return
             run.send(trial)
-
-    def _next(self) -> Trial | None:
-        try:
-            trial = self._waiting.popleft()
-        except IndexError:
-            return None
-        self._tries[trial] += 1
-        return None if self._stopped else trial
 
     def _lose(self, trial: Trial | None, how: str) -> None:
         if trial is None:
             raise InternalError(f"a worker could not be started: {how}")
-        result = lost(trial, self._tries[trial], how)
-        if result is None:
-            self._waiting.appendleft(trial)
-        else:
+        result = self._waiting.lost(trial, how)
+        if result is not None:
             self.results.put(result)

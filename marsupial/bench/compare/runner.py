@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Generator, Sequence
 from typing import Protocol
 
@@ -27,8 +28,28 @@ class Runner(Protocol):
         ...
 
 
-def lost(trial: Trial, tries: int, how: str) -> Result | None:
-    """Return what is to be said of a mission whose worker died at that try; None if it is to be begun again."""
-    if tries < MOST_TRIES:
-        return None
-    return Result(row=Row(trial=trial, status=CRASHED, reason=f"the worker process died {MOST_TRIES} times: {how}"))
+class Waiting:
+    """The missions that wait for a worker, and how often each was begun; for several threads."""
+
+    def __init__(self, trials: Sequence[Trial]) -> None:
+        self._trials = deque(trials)
+        self._tries = dict.fromkeys(trials, 0)
+
+    def __len__(self) -> int:
+        return len(self._trials)
+
+    def take(self) -> Trial | None:
+        """Return the next mission to be begun, None if there is none."""
+        try:
+            trial = self._trials.popleft()
+        except IndexError:
+            return None
+        self._tries[trial] += 1
+        return trial
+
+    def lost(self, trial: Trial, how: str) -> Result | None:
+        """Let a mission whose worker died wait again, or return what is to be said if that was too often."""
+        if self._tries[trial] < MOST_TRIES:
+            self._trials.appendleft(trial)
+            return None
+        return Result(row=Row(trial=trial, status=CRASHED, reason=f"the worker process died {MOST_TRIES} times: {how}"))
