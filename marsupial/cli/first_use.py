@@ -16,7 +16,7 @@ from marsupial.cli.display.messages import say
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
-from marsupial.planning.engines import PROCESSES, engine
+from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up
 
@@ -30,7 +30,7 @@ def prepare(planner: str) -> Callable[[], None]:
     """Begin to get a planner ready and return what waits until it is."""
     has_processes = planner in PROCESSES or planner.startswith(PREFIX)
     if has_processes:
-        warm_up(wait=False)
+        warm_up(wait=False, preload=PRELOAD)
     trial = Thread(target=_try_out, args=(FALLBACK if has_processes else planner,), daemon=True)
     trial.start()
 

@@ -8,11 +8,12 @@ from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.planning import Budget, Engine, EngineInfo
 from marsupial.planning.auto import auto
 from marsupial.planning.branch_and_bound.engine import Exact
-from marsupial.planning.external.aries import aries
+from marsupial.planning.external import commands
+from marsupial.planning.external.aries import aries, load_aries
 from marsupial.planning.external.commands import PREFIX, External
 from marsupial.planning.external.decompose import PartSize
 from marsupial.planning.external.decomposed import Decomposed
-from marsupial.planning.external.tamer import tamer
+from marsupial.planning.external.tamer import load_tamer, tamer
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.local_search.engine import Anytime
 
@@ -27,6 +28,9 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
 
 PROCESSES = frozenset({"aries", "tamer"})
 """Those that run in processes of their own, as external planners do."""
+
+PRELOAD = (load_tamer, load_aries, commands)
+"""What loads the libraries of all that run in processes of their own."""
 
 PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
     "aries": (

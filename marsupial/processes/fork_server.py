@@ -1,48 +1,41 @@
-"""The launcher: a clean, single-threaded Python process that forks one supervisor per job.
+"""The fork server: a clean, single-threaded Python process that forks one supervisor per job.
 
-It has imported the slow libraries once, so that a job starts in milliseconds instead of seconds, and the asking
-process, which may have threads, never forks. It ends with everything below it when the asker closes its socket or dies;
-should a supervisor be killed, what that leaves behind falls to the launcher, which ends it.
+It has loaded what jobs need once, so that a job starts in milliseconds instead of seconds, and the asking process,
+which may have threads, never forks. It ends with everything below it when the asker closes its socket or dies; should
+a supervisor be killed, what that leaves behind falls to the fork server, which ends it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import gc
-import importlib
 import os
+import pickle
 import select
 import shutil
 import signal
 import socket
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 from marsupial.processes import reaper
+from marsupial.processes.channel import START, Channel
 from marsupial.processes.supervisor import supervise
 
-READY = b"R"
-NEW_JOB = b"J"
+NEW_JOB, PRELOAD = b"J", b"P"
+"""What is asked of it, each over a channel of its own: to run a job, or to call functions that load something."""
+
 _POLL_S = 0.2
 
 
-def main(fd: int, asker: int, preload: Sequence[str]) -> None:
-    """Serve jobs that process `asker` wants over the socket `fd`, until it is closed or its owner has died.
-
-    First `preload` is imported, as far as installed.
-    """
+def main(fd: int, asker: int) -> None:
+    """Serve what process `asker` wants over the socket `fd`, until it is closed or its owner has died."""
     reaper.adopt_orphans()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
-    _watch(asker)
-    for name in preload:
-        _import_if_there(name)
-    signal.setitimer(signal.ITIMER_REAL, 0)
-    gc.collect()
-    gc.freeze()
     scratch = tempfile.mkdtemp(prefix="marsupial-")
     try:
         with socket.socket(fileno=fd) as line:
-            line.sendall(READY)
             _serve(line, asker, scratch)
     except SystemExit:
         pass
@@ -55,8 +48,48 @@ def _leave(*_: object) -> None:
     raise SystemExit
 
 
-def _watch(asker: int) -> None:
-    """Leave when `asker` dies, also in the middle of an import; until the timer is set to 0."""
+def _serve(line: socket.socket, asker: int, scratch: str) -> None:
+    supervisors: set[int] = set()
+    loaded: set[bytes] = set()
+    while os.getppid() == asker:
+        ready, _, _ = select.select([line], [], [], _POLL_S)
+        supervisors -= reaper.reap().keys()
+        _end_strays(supervisors)
+        if not ready:
+            continue
+        request, fds, _, _ = socket.recv_fds(line, 1, 1)
+        if not request:
+            return
+        for fd in fds:
+            if request == PRELOAD:
+                with _watching(asker):
+                    _preload(Channel(socket.socket(fileno=fd)), loaded)
+            else:
+                supervisors.add(_fork_supervisor(line, fd, scratch))
+
+
+def _preload(asker: Channel, loaded: set[bytes]) -> None:
+    """Call the pickled functions that come, except what is loaded, and answer.
+
+    One that can't be unpickled or called is reported by the job that needs what it loads.
+    """
+    frame = asker.receive_frame()
+    for call in [] if frame is None else pickle.loads(frame[1]):
+        if call not in loaded:
+            loaded.add(call)
+            try:
+                pickle.loads(call)()
+            except Exception as error:
+                print(f"what jobs need can't be loaded ahead: {error}", flush=True)
+    gc.collect()
+    gc.freeze()
+    asker.send_frame(START)
+    asker.close()
+
+
+@contextlib.contextmanager
+def _watching(asker: int) -> Iterator[None]:
+    """Leave when `asker` dies, also in the middle of an import."""
 
     def look(*_: object) -> None:
         if os.getppid() != asker:
@@ -64,29 +97,10 @@ def _watch(asker: int) -> None:
 
     signal.signal(signal.SIGALRM, look)
     signal.setitimer(signal.ITIMER_REAL, _POLL_S, _POLL_S)
-
-
-def _import_if_there(name: str) -> None:
-    """Import a library ahead of its use; one that is missing or broken is reported by the job that needs it."""
     try:
-        importlib.import_module(name)
-    except Exception as error:
-        print(f"{name} can't be imported: {error}", flush=True)
-
-
-def _serve(line: socket.socket, asker: int, scratch: str) -> None:
-    supervisors: set[int] = set()
-    while os.getppid() == asker:
-        ready, _, _ = select.select([line], [], [], _POLL_S)
-        supervisors -= reaper.reap().keys()
-        _end_strays(supervisors)
-        if not ready:
-            continue
-        data, fds, _, _ = socket.recv_fds(line, 1, 1)
-        if not data:
-            return
-        for fd in fds:
-            supervisors.add(_fork_supervisor(line, fd, scratch))
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 def _fork_supervisor(line: socket.socket, fd: int, scratch: str) -> int:

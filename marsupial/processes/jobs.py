@@ -1,13 +1,15 @@
 """What passes between those who ask for a job in a child process and those who run it.
 
-A job is a function, named so that the child can import it, and one argument. The function is a generator: every
-value it yields is pickled and streamed back as it comes. A run ends with one `Ended`, which tells finished, crashed,
-killed by somebody else, out of memory and out of time apart.
+A job is a function of some module's top level and one argument; both are pickled, so the child imports the function.
+Every value it yields is streamed back as it comes, or it is given the channel and talks with the asker. A run ends with
+one `Ended`, which tells finished, crashed, killed by somebody else, out of memory and out of time apart.
 """
 
 from __future__ import annotations
 
+import math
 import signal
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -26,7 +28,7 @@ class Ending(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+class JobLimits:
     """What a job and all its descendants may use.
 
     Parameters
@@ -35,31 +37,41 @@ class Limits:
         Wall-clock seconds from the start of the job's process.
     memory_bytes
         Resident memory of all its processes together, measured about 20 times a second. Each process alone also
-        gets twice as much as a hard limit on its data, which stops what allocates faster than that.
+        gets twice as much as a hard limit on its data, which stops what allocates faster than that. None for no limit.
     cpu_s
         Processor seconds per process, rounded up to whole ones; None for no limit.
     grace_s
         How long processes have between being asked to end and being killed.
     """
 
-    wall_s: float
-    memory_bytes: int = 2 * GIB
+    wall_s: float = math.inf
+    memory_bytes: int | None = 2 * GIB
     cpu_s: float | None = None
     grace_s: float = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """One piece of work: `function` is ``package.module:name``, `argument` anything that can be pickled."""
+    """One piece of work.
 
-    function: str
+    Parameters
+    ----------
+    function
+        Takes the argument and is a generator of the values to be sent back; one that `talks` takes the argument and
+        the worker's `Channel`, by which it sends and receives values until it returns.
+    argument
+        Anything that can be pickled.
+    """
+
+    function: Callable[..., Iterable[object] | None]
     argument: object
-    limits: Limits
+    limits: JobLimits
+    talks: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Message:
-    """A value the job yielded, `elapsed_s` seconds after the job was asked for."""
+    """A value the job sent, `elapsed_s` seconds after the job was asked for."""
 
     value: object
     elapsed_s: float

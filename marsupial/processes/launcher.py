@@ -1,15 +1,16 @@
 """Run jobs in child processes that are always stopped, with everything they started.
 
-A job runs below a warm launcher (`marsupial.processes.fork_server`), started once per process on first use: importing
-the planning libraries takes seconds, forking a process that has them takes milliseconds. Each job has a supervisor of
-its own (`marsupial.processes.supervisor`) that keeps its limits even while nobody listens here. When this process
-ends, in whatever way, launcher, supervisors and jobs end too.
+A job runs below a warm fork server (`marsupial.processes.fork_server`), started once per process on first use:
+importing planning libraries takes seconds, forking a process that has them takes milliseconds. Each job has a
+supervisor of its own (`marsupial.processes.supervisor`) that keeps its limits even while nobody listens here. When
+this process ends, in whatever way, fork server, supervisors and workers end too.
 """
 
 from __future__ import annotations
 
 import atexit
 import contextlib
+import importlib
 import os
 import pickle
 import socket
@@ -18,123 +19,120 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
+from functools import partial
+from types import ModuleType
 from typing import IO
 
 from marsupial.errors import InternalError
-from marsupial.processes import fork_server as zygote
-from marsupial.processes import frames, reaper
-from marsupial.processes.jobs import Ended, Ending, Job, Message
+from marsupial.processes import channel as frames
+from marsupial.processes import fork_server, reaper
+from marsupial.processes.channel import Channel
+from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, death
+from marsupial.processes.worker import Order
+
+Preload = ModuleType | Callable[[], object]
+"""What is loaded once for all jobs: a module to be imported, or a function of a module's top level to be called."""
 
 SUPPORTED = hasattr(os, "fork")
 """Whether this system can fork, which everything here needs."""
 
-PRELOAD = (
-    "unified_planning.shortcuts",
-    "unified_planning.engines.results",
-    "up_tamer.engine",
-    "up_aries.solver",
-    "marsupial.planning.external.tamer",
-    "marsupial.planning.external.aries",
-    "marsupial.planning.external.commands",
-)
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Variables of the environment that numerical libraries read when they are loaded; each is 1 for jobs."""
+
 _TRIES = 3
 _START_S = 120.0
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
+_LEAVE_S = 1.0
 _POLL_S = 0.2
-_ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
-_CODE = (
-    "import sys; sys.path[:] = {path!r}; "
-    "from marsupial.processes.fork_server import main; main({fd}, {asker}, {preload!r})"
-)
+_CODE = "import sys; sys.path[:] = {path!r}; from marsupial.processes.fork_server import main; main({fd}, {asker})"
 
 
 class Launcher:
-    """A running launcher process and the socket to it."""
+    """A running fork server and the socket to it."""
 
-    def __init__(self, preload: tuple[str, ...] = PRELOAD) -> None:
+    def __init__(self) -> None:
         self.owner = os.getpid()
         self._lock = threading.Lock()
+        self._ended = False
         self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
         self._line, theirs = socket.socketpair()
         with theirs:
-            code = _CODE.format(path=sys.path, fd=theirs.fileno(), asker=self.owner, preload=preload)
+            code = _CODE.format(path=sys.path, fd=theirs.fileno(), asker=self.owner)
             self._process = subprocess.Popen(
                 [sys.executable, "-c", code],
                 stdin=subprocess.DEVNULL,
                 stdout=self._stderr,
                 stderr=self._stderr,
-                env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1")},
+                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")},
                 pass_fds=(theirs.fileno(),),
                 start_new_session=True,
             )
-        self._ready = self._given_up = False
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """The process id of the fork server."""
         return self._process.pid
 
     def usable(self) -> bool:
         """Say whether it can still be asked by this process."""
         return self.owner == os.getpid() and self._process.poll() is None
 
-    def wait_ready(self) -> None:
-        """Wait until its libraries are imported.
+    def was_killed(self) -> bool:
+        """Say whether somebody else has killed it, or what it has just forked."""
+        return not self._ended and (self._process.poll() or -1) < 0
+
+    def ask(self, request: bytes, order: object) -> Channel:
+        """Send a request and return the channel over which it is answered; if it is dead, that is closed."""
+        ours, theirs = socket.socketpair()
+        channel = Channel(ours)
+        with theirs, self._lock, contextlib.suppress(OSError):
+            socket.send_fds(self._line, [request], [theirs.fileno()])
+        channel.send_frame(frames.START, pickle.dumps(order))
+        return channel
+
+    def answer(self, channel: Channel) -> bytes:
+        """Wait for the answer: everything that was asked for before is loaded.
 
         Raises
         ------
         InternalError
             If it ends, was ended, or takes minutes.
         """
-        with self._lock:
-            if self._ready:
-                return
-            if self._line.fileno() < 0:
-                raise InternalError("the process that starts planners has been ended")
-            self._line.settimeout(_START_S)
-            try:
-                self._ready = self._line.recv(1) == zygote.READY
-            except TimeoutError:
-                self._give_up()
-            if not self._ready:
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    self._process.wait(_SLACK_S)
-                self._stderr.seek(0)
-                text = self._stderr.read().decode(errors="replace")[-2000:] or f"exit code {self._process.returncode}"
-                raise InternalError(f"the process that starts planners can't be started: {text}")
-
-    def was_killed(self) -> bool:
-        """Say whether somebody else has killed it."""
-        return not self._given_up and (self._process.poll() or 0) < 0
-
-    def _give_up(self) -> None:
-        self._given_up = True
-        self._process.kill()
-
-    def connect(self) -> socket.socket:
-        """Have a supervisor forked and return the socket to it."""
-        ours, theirs = socket.socketpair()
+        frame = None
         try:
-            with theirs, self._lock:
-                socket.send_fds(self._line, [zygote.NEW_JOB], [theirs.fileno()])
-        except BaseException:
-            ours.close()
-            raise
-        return ours
+            frame = channel.receive_frame(_START_S)
+        except TimeoutError:
+            self._ended = True
+            self._process.kill()
+        finally:
+            if frame is None:
+                channel.close()
+        if frame is None:
+            raise InternalError(f"the process that starts planners can't be started: {self._last_words()}")
+        return frame[1]
+
+    def _last_words(self) -> str:
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_LEAVE_S)
+        with self._lock:
+            if self._stderr.closed:
+                return "it has been ended"
+            self._stderr.seek(0)
+            text = self._stderr.read().decode(errors="replace")[-2000:]
+        code = self._process.returncode
+        return text or ("what it starts is killed" if code is None else f"it {death(code)}")
 
     def close(self) -> None:
-        """End it and everything below it, and wait for that; a thread in `wait_ready` gets its error."""
-        if self.owner != os.getpid():
-            self._line.close()
-            self._stderr.close()
-            return
-        if not self._ready and self._process.poll() is None:
-            self._give_up()  # nothing runs below it yet, and it would notice only after its imports
+        """End it and everything below it, and wait for that; who waits for an answer gets an error."""
+        self._ended = True
         with self._lock:
             self._line.close()
             self._stderr.close()
+        if self.owner != os.getpid():
+            return
+        self._process.terminate()  # amid an import it wouldn't look at its socket
         try:
             self._process.wait(_SLACK_S)
         except subprocess.TimeoutExpired:
@@ -143,7 +141,7 @@ class Launcher:
 
 
 _launcher: Launcher | None = None
-_preload: tuple[str, ...] = PRELOAD
+_preload: dict[Preload, None] = {}
 _launcher_lock = threading.Lock()
 
 
@@ -153,30 +151,45 @@ def _current() -> Launcher:
         if _launcher is None or not _launcher.usable():
             if _launcher is not None:
                 _launcher.close()
-            _launcher = Launcher(_preload)
+            _launcher = Launcher()
+            _have_loaded(_launcher).close()
         return _launcher
 
 
-def warm_up(*, wait: bool = True, preload: tuple[str, ...] = ()) -> None:
-    """Start the launcher, if it isn't running, so that the first job doesn't wait for imports.
+def _have_loaded(launcher: Launcher) -> Channel:
+    return launcher.ask(fork_server.PRELOAD, [pickle.dumps(_call(one)) for one in _preload])
+
+
+def _call(wanted: Preload) -> Callable[[], object]:
+    """Return what loads it and can be pickled."""
+    return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
+
+
+def warm_up(*, wait: bool = True, preload: tuple[Preload, ...] = ()) -> None:
+    """Start the fork server, if it isn't running, and have it load what jobs need.
 
     Parameters
     ----------
     wait
-        Whether to return only once the imports are done (a few seconds); else they go on by themselves.
+        Whether to return only once that is done (a few seconds); jobs wait for it anyway, before their time counts.
     preload
-        Modules that it is to import besides `PRELOAD`, as will every launcher that replaces it. One that is running
-        already, without them, goes on: then the first jobs wait for these imports.
+        What it is to load, as will every fork server that replaces it; what it has loaded already costs nothing.
+
+    Raises
+    ------
+    InternalError
+        If the fork server can't be started and `wait`.
     """
-    global _preload
-    _preload = tuple(dict.fromkeys((*_preload, *preload)))
+    _preload.update(dict.fromkeys(preload))
     launcher = _current()
+    channel = _have_loaded(launcher)
     if wait:
-        launcher.wait_ready()
+        launcher.answer(channel)
+    channel.close()
 
 
 def shutdown() -> None:
-    """End the launcher and all jobs; the next job starts a new one."""
+    """End the fork server and all jobs; the next job starts a new one."""
     global _launcher
     with _launcher_lock:
         launcher, _launcher = _launcher, None
@@ -188,20 +201,19 @@ atexit.register(shutdown)
 
 
 class Run:
-    """A running job: iterate over it to get what it yields, then exactly one `Ended`.
+    """A running job: iterate over it to get what it sends, then exactly one `Ended`.
 
-    `cancel` may be called from another thread while one waits for the next value. When `close` returns, nothing of
-    the job is running any more.
+    `cancel` and `send` may be called from another thread while one waits for the next value. When `close` returns,
+    nothing of the job is running any more.
     """
 
-    def __init__(self, job: Job) -> None:
-        self._control = _start(job)
-        self._asked = time.monotonic()
-        self._grace_s = job.limits.grace_s
-        self._deadline = self._asked + job.limits.wall_s + self._grace_s + _SLACK_S
-        self._supervisor = 0
+    def __init__(self, channel: Channel, supervisor: int, limits: JobLimits) -> None:
+        self._channel = channel
+        self._supervisor = supervisor
+        self._started = time.monotonic()
+        self._grace_s = limits.grace_s
+        self._deadline = self._started + limits.wall_s + self._grace_s + _SLACK_S
         self._over = False
-        self._frames = self._read_frames()
 
     def __iter__(self) -> Run:
         """Return itself."""
@@ -211,92 +223,77 @@ class Run:
         """Wait for the next value or the end."""
         if self._over:
             raise StopIteration
-        elapsed_s = time.monotonic() - self._asked
-        for tag, payload in self._frames:
-            elapsed_s = time.monotonic() - self._asked
-            if tag == frames.MESSAGE:
-                return Message(value=pickle.loads(payload), elapsed_s=elapsed_s)
-            if tag == frames.ENDED:
-                ended: Ended = pickle.loads(payload)
-                return self._end(ended)
-        detail = "the process that watched it was killed or does not answer"
-        return self._end(Ended(ending=Ending.KILLED, detail=detail, wall_s=elapsed_s))
+        frame = self._frame()
+        if frame is None:
+            detail = "the process that watched it was killed or does not answer"
+            event = Ended(ending=Ending.KILLED, detail=detail, wall_s=time.monotonic() - self._started)
+        elif frame[0] == frames.MESSAGE:
+            return Message(value=pickle.loads(frame[1]), elapsed_s=time.monotonic() - self._started)
+        else:
+            event = pickle.loads(frame[1])
+        self.close()
+        return event
+
+    def follow(self, take: Callable[[object], object]) -> Ended:
+        """Hand every value the job sends to `take`, and return its end."""
+        while isinstance(event := next(self), Message):
+            take(event.value)
+        return event
+
+    def send(self, value: object) -> None:
+        """Send a value to a job that talks; one that is over doesn't get it, and its end comes next."""
+        with contextlib.suppress(OSError):
+            self._channel.send(value)
 
     def cancel(self) -> None:
         """Ask for the job to be ended; returns at once. A supervisor that doesn't do so soon is killed."""
         self._deadline = min(self._deadline, time.monotonic() + self._grace_s + _CANCEL_S)
-        with contextlib.suppress(OSError):
-            self._control.shutdown(socket.SHUT_WR)
+        self._channel.end()
 
     def close(self) -> None:
         """End the job if it is running, and wait until nothing of it is left."""
         self.cancel()
         self._over = True
         self._deadline = time.monotonic() + _SLACK_S
-        while self._read():
+        while self._frame() is not None:
             pass
-        self._control.close()
+        self._channel.close()
 
-    def _end(self, ended: Ended) -> Ended:
-        self.close()
-        return ended
-
-    def _read_frames(self) -> Iterator[tuple[bytes, bytes]]:
-        buffer = frames.FrameBuffer()
-        while chunk := self._read():
-            buffer.feed(chunk)
-            for tag, payload in buffer.frames():
-                if tag == frames.START:
-                    self._supervisor = int(payload)
-                else:
-                    yield tag, payload
-
-    def _read(self) -> bytes:
-        while True:
+    def _frame(self) -> tuple[bytes, bytes] | None:
+        """Wait for the next frame of the supervisor; None if nothing comes any more."""
+        while self._channel.fileno() >= 0:
             try:
-                self._control.settimeout(_POLL_S)
-                return self._control.recv(1 << 16)
+                return self._channel.receive_frame(_POLL_S)
             except TimeoutError:
                 # Only a supervisor that is stopped or starved is this late: it keeps the limit by itself.
                 if time.monotonic() > self._deadline:
-                    if self._supervisor:
-                        reaper.kill(self._supervisor)
-                    return b""
-            except OSError:
-                return b""
+                    reaper.kill(self._supervisor)
+                    break
+        return None
 
 
 def run(job: Job) -> Run:
     """Start `job` in a child process.
 
-    The time counts from here, not from the start of the launcher, which is waited for where it is not warm.
+    Its time counts from when it has a process: what is being loaded for jobs is waited for before. A fork server that
+    was killed is replaced, but not over and over.
 
     Raises
     ------
     InternalError
-        If the launcher can't be started.
+        If the fork server can't be started.
     """
-    return Run(job)
-
-
-def _start(job: Job) -> socket.socket:
-    """Send the job to a new supervisor; a launcher that was killed is replaced, unless that happens over and over."""
-    spec = (job.function, job.limits, pickle.dumps(job.argument), sys.path)
-    data = frames.pack(frames.START, pickle.dumps(spec))
-    for left in reversed(range(_TRIES)):
+    order = Order(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
+    for _ in range(_TRIES - 1):
         launcher = _current()
         try:
-            launcher.wait_ready()
+            return _begun(launcher, order)
         except InternalError:
-            if not left or not launcher.was_killed():
+            if not launcher.was_killed():
                 raise
-            continue
-        with contextlib.suppress(OSError):
-            control = launcher.connect()
-            try:
-                control.sendall(data)
-                return control
-            except OSError:
-                control.close()
-        launcher.close()
-    raise InternalError(f"the process that starts planners has ended {_TRIES} times in a row")
+    return _begun(_current(), order)
+
+
+def _begun(launcher: Launcher, order: Order) -> Run:
+    channel = launcher.ask(fork_server.NEW_JOB, order)
+    return Run(channel, int(launcher.answer(channel)), order.limits)

@@ -1,6 +1,6 @@
 """What can be read off a map, as GeoJSON in metres of the map frame.
 
-It runs in a worker: `analyse` is the function of a job of `marsupial.processes.launcher`.
+It runs in a worker: `analyse` is the function of a job, `load_analysis` loads its compiled code ahead.
 """
 
 from __future__ import annotations
@@ -16,8 +16,11 @@ from marsupial.formats.situation import situation_to_json
 from marsupial.maps.survey import Survey, placed
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell, Grid
+from marsupial_service.demo import DEMOS
+from marsupial_service.intake_map import read_map_state
 from marsupial_service.mapstate import MapState
 from marsupial_service.outlines import polygons
+from marsupial_service.settings import Limits
 
 INCLUDE = ("places", "reach", "frontiers", "costs")
 
@@ -31,6 +34,12 @@ def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[dict[str, Any
         yield analysis(state, include)
     except InputError as error:
         yield error
+
+
+def load_analysis() -> None:
+    """Analyse a small map."""
+    state = read_map_state(DEMOS["yard"].request(), Limits())
+    json.dumps(analysis(state, frozenset(INCLUDE)))
 
 
 def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:

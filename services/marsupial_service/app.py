@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
-from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -16,13 +15,10 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import MarsupialError
-from marsupial.processes import launcher as processes
 from marsupial_service import openapi
 from marsupial_service.edge import Edge
 from marsupial_service.jobs import Jobs, JobSettings, UnknownJob
-from marsupial_service.jobs import service as jobs_service
 from marsupial_service.keys import KeyFile
-from marsupial_service.missions import service as missions_service
 from marsupial_service.missions.records import MissionSettings, UnknownMission
 from marsupial_service.missions.service import Missions
 from marsupial_service.pointers import of_location
@@ -36,9 +32,6 @@ DESCRIPTION = (
     "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
     "`_ms`; places on the map are metres of the map frame."
 )
-
-PRELOAD = (*jobs_service.PRELOAD, *missions_service.PRELOAD, "marsupial_service.warm")
-"""What workers need besides planners' libraries, loaded before they are forked."""
 
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
@@ -106,7 +99,6 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         ),
     )
     try:
-        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
         await state.jobs.start()
         await state.missions.start()
         yield

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Generator, Mapping, Sequence
-from multiprocessing.connection import Connection
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, prepared
 from marsupial.bench.compare.rows import Curve, Result, Row, Timing
+from marsupial.bench.compare.trial import READY, Terms
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.planning import Budget
-from marsupial.model.scenario import Scenario
+from marsupial.processes.channel import Channel
 
 GREEDY, HEURISTIC = Contender("temporal", "greedy"), Contender("heuristic")
 
@@ -80,32 +80,35 @@ class Inventing:
             yield invented(trial, self._failing.get(trial, "complete"))
 
 
-def dies_of_seed_2(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
-    line.send(None)
-    while (trial := line.recv()) is not None:
+def dies_of_seed_2(terms: Terms, channel: Channel) -> None:
+    for trial in asked(channel):
         if trial.seed == 2:
             os.kill(os.getpid(), signal.SIGKILL)
-        line.send(invented(trial))
+        channel.send(invented(trial))
 
 
-def dies_once(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
+def dies_once(terms: Terms, channel: Channel) -> None:
     """Die of the first mission of all; the comparison's scenario is named after a file that says so."""
-    line.send(None)
-    while (trial := line.recv()) is not None:
-        mark = Path(next(iter(scenarios.values())).name)
+    for trial in asked(channel):
+        mark = Path(next(iter(terms[0].values())).name)
         if not mark.exists():
             mark.touch()
             os._exit(3)
-        line.send(invented(trial))
+        channel.send(invented(trial))
 
 
-def never_begins(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
+def never_begins(terms: Terms, channel: Channel) -> None:
     os._exit(7)
 
 
-def never_ends(line: Connection, scenarios: Mapping[Case, Scenario], budget: Budget) -> None:
-    line.send(None)
-    while (trial := line.recv()) is not None:
+def never_ends(terms: Terms, channel: Channel) -> None:
+    for trial in asked(channel):
         if trial.seed > 1:
             signal.pause()
-        line.send(invented(trial))
+        channel.send(invented(trial))
+
+
+def asked(channel: Channel) -> Iterator[Trial]:
+    channel.send(READY)
+    while isinstance(trial := channel.receive(), Trial):
+        yield trial

@@ -4,6 +4,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+import unruly_planners
 from launcher_tree import below_launcher
 from situations import SOLVABLE, in_flight, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
 
@@ -223,21 +224,21 @@ def test_closing_early_ends_the_planner_at_once() -> None:
     ],
 )
 def test_how_a_planner_ends_is_told_apart(search: str, outcome: Outcome) -> None:
-    solver = ProcessEngine(INFO, f"unruly_planners:{search}", ())
+    solver = ProcessEngine(INFO, getattr(unruly_planners, search), ())
     (end,) = solver.solve(one_room(), Budget(seconds=0.5))
     assert isinstance(end, Finished)
     assert end.outcome is outcome
 
 
 def test_a_planner_that_eats_memory_is_told_apart() -> None:
-    solver = ProcessEngine(INFO, "unruly_planners:eat_memory", (), memory_bytes=GIB // 2)
+    solver = ProcessEngine(INFO, unruly_planners.eat_memory, (), memory_bytes=GIB // 2)
     (end,) = solver.solve(one_room(), AMPLE)
     assert isinstance(end, Finished)
     assert end.outcome is Outcome.MEMORY
 
 
 def test_a_crash_after_a_plan_is_still_a_crash() -> None:
-    solver = ProcessEngine(INFO, "unruly_planners:crash_after_a_plan", ())
+    solver = ProcessEngine(INFO, unruly_planners.crash_after_a_plan, ())
     improved, end = solver.solve(one_hall(), AMPLE)
     assert isinstance(improved, Improved)
     assert isinstance(end, Finished)

@@ -1,28 +1,31 @@
 from __future__ import annotations
 
+import decimal
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+import types
 from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
 import pytest
+import unruly_jobs
 
 from marsupial.errors import InternalError
-from marsupial.processes import frames
+from marsupial.processes import channel as frames
 from marsupial.processes import launcher as processes
-from marsupial.processes.jobs import Ended, Ending, Job, Limits, Message, death, ending_of
+from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, death, ending_of
 
 MIB = 1 << 20
 
 
-def job(name: str, argument: object = None, **limits: float) -> Job:
+def job(name: str, argument: object = None, *, talks: bool = False, **limits: float) -> Job:
     settings = {"wall_s": 20.0, **limits}
-    return Job(function=f"unruly_jobs:{name}", argument=argument, limits=Limits(**settings))
+    return Job(function=getattr(unruly_jobs, name), argument=argument, limits=JobLimits(**settings), talks=talks)
 
 
 def result(name: str, argument: object = None, **limits: float) -> tuple[list[object], Ended]:
@@ -112,8 +115,13 @@ def test_a_segmentation_fault_is_a_crash_that_names_the_signal() -> None:
     assert "SIGSEGV" in ended.detail
 
 
-def test_an_unknown_function_is_a_crash() -> None:
-    assert "no attribute 'no_such_job'" in result("no_such_job")[1].detail
+def test_a_function_the_worker_can_not_import_is_a_crash(monkeypatch: pytest.MonkeyPatch) -> None:
+    here = types.ModuleType("only_here")
+    exec("def no_such_job(_): yield 1", vars(here))
+    monkeypatch.setitem(sys.modules, "only_here", here)
+    *_, ended = processes.run(Job(function=here.no_such_job, argument=None, limits=JobLimits(wall_s=20.0)))
+    assert isinstance(ended, Ended)
+    assert (ended.ending, ended.detail) == (Ending.CRASHED, "ModuleNotFoundError: No module named 'only_here'")
 
 
 def test_a_job_killed_from_outside_is_told_apart() -> None:
@@ -178,6 +186,68 @@ def test_messages_wait_for_a_slow_reader() -> None:
     next(run)
     time.sleep(0.1)
     assert len(list(run)) == 30  # 29 more and the end
+
+
+def value(run: processes.Run) -> object:
+    event = next(run)
+    assert isinstance(event, Message), event
+    return event.value
+
+
+def test_a_job_that_talks_sends_and_receives() -> None:
+    run = processes.run(job("echo", "hello", talks=True))
+    run.send(21)  # perhaps before it is there
+    assert value(run) == "hello"
+    assert value(run) == 42
+    run.send("x" * 3_000_000)
+    assert value(run) == "x" * 6_000_000
+    run.send(None)
+    (ended,) = run
+    assert isinstance(ended, Ended)
+    assert ended.ending is Ending.FINISHED
+    run.send("too late")
+
+
+def test_values_come_all_and_in_order_however_late_they_are_read(tmp_path: Path) -> None:
+    run = processes.run(job("listen_late", str(tmp_path), talks=True))
+    sending = threading.Thread(target=lambda: [run.send("x" * 1_000_000) for _ in range(50)])
+    sending.start()
+    sending.join(1.0)
+    assert sending.is_alive()  # nobody keeps more of them than is bearable
+    (tmp_path / "go").touch()
+    sending.join()
+    run.send(None)
+    assert value(run) == 50
+    run.close()
+
+
+@pytest.mark.parametrize("name", ["echo", "listen_never"])
+def test_a_job_that_waits_or_does_not_listen_can_be_cancelled(name: str) -> None:
+    run = processes.run(job(name, "hello", talks=True))
+    value(run)
+    threading.Timer(0.3, run.cancel).start()
+    for _ in range(50 if name == "listen_never" else 0):
+        run.send("x" * 1_000_000)  # in vain, and not for ever
+    (ended,) = run
+    assert isinstance(ended, Ended)
+    assert ended.ending in (Ending.CANCELLED, Ending.KILLED)
+
+
+def test_a_message_above_the_bound_is_not_sent() -> None:
+    run = processes.run(job("echo", "hello", talks=True))
+    with pytest.raises(frames.FrameTooBig):
+        run.send(b"x" * (frames.MAX_BYTES + 1))
+    run.close()
+
+
+def test_functions_and_modules_are_loaded_once_for_all_jobs_whenever_that_is_asked_for() -> None:
+    processes.shutdown()
+    result("count", 1)
+    processes.warm_up(preload=(decimal, unruly_jobs.fail_to_load, unruly_jobs.load))
+    processes.warm_up(preload=(unruly_jobs.load,))
+    assert result("tell_loaded")[0] == result("tell_loaded")[0] == [[launcher().pid]]
+    processes.shutdown()
+    assert result("tell_loaded")[0] == [[launcher().pid]]  # the next one too
 
 
 def test_closing_early_leaves_nothing_running() -> None:
@@ -255,7 +325,7 @@ def test_a_launcher_killed_before_it_is_ready_is_replaced() -> None:
 
 
 def test_a_launcher_killed_over_and_over_is_said_not_to_start() -> None:
-    with pytest.raises(InternalError, match="can't be started: exit code -9"):
+    with pytest.raises(InternalError, match="can't be started: it was ended by signal SIGKILL"):
         killed_while_starting(times=3)
 
 
@@ -274,8 +344,9 @@ def test_shutdown_ends_everything_and_the_next_job_starts_anew() -> None:
 def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
     code = (
         "from marsupial.processes import launcher as processes\n"
-        "from marsupial.processes.jobs import Job, Limits\n"
-        "run = processes.run(Job(function='unruly_jobs:escape_and_sleep', argument=None, limits=Limits(wall_s=60)))\n"
+        "from marsupial.processes.jobs import Job, JobLimits\n"
+        "from unruly_jobs import escape_and_sleep\n"
+        "run = processes.run(Job(function=escape_and_sleep, argument=None, limits=JobLimits(wall_s=60)))\n"
         "print(next(run).value, processes._current().pid, flush=True)\n"
         "input()\n"
     )

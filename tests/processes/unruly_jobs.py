@@ -10,7 +10,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
+from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import ToolDied
 
 
@@ -110,3 +112,41 @@ def yield_much(n: int) -> Iterator[bytes]:
 def tool_killed(_: object) -> Iterator[int]:
     yield 1
     raise ToolDied("the tool", -signal.SIGKILL)
+
+
+def echo(greeting: str, channel: Channel) -> None:
+    """Send the greeting, then every value that comes, doubled, until None."""
+    channel.send(greeting)
+    while (value := channel.receive()) is not None:
+        channel.send(value + value)  # type: ignore[operator]
+
+
+def listen_late(folder: str, channel: Channel) -> None:
+    """Say how many values there were before None, and begin to listen only when there is a file `go`."""
+    while not (Path(folder) / "go").exists():
+        time.sleep(0.01)
+    n = 0
+    while channel.receive() is not None:
+        n += 1
+    channel.send(n)
+
+
+def listen_never(_: object, channel: Channel) -> None:
+    channel.send(os.getpid())
+    time.sleep(600)
+
+
+loaded: list[int] = []
+
+
+def load() -> None:
+    """Note the process this is loaded in."""
+    loaded.append(os.getpid())
+
+
+def fail_to_load() -> None:
+    raise ValueError("boiler pressure")
+
+
+def tell_loaded(_: object) -> Iterator[list[int]]:
+    yield loaded

@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from marsupial.bench.compare.pool import ONE_THREAD
 from marsupial.errors import UsageError
+from marsupial.processes.launcher import ONE_THREAD
 
 LOCAL, AUTO, CLIENT = "local", "auto", "ray://"
 

@@ -8,17 +8,16 @@ local pool. Ray's own retries are off: it would not count them.
 from __future__ import annotations
 
 import pickle
-from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from typing import Any
 
 from marsupial.bench.compare.plan import Comparison, Trial
-from marsupial.bench.compare.pool import MOST_TRIES
 from marsupial.bench.compare.ray_cluster import Cluster, connected, refusal
 from marsupial.bench.compare.ray_task import Refused, Terms, attend, make
-from marsupial.bench.compare.rows import CRASHED, Result, Row
+from marsupial.bench.compare.rows import Result
+from marsupial.bench.compare.runner import Waiting
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 
@@ -45,25 +44,21 @@ class RayPool:
         UsageError
             If the cluster is lost, or a worker is of another make (`ray_task.Terms`).
         """
-        waiting = deque(trials)
-        tries = dict.fromkeys(trials, 0)
+        waiting = Waiting(trials)
         running: dict[Future[Result], tuple[Trial, Any]] = {}
         with connected(self._cluster) as ray:
             begin = self._beginner(ray)
             try:
                 while waiting or running:
-                    for _ in range(min(_room(ray) - len(running), len(waiting))):
-                        trial = waiting.popleft()
-                        tries[trial] += 1
+                    room = _room(ray)
+                    while len(running) < room and (trial := waiting.take()) is not None:
                         reference = begin(trial)
                         running[reference.future()] = trial, reference
                     # ray.wait would swallow what a signal handler raises
                     for done in wait(running, _LOOK_S, FIRST_COMPLETED).done:
                         trial, _ = running.pop(done)
-                        result = self._outcome(ray, trial, done, tries[trial])
-                        if result is None:
-                            waiting.appendleft(trial)
-                        else:
+                        result = self._outcome(ray, trial, done, waiting)
+                        if result is not None:
                             yield result
             except ConnectionError as error:
                 raise self._refusal("the cluster was lost", error) from error
@@ -81,7 +76,7 @@ class RayPool:
         terms = Terms(make=make(), token=not self._cluster.here)
         return lambda trial: task.remote(trial, store, self._comparison.budget, terms)
 
-    def _outcome(self, ray: Any, trial: Trial, done: Future[Result], tries: int) -> Result | None:
+    def _outcome(self, ray: Any, trial: Trial, done: Future[Result], waiting: Waiting) -> Result | None:
         """Return what a task has come to; None if it is to be begun again."""
         lost = (
             ray.exceptions.WorkerCrashedError,
@@ -92,10 +87,7 @@ class RayPool:
         try:
             return done.result()
         except lost as error:
-            if tries < MOST_TRIES:
-                return None
-            how = f"the worker process died {MOST_TRIES} times: {type(error).__name__}"
-            return Result(row=Row(trial=trial, status=CRASHED, reason=how))
+            return waiting.lost(trial, type(error).__name__)
         except ray.exceptions.RayError as error:
             cause = getattr(error, "cause", None)
             if isinstance(cause, Refused):

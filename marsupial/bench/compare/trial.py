@@ -1,20 +1,38 @@
-"""One mission of a comparison, from its scenario to its row."""
+"""One mission of a comparison, from its scenario to its row; and the worker of the local pool, which does many."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from time import process_time
 
 from marsupial.bench.compare.coverage import EVERY_MS, CoverageSampler
-from marsupial.bench.compare.plan import Trial
+from marsupial.bench.compare.plan import Case, Trial
 from marsupial.bench.compare.rows import ERROR, Curve, Result, Row, Timing
 from marsupial.bench.simulate import MissionSummary, reachable_area, simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
+from marsupial.processes.channel import Channel
+
+Terms = tuple[Mapping[Case, Scenario], Budget]
+"""What a worker starts with."""
+
+READY = None
+"""What a worker says first."""
 
 
-def carry_out(trial: Trial, scenario: Scenario, budget: Budget, cancelled: Callable[[], bool] | None = None) -> Result:
+def serve(terms: Terms, channel: Channel) -> None:
+    """Take trials and send their results back until there is no other one; the function of a job.
+
+    Imports, compiled code and scenarios are there once for all of them.
+    """
+    scenarios, budget = terms
+    channel.send(READY)
+    while isinstance(trial := channel.receive(), Trial):
+        channel.send(carry_out(trial, scenarios[trial.case], budget))
+
+
+def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
     """Run a mission and return what is kept of it; one that raises an exception has a row that says so."""
     began = process_time()
     try:
@@ -26,7 +44,6 @@ def carry_out(trial: Trial, scenario: Scenario, budget: Budget, cancelled: Calla
             budget=budget,
             seed=trial.seed,
             observer=sampler,
-            cancelled=cancelled,
         )
     except Exception as error:
         return Result(row=Row(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))

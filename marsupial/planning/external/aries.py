@@ -72,7 +72,12 @@ def aries(finder: Finder = find_spec) -> ProcessEngine:
         Requirement(module="up_aries", distribution="up-aries"),
         Requirement(module="grpc", distribution="grpcio"),
     )
-    return ProcessEngine(INFO, "marsupial.planning.external.aries:search", needs, finder=finder)
+    return ProcessEngine(INFO, search, needs, preload=(load_aries,), finder=finder)
+
+
+def load_aries() -> None:
+    """Import the libraries of Aries."""
+    import up_aries.solver  # noqa: F401
 
 
 def search(request: SearchRequest) -> Iterator[Plan | Finished]:

@@ -30,7 +30,7 @@ from marsupial.planning.external.encodings import SearchRequest
 from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, PlanFiles, PlanReader, Printed
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.processes.jobs import GIB, Job, Limits, death, ending_of
+from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
 
 PREFIX = "cmd:"
 """What the names of these engines begin with; the rest is the command line."""
@@ -64,7 +64,7 @@ class External(ProcessEngine):
             proves_optimality=False,
             deterministic_steps=False,
         )
-        super().__init__(info, "marsupial.planning.external.commands:search", (), memory_bytes=memory_bytes)
+        super().__init__(info, search, (), memory_bytes=memory_bytes)
         found = shutil.which(program)
         if found is None and self.info.missing is None:
             self.info = replace(self.info, missing=f"there is no executable {program!r}")
@@ -72,13 +72,13 @@ class External(ProcessEngine):
 
     def job(self, request: SearchRequest) -> Job:
         """Return the job that runs the command; it keeps the time by itself, its supervisor only if it fails to."""
-        limits = Limits(
+        limits = JobLimits(
             wall_s=request.seconds + _SLACK_S,
             memory_bytes=self._memory_bytes,
             cpu_s=(request.seconds + _SLACK_S) * (os.cpu_count() or 1),
         )
         run = CommandRun(words=(self._program, *self._arguments), request=request)
-        return Job(function=self._function, argument=run, limits=limits)
+        return Job(function=search, argument=run, limits=limits)
 
 
 def split_command(command: str) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ to do, or a goal that can't be reached by anybody.
 from __future__ import annotations
 
 import importlib.util
+import sys
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -22,7 +23,10 @@ from marsupial.planning.external.encodings import SearchRequest
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.reachability import impossible
 from marsupial.processes import launcher as processes
-from marsupial.processes.jobs import GIB, Ended, Ending, Job, Limits, Message
+from marsupial.processes.jobs import GIB, Ended, Ending, Job, JobLimits, Message
+
+Search = Callable[..., Iterator[Plan | Finished]]
+"""A module's generator function that takes a `SearchRequest`, yields every plan it finds and may say how it ended."""
 
 Finder = Callable[[str], object | None]
 """Finds a module without importing it, as `importlib.util.find_spec` does."""
@@ -37,26 +41,30 @@ class Requirement:
 
 
 class ProcessEngine:
-    """An engine whose search is the generator `function` (``package.module:name``), run in a child process.
+    """An engine whose search is run in a child process.
 
     Parameters
     ----------
     info
         What it is; `missing` is found out here.
-    function
+    search
         Takes a `SearchRequest`, yields every `Plan` it finds and may say at last how it `Finished`.
+    preload
+        What loads the libraries of the search, once for all of them.
     """
 
     def __init__(
         self,
         info: EngineInfo,
-        function: str,
+        search: Search,
         requirements: tuple[Requirement, ...],
         *,
+        preload: tuple[processes.Preload, ...] = (),
         finder: Finder = importlib.util.find_spec,
         memory_bytes: int = 2 * GIB,
     ) -> None:
-        self._function = function
+        self._search = search
+        self._preload = (sys.modules[search.__module__], *preload)
         self._memory_bytes = memory_bytes
         self.info = replace(info, missing=_missing(requirements, finder))
 
@@ -68,6 +76,7 @@ class ProcessEngine:
         settled = _settled(request)
         if settled:
             return Events(None, _told(settled))
+        processes.warm_up(wait=False, preload=self._preload)
         run = processes.run(self.job(request))
         return Events(run, _follow(request, run))
 
@@ -86,9 +95,9 @@ class ProcessEngine:
         return SearchRequest(situation=situation, seconds=budget.seconds, start=start)
 
     def job(self, request: SearchRequest) -> Job:
-        """Return the job of one search; engines whose function takes more than a `SearchRequest` have their own."""
-        limits = Limits(wall_s=request.seconds, memory_bytes=self._memory_bytes)
-        return Job(function=self._function, argument=request, limits=limits)
+        """Return the job of one search; engines whose search takes more than a `SearchRequest` have their own."""
+        limits = JobLimits(wall_s=request.seconds, memory_bytes=self._memory_bytes)
+        return Job(function=self._search, argument=request, limits=limits)
 
 
 class Events:
@@ -135,8 +144,7 @@ def _follow(request: SearchRequest, messages: Iterable[Message | Ended]) -> Gene
 def _run_here(job: Job) -> Iterator[Message | Ended]:
     """Run a job in this process."""
     began = time.monotonic()
-    module, _, name = job.function.partition(":")
-    for value in getattr(importlib.import_module(module), name)(job.argument):
+    for value in job.function(job.argument) or ():
         yield Message(value=value, elapsed_s=time.monotonic() - began)
     yield Ended(ending=Ending.FINISHED, detail="", wall_s=time.monotonic() - began)
 

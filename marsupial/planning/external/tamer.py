@@ -48,7 +48,12 @@ def tamer(finder: Finder = find_spec) -> ProcessEngine:
         Requirement(module="up_tamer", distribution="up-tamer"),
         Requirement(module="pytamer", distribution="pytamer"),
     )
-    return ProcessEngine(INFO, "marsupial.planning.external.tamer:search", needs, finder=finder)
+    return ProcessEngine(INFO, search, needs, preload=(load_tamer,), finder=finder)
+
+
+def load_tamer() -> None:
+    """Import the libraries of Tamer."""
+    import up_tamer.engine  # noqa: F401
 
 
 def search(request: SearchRequest) -> Iterator[Plan | Finished]:

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from marsupial.errors import InternalError
 from marsupial.planning.engines import PROCESSES
 from marsupial.processes import launcher as processes
-from marsupial.processes.jobs import Ended, Ending, Job, Limits
+from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial_service.jobs import table
 from marsupial_service.jobs.messages import Analysed, Closed, Found, Work
 from marsupial_service.jobs.records import JobOutcome, JobSettings
-from marsupial_service.jobs.work import GAVE_UP
+from marsupial_service.jobs.work import GAVE_UP, solve
 from marsupial_service.store import Store, StoreError
 
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
@@ -68,7 +68,7 @@ class Attempt:
             return self._lost(str(error))
         try:
             self._announce(run)
-            ended = self._read(run)
+            ended = run.follow(self._take)
             self._wait_stored(0)
         except StoreError as error:
             return self._lost(str(error))
@@ -82,13 +82,6 @@ class Attempt:
             if self._cancelled:
                 run.cancel()
 
-    def _read(self, run: processes.Run) -> Ended:
-        for event in run:
-            if isinstance(event, Ended):
-                return event
-            self._take(event.value)
-        raise InternalError("a run ended without saying so")
-
     def _job(self) -> Job:
         claim, settings = self.claim, self._settings
         limit_s = settings.steps_limit_s if claim.budget.seconds is None else claim.budget.seconds
@@ -98,8 +91,8 @@ class Attempt:
             budget=claim.budget,
             start=claim.start,
         )
-        limits = Limits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.memory_bytes)
-        return Job(function="marsupial_service.jobs.work:solve", argument=work, limits=limits)
+        limits = JobLimits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.memory_bytes)
+        return Job(function=solve, argument=work, limits=limits)
 
     def _slack_s(self) -> float:
         if self.claim.planner in PROCESSES:

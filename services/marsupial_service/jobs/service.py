@@ -21,8 +21,9 @@ from functools import partial
 from typing import TypeVar
 
 from marsupial.errors import InternalError
+from marsupial.planning import engines
 from marsupial.processes import launcher as processes
-from marsupial_service.jobs import lookup, table
+from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
 from marsupial_service.jobs.messages import Closed
 from marsupial_service.jobs.news import News
@@ -41,9 +42,11 @@ from marsupial_service.jobs.records import (
     QueueFull,
     Submitted,
 )
+from marsupial_service.jobs.warm import load_planners
 from marsupial_service.store import Store, StoreError, Transaction
 
-PRELOAD = ("marsupial_service.jobs.warm",)
+PRELOAD = (*engines.PRELOAD, work, load_planners)
+"""What all workers need, loaded before they are forked."""
 
 _BATCH = 64
 _SWEEP_S = 30.0

@@ -1,17 +1,15 @@
-"""Imported by the launcher of workers ahead of their use: loads marsupial's own planners with their compiled code.
-
-A worker is a fork of that process; so its first plan comes in milliseconds. The first time ever, the code is compiled,
-which takes most of a minute.
-"""
+"""A situation so small that planning for it costs nothing but loading the planner, and says whether that works."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-import marsupial_service.jobs.work  # noqa: F401 - the worker's own code, loaded for it
-from marsupial.model.planning import Budget
+from marsupial.model.planning import Budget, Improved
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, TargetInfo
+from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 
 PLANNERS = ("greedy", "anytime", "exact", "auto")
@@ -36,6 +34,18 @@ def tiny() -> Situation:
     )
 
 
-for _planner in PLANNERS:
-    for _ in engine(_planner).solve(tiny(), Budget(steps=1)):
-        pass
+def load_planners() -> None:
+    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for most of a minute.
+
+    Done in the fork server, of which workers are forks: so their first plan comes in milliseconds.
+    """
+    for planner in PLANNERS:
+        for _ in engine(planner).solve(tiny(), Budget(steps=1)):
+            pass
+
+
+def plan_tiny(_: object) -> Iterator[bool]:
+    """Yield whether planning gives a valid plan; the function of a job."""
+    situation = tiny()
+    plans = [e.plan for e in engine("greedy").solve(situation, Budget(steps=1)) if isinstance(e, Improved)]
+    yield bool(plans) and check(situation, plans[-1]).valid

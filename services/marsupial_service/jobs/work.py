@@ -1,6 +1,6 @@
 """The worker's part of a job: analyse the map if there is one, search, check every plan, tell the better ones.
 
-It runs below `marsupial.processes.launcher`, in a process of its own that is ended from outside at the job's limit.
+It runs in a worker (`marsupial.processes`), a process of its own that is ended from outside at the job's limit.
 """
 
 from __future__ import annotations

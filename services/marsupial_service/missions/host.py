@@ -6,9 +6,7 @@ decisions of its predecessor with the inputs, and so comes to the same turns aga
 
 from __future__ import annotations
 
-import socket
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import replace
 
 from marsupial.formats.missionlog import encode_event
@@ -16,23 +14,16 @@ from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
-from marsupial_service.missions import documents, wire
-from marsupial_service.missions.values import Brief, Call, Event, EventType, Input, Next, Turn, Wish
+from marsupial_service.missions import documents
+from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn, Wish
 from marsupial_service.missions.world import MapChanged, Order, RemoteWorld
 
 
-def run(call: Call) -> Iterator[None]:
-    """Carry out a mission; what it does goes over the socket."""
-    with socket.socket(socket.AF_UNIX) as line:
-        line.connect(call.address)
-        line.sendall(call.token)
-        fly(call.brief, Desk(call.brief, line))
-    yield from ()
-
-
-def fly(brief: Brief, desk: Desk) -> None:
-    """Carry out a mission: again from the start each time the map turns out to have changed."""
+def fly(brief: Brief, channel: Channel) -> None:
+    """Carry out a mission, again from the start each time the map turns out to have changed; the function of a job."""
+    desk = Desk(brief, channel)
     kinds = {kind.name: kind for kind in brief.kinds}
     world = RemoteWorld(brief, desk)
     inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
@@ -77,9 +68,9 @@ def _started(brief: Brief, world: RemoteWorld) -> MissionStarted:
 class Desk(Observer):
     """Gathers what the mission does into turns, and fetches the inputs."""
 
-    def __init__(self, brief: Brief, line: socket.socket) -> None:
+    def __init__(self, brief: Brief, channel: Channel) -> None:
         self._brief = brief
-        self._line = line
+        self._channel = channel
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []
         self._n = self._t_ms = self._batch = self._stops = 0
@@ -158,11 +149,12 @@ class Desk(Observer):
         self._commands = []
 
     def _send_turn(self, *, over: bool) -> None:
-        self._line.sendall(wire.pack(Turn(events=tuple(self._events), over=over)))
+        self._channel.send(Turn(events=tuple(self._events), over=over))
         self._events = []
 
     def _receive(self) -> Next:
-        answer: Next = wire.receive(self._line)
+        answer = self._channel.receive()
+        assert isinstance(answer, Next)
         return answer
 
 

@@ -8,22 +8,18 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import secrets
 import sqlite3
-import tempfile
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from concurrent.futures import Executor, Future
-from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import TypeVar
 
-from marsupial.errors import InternalError
 from marsupial.processes import launcher as processes
-from marsupial.processes.jobs import Ended, Ending, Job, Limits
-from marsupial_service.missions import table, wire
+from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
+from marsupial_service.missions import table
+from marsupial_service.missions.host import fly
 from marsupial_service.missions.ledger import Ledger
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Brief, Call, Event, EventType, Next, Turn
+from marsupial_service.missions.values import Brief, Event, EventType, Next, Turn
 from marsupial_service.store import Store, StoreError, Transaction
 
 _MOST_DEATHS = 3
@@ -34,61 +30,15 @@ _MOST_KILLED = 20
 
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
-_CONNECT_S = 120.0
 _LAST_WORDS_S = 0.5
 _RETRY_S = 1.0
 
 T = TypeVar("T")
-Line = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 log = logging.getLogger("marsupial.missions")
 
 
 class Diverged(Exception):
     """A new process made something else of the same inputs: the mission can't be gone on with."""
-
-
-class Exchange:
-    """The socket that the processes of missions call back."""
-
-    def __init__(self) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="marsupial-")
-        self.address = str(Path(self._folder.name) / "missions")
-        self._awaited: dict[bytes, asyncio.Future[Line]] = {}
-        self._server: asyncio.Server | None = None
-
-    async def start(self) -> None:
-        """Listen."""
-        self._server = await asyncio.start_unix_server(self._arrive, self.address)
-
-    async def stop(self) -> None:
-        """Listen no more."""
-        if self._server is not None:
-            self._server.close()
-        self._folder.cleanup()
-
-    @contextmanager
-    def expected(self) -> Iterator[tuple[bytes, asyncio.Future[Line]]]:
-        """Give what a process has to say first, and its line once it does, which is closed in the end."""
-        token = secrets.token_bytes(wire.TOKEN_BYTES)
-        line = self._awaited[token] = asyncio.get_running_loop().create_future()
-        try:
-            yield token, line
-        finally:
-            del self._awaited[token]
-            line.cancel()
-            if not line.cancelled():
-                line.result()[1].close()
-
-    async def _arrive(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        line = None
-        try:
-            with suppress(EOFError, OSError):
-                line = self._awaited.get(await reader.readexactly(wire.TOKEN_BYTES))
-        finally:
-            if line is None or line.done():
-                writer.close()
-            else:
-                line.set_result((reader, writer))
 
 
 class Keeper:
@@ -100,7 +50,6 @@ class Keeper:
         brief: Brief,
         ledger: Ledger,
         store: Store,
-        exchange: Exchange,
         threads: Executor,
         memory_bytes: int,
         now_ms: Callable[[], int],
@@ -113,7 +62,6 @@ class Keeper:
         self._number = record.number
         self.brief = brief
         self._store = store
-        self._exchange = exchange
         self._threads = threads
         self._memory_bytes = memory_bytes
         self._now_ms = now_ms
@@ -163,23 +111,24 @@ class Keeper:
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
-        with self._exchange.expected() as (token, line):
-            call = Call(address=self._exchange.address, token=token, brief=self.brief)
-            limits = Limits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
-            run = await self._started(Job(function="marsupial_service.missions.host:run", argument=call, limits=limits))
-            ended = asyncio.get_running_loop().run_in_executor(self._threads, _last, run)
-            talk = asyncio.create_task(self._talk(line))
-            try:
-                await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
-                await asyncio.wait((ended, talk), timeout=_LAST_WORDS_S)
-            finally:
-                talk.cancel()
-                run.cancel()
-                await asyncio.wait((ended, talk))
-        error = EOFError() if talk.cancelled() else talk.exception()
-        if error is not None and not isinstance(error, EOFError | OSError):
-            raise error
-        return None if error is None else await ended
+        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
+        run = await self._started(Job(function=fly, argument=self.brief, limits=limits, talks=True))
+        loop, turns = asyncio.get_running_loop(), asyncio.Queue[object]()
+        ended = loop.run_in_executor(
+            self._threads, run.follow, lambda turn: loop.call_soon_threadsafe(turns.put_nowait, turn)
+        )
+        talk = asyncio.create_task(self._talk(run, turns))
+        try:
+            await asyncio.wait((ended, talk), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((ended, talk), timeout=_LAST_WORDS_S)
+        finally:
+            talk.cancel()
+            run.cancel()
+            await asyncio.wait((ended, talk))
+        if talk.cancelled():
+            return await ended
+        await talk
+        return None
 
     async def _started(self, job: Job) -> processes.Run:
         """Start a process; if that is cancelled meanwhile, the process is ended as soon as it is there."""
@@ -190,23 +139,18 @@ class Keeper:
             starting.add_done_callback(_close)
             raise
 
-    async def _talk(self, line: Awaitable[Line]) -> None:
+    async def _talk(self, run: processes.Run, turns: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
-        async with asyncio.timeout(_CONNECT_S):
-            reader, writer = await line
-        try:
-            number, due = 0, Next(input=None, decisions=await self._decisions(0))
-            while True:
-                writer.write(wire.pack(due))
-                await writer.drain()
-                turn: Turn = await wire.read(reader)
-                await self._take(number, turn)
-                if turn.over:
-                    return
-                number += 1
-                due = await self._next(number)
-        finally:
-            writer.close()
+        number, due = 0, Next(input=None, decisions=await self._decisions(0))
+        while True:
+            await asyncio.get_running_loop().run_in_executor(self._threads, run.send, due)
+            turn = await turns.get()
+            assert isinstance(turn, Turn)
+            await self._take(number, turn)
+            if turn.over:
+                return
+            number += 1
+            due = await self._next(number)
 
     async def _take(self, number: int, turn: Turn) -> None:
         if number < self.turns:
@@ -246,11 +190,3 @@ class Keeper:
 def _close(starting: Future[processes.Run]) -> None:
     if not starting.cancelled() and starting.exception() is None:
         starting.result().close()
-
-
-def _last(run: processes.Run) -> Ended:
-    """Wait for the end of a process."""
-    for event in run:
-        if isinstance(event, Ended):
-            return event
-    raise InternalError("a run ended without saying so")

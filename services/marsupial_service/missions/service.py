@@ -13,16 +13,17 @@ from functools import partial
 from typing import TypeVar
 
 from marsupial.processes import launcher as processes
+from marsupial_service.analysis import load_analysis
 from marsupial_service.jobs.news import News
 from marsupial_service.jobs.service import wall_clock_ms
-from marsupial_service.missions import table
-from marsupial_service.missions.keeper import Exchange, Keeper
+from marsupial_service.missions import host, table
+from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.records import MissionEventRecord, MissionRecord, MissionSettings, TooMany
 from marsupial_service.missions.values import Brief, EventType, Report, Wish
 from marsupial_service.store import Store, StoreError, Transaction
 
-PRELOAD = ("marsupial_service.warm", "marsupial_service.missions.host")
+PRELOAD = (load_analysis, host)
 
 _BATCH = 64
 _SWEEP_S = 60.0
@@ -45,8 +46,7 @@ class Missions:
         self._now_ms = now_ms
         self._news = News()
         self._stopping = False
-        self._exchange = Exchange()
-        self._threads = ThreadPoolExecutor(settings.missions, "mission")
+        self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -59,7 +59,6 @@ class Missions:
             If they can't be read.
         """
         self._news.attend(self._store)
-        await self._exchange.start()
         await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
         for mission in await self._read(table.open_missions):
             record, ledger = await self._read(partial(_state, mission=mission))
@@ -74,7 +73,6 @@ class Missions:
             task.cancel()
         if self._tasks:
             await asyncio.wait(self._tasks)
-        await self._exchange.stop()
         self._threads.shutdown(wait=False)
 
     async def create(
@@ -205,7 +203,6 @@ class Missions:
             await self.brief(record) if brief is None else brief,
             ledger,
             self._store,
-            self._exchange,
             self._threads,
             self._settings.memory_bytes,
             self._now_ms,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -145,15 +145,6 @@ class Next:
 
     input: Input | None
     decisions: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Call:
-    """What the process of a mission is started with: the socket to call back, and what to say there first."""
-
-    address: str
-    token: bytes
-    brief: Brief = field(repr=False)
 
 
 def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:

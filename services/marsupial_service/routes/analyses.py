@@ -10,7 +10,7 @@ from fastapi import APIRouter, Response
 
 from marsupial.errors import InputError
 from marsupial.planning.checker import check
-from marsupial_service.analysis import INCLUDE
+from marsupial_service import analysis
 from marsupial_service.answers import json_answer, verdict_document
 from marsupial_service.intake import read_plan, read_situation, refusing
 from marsupial_service.intake_map import read_map_state
@@ -35,8 +35,8 @@ async def analyse(state: Service, sent: Json, body: AnalysisBody) -> Response:
         raise HttpProblem("too-many", f"at most {limits.analyses} at a time", headers={"Retry-After": "1"})
     async with state.analyses:
         found = await value_of(
-            "marsupial_service.analysis:analyse",
-            (task, frozenset(sent.get("include", INCLUDE))),
+            analysis.analyse,
+            (task, frozenset(sent.get("include", analysis.INCLUDE))),
             seconds=limits.analysis_s,
             memory_bytes=limits.memory_bytes,
         )

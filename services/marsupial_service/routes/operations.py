@@ -13,6 +13,7 @@ from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
 from marsupial_service.answers import json_answer
+from marsupial_service.jobs.warm import plan_tiny
 from marsupial_service.openapi import errors
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
@@ -62,8 +63,7 @@ async def _check(state: State) -> dict[str, Any] | str:
     begun = time.monotonic()
     limits = state.settings.limits
     try:
-        function = "marsupial_service.readiness:plan_tiny"
-        planned = await value_of(function, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
+        planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except Exception as error:
         return f"planning fails: {error}"
     if planned is not True:

@@ -8,6 +8,7 @@ import random
 import socket
 import threading
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,8 @@ from pydantic import ValidationError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import UNKNOWN, Cell
-from marsupial_service.missions import host, wire
+from marsupial.processes.channel import Channel
+from marsupial_service.missions.host import fly
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.reading import read_brief
 from marsupial_service.missions.values import Brief, EventType, Next, Report, RobotNote, Turn, Wish, runs_in
@@ -169,18 +171,18 @@ class Fuzz:
 
 
 class Hosted:
-    """The loop of a mission in a thread of its own, and the socket to it."""
+    """The loop of a mission in a thread of its own, and the channel to it."""
 
     def __init__(self, brief: Brief) -> None:
-        self.line, theirs = socket.socketpair()
+        self.line, theirs = map(Channel, socket.socketpair())
         self._failure: list[BaseException] = []
         self._thread = threading.Thread(target=self._fly, args=(brief, theirs), daemon=True)
         self._thread.start()
 
-    def _fly(self, brief: Brief, line: socket.socket) -> None:
+    def _fly(self, brief: Brief, line: Channel) -> None:
         try:
-            with line:
-                host.fly(brief, host.Desk(brief, line))
+            with closing(line):
+                fly(brief, line)
         except BaseException as error:
             self._failure.append(error)
 
@@ -193,11 +195,12 @@ class Hosted:
 
     def turn(self, due: Next) -> Turn:
         try:
-            self.line.sendall(wire.pack(due))
-            turn: Turn = wire.receive(self.line)
+            self.line.send(due)
+            turn = self.line.receive()
         except (EOFError, OSError):
             self._thread.join(60)
             raise self._failure[0] from None
+        assert isinstance(turn, Turn)
         return turn
 
 
