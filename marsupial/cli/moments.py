@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from marsupial.bench.simulate import simulate
-from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
 from marsupial.formats.missionlog import FORMAT, read_log
 from marsupial.formats.pddl.text import domain_text, problem_text
 from marsupial.formats.situation import situation_to_json
 from marsupial.generators.builtin import SCENARIOS
-from marsupial.mission.observer import Observer
+from marsupial.library.missions import simulate
+from marsupial.library.recording import Recorder
+from marsupial.library.scenarios import load_scenario
 from marsupial.mission.rebuild import Moment, moment_at
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
@@ -61,23 +61,15 @@ def _is_log(source: str) -> bool:
         return f'"{FORMAT}"'.encode() in file.read(200)
 
 
-class _Recorder(Observer):
-    def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
-
-
 def _events_up_to(
     at_ms: int, source: str, carriers: int | None, rovers: int | None, seed: int
 ) -> Sequence[MissionEvent]:
     """Run a scenario until something happens after `at_ms`, or to its end."""
     scenario, _ = load_scenario(source, carriers, rovers)
-    recorder = _Recorder()
+    recorder = Recorder()
     simulate(
         scenario,
-        strategy_name="temporal",
+        strategy="temporal",
         planner="greedy",
         budget=BUDGET,
         seed=seed,

@@ -1,0 +1,173 @@
+"""`marsupial.plan`: an engine is asked, and every plan that gets better and that the checker accepts is handed on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from marsupial.errors import SituationError
+from marsupial.formats.inputs import about, read_text
+from marsupial.formats.pddl.text import read_problem
+from marsupial.formats.situation import situation_from_json
+from marsupial.library.first_use import prepare
+from marsupial.library.missions import DEFAULT_PLANNER, budget_of
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+from marsupial.planning.engines import engine
+from marsupial.planning.local_search.bounds import makespan_bound_ms
+from marsupial.planning.local_search.encoding import encode
+from marsupial.planning.score import score
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """One plan of an engine: when it came, what the checker has against it, and whether it is the best so far."""
+
+    plan: Plan
+    elapsed_s: float
+    makespan_ms: int
+    violation: str | None
+    best: bool
+
+
+class Plans(Iterator[Plan]):
+    """The improving plans of one search, as they come; leaving it early, or `close`, ends the engine.
+
+    Attributes
+    ----------
+    situation
+        What is planned for.
+    best
+        The best plan so far that the checker accepts, or None.
+    proposals
+        Every plan of the engine so far, those included that the checker refuses.
+    finished
+        How the engine ended; "no plan" until it has.
+    """
+
+    def __init__(self, situation: Situation, engine: Engine, budget: Budget) -> None:
+        self.situation = situation
+        self.best: Plan | None = None
+        self.proposals: list[Proposal] = []
+        self.finished = Finished(outcome=Outcome.NO_PLAN)
+        self._search = self._run(engine, budget)
+
+    def __next__(self) -> Plan:
+        """Return the next plan that is better than all before it."""
+        return next(proposal.plan for proposal in self._search if proposal.best)
+
+    def __repr__(self) -> str:
+        best = "no plan yet" if self.best is None else f"makespan {self.best.makespan_ms / 1000:g} s"
+        return f"<{len(self.proposals)} plans so far: {best}>"
+
+    def all(self) -> Iterator[Proposal]:
+        """Yield every plan that is still to come, better or not, accepted or not."""
+        return self._search
+
+    def close(self) -> None:
+        """End the engine."""
+        self._search.close()
+
+    @property
+    def bound_ms(self) -> int | None:
+        """A time that no plan ends before, as far as known: by the engine's proof, or by any situation's."""
+        proven = self.finished.lower_bound_ms
+        if self.best is None:
+            return proven
+        bounds = (proven, makespan_bound_ms(encode(self.situation)))
+        return max((bound for bound in bounds if bound is not None and bound <= self.best.makespan_ms), default=0)
+
+    @property
+    def gap(self) -> float | None:
+        """What the best makespan has above the lower bound, as a share of the makespan: 0 where it is optimal."""
+        bound = self.bound_ms
+        if self.best is None or bound is None:
+            return None
+        return (self.best.makespan_ms - bound) / max(1, self.best.makespan_ms)
+
+    def _run(self, engine: Engine, budget: Budget) -> Generator[Proposal]:
+        with closing(_asked(engine, self.situation, budget)) as events:
+            for event in events:
+                if isinstance(event, Finished):
+                    self.finished = event
+                else:
+                    self.proposals.append(self._weighed(event))
+                    yield self.proposals[-1]
+
+    def _weighed(self, event: Improved) -> Proposal:
+        verdict = check(self.situation, event.plan)
+        best = verdict.valid and (
+            self.best is None or score(self.situation, event.plan) < score(self.situation, self.best)
+        )
+        if best:
+            self.best = event.plan
+        return Proposal(
+            plan=event.plan,
+            elapsed_s=event.elapsed_s,
+            makespan_ms=verdict.makespan_ms,
+            violation=None if verdict.valid else str(verdict.violation),
+            best=best,
+        )
+
+
+def plan(
+    situation: Situation | Mapping[str, Any] | str | PathLike[str],
+    planner: str | Engine = DEFAULT_PLANNER,
+    budget: float | None = 1.0,
+    *,
+    steps: int | None = None,
+) -> Plans:
+    """Return an iterator of plans for a situation, each better than those before it and accepted by the checker.
+
+    Parameters
+    ----------
+    situation
+        A situation; what its JSON says, as a dict; or the path of a ``situation.json`` or ``problem.pddl``.
+    planner
+        The name of an engine, ``cmd:COMMAND {domain} {problem}``, or an object (see `marsupial.Engine`).
+    budget, steps
+        Wall-clock seconds, or counted steps instead.
+
+    Raises
+    ------
+    SituationError
+        If the situation can't be planned for as written, with every problem found.
+    EngineUnavailable, UsageError
+        If the planner or budget can't be used as asked; when the first plan is asked for.
+    """
+    limit = budget_of(budget if steps is None else None, steps)
+    found = engine(planner) if isinstance(planner, str) else planner
+    wanted = situation_of(situation)
+    if isinstance(planner, str) and found.info.missing is None:
+        prepare(planner)()
+    return Plans(wanted, found, limit)
+
+
+def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) -> Situation:
+    """Return a situation as it is, from what its JSON says, or read from a file (PDDL if its name ends in ``.pddl``).
+
+    Raises
+    ------
+    SituationError
+        With every problem found.
+    """
+    if isinstance(source, Situation):
+        return source
+    if isinstance(source, Mapping):
+        return situation_from_json(json.dumps(source))
+    path = Path(source)
+    text = read_text(path, SituationError)
+    with about(path):
+        return read_problem(text) if path.suffix.lower() == ".pddl" else situation_from_json(text)
+
+
+def _asked(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:
+    """Ask an engine; closing this ends the engine."""
+    yield from engine.solve(situation, budget)
