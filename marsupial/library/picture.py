@@ -1,4 +1,4 @@
-"""A mission as a drawing: the map as far as it was explored, everybody's trail, where rovers were set down and picked up.
+"""A mission as a drawing: what was explored of the map, everybody's trail, where rovers were set down and picked up.
 
 A carrier has a colour, the rovers that start aboard it have shades of it.
 """
@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.mission.playback import Playback
@@ -37,7 +38,8 @@ COLOURS = ("#2f7de1", "#e0731d", "#23a074", "#a463d8", "#d2456b", "#8a8f20", "#1
 UNKNOWN_GROUND, WALL, FREE, OTHER = "#dfe3e8", "#3c444d", "#ffffff", "#f3ead3"
 """Colours of cells: never seen, obstacles, floor, any other terrain."""
 
-TITLE = ("exploration_time_s", "mission_time_s", "coverage", "distance_m", "quality")
+TITLE = (("exploration_time_s", "mission_time_s"), ("coverage", "distance_m", "quality"))
+"""The metrics in the title, line by line."""
 
 WIDTH_IN, DPI = 9.0, 110
 
@@ -67,7 +69,8 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     axes = figure.subplots()
     resolution = mission.resolution_m
     extent = (0.0, mission.width * resolution, 0.0, mission.height * resolution)
-    axes.imshow(_image(Playback(events).cells_at(events[-1].t_ms)), origin="lower", extent=extent)
+    cells = Playback(events).cells_at(events[-1].t_ms)
+    axes.imshow(_image(cells), origin="lower", extent=extent)
     colours = _colours(mission)
     _draw_trails(axes, mission, _trails(events), colours)
     _draw_meetings(axes, events, colours, resolution)
@@ -75,14 +78,21 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(_title(summary), fontsize=10, loc="left")
-    figure.legend(handles=_legend(mission, colours), loc="outside right upper", fontsize=8, frameon=False,
-                  ncols=1 + (len(colours) + 3) // MOST_LEGEND_ROWS)  # fmt: skip
+    figure.legend(
+        handles=[*_legend(mission, colours), *_grounds(mission, cells)],
+        loc="outside right upper",
+        fontsize=8,
+        frameon=False,
+        ncols=1 + (len(colours) + 5) // MOST_LEGEND_ROWS,
+    )
     return figure
 
 
 def _title(summary: Summary) -> str:
-    told = ", ".join(f"{METRICS[key].title} {METRICS[key].shown(summary)}" for key in TITLE)
-    return f"{summary.scenario}: {summary.strategy} ({summary.planner}), seed {summary.seed}\n{summary.status}, {told}"
+    head = f"{summary.scenario}: {summary.strategy} ({summary.planner}), seed {summary.seed}: {summary.status}"
+    return "\n".join(
+        [head, *(", ".join(f"{METRICS[k].title} {METRICS[k].shown(summary)}" for k in row) for row in TITLE)]
+    )
 
 
 def _image(cells: CellArray) -> npt.NDArray[np.float64]:
@@ -188,3 +198,13 @@ def _legend(mission: MissionStarted, colours: Mapping[str, Colour]) -> list[Line
         Line2D([], [], linestyle="", marker=mark, color=face, markeredgecolor="#555555", label=name)
         for mark, name, face in signs
     ]
+
+
+def _grounds(mission: MissionStarted, cells: CellArray) -> Iterator[Patch]:
+    """Yield what the colours of cells mean that need to be told."""
+    names = [terrain.name for terrain in mission.terrains if terrain.code not in (UNKNOWN, OBSTACLE, FLOOR)]
+    codes = [terrain.code for terrain in mission.terrains if terrain.name in names]
+    if np.isin(cells, codes).any():
+        yield Patch(facecolor=OTHER, edgecolor="#999999", label=", ".join(names))
+    if (cells == UNKNOWN).any():
+        yield Patch(facecolor=UNKNOWN_GROUND, edgecolor="#999999", label="unknown")

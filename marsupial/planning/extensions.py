@@ -15,15 +15,7 @@ class Missing:
     """Stands in for an engine that can't be used: says why."""
 
     def __init__(self, name: str, package: str, reason: str) -> None:
-        self.info = EngineInfo(
-            name=name,
-            summary=f"of {package}",
-            licence="not known",
-            anytime=False,
-            proves_optimality=False,
-            deterministic_steps=False,
-            missing=reason,
-        )
+        self.info = EngineInfo(name=name, summary=f"of {package}", missing=reason)
 
     def solve(self, *_: object, **__: object) -> NoReturn:
         """Refuse."""
