@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from small_missions import Watcher, drawn_grid, kinds_of
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Cell, Grid
@@ -14,6 +13,7 @@ from marsupial.model.mission import MissionEnded, PlacedRobot, Revealed
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType, TeamMember, uniform_team
 from marsupial.model.scenario import Goal, Scenario
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 STEP = Budget(steps=1)
 

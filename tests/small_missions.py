@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from marsupial.maps.footprint import standable
-from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, Grid
 from marsupial.model.mission import (
@@ -34,7 +34,7 @@ from marsupial.model.mission import (
 from marsupial.model.plan import ActionName
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Goal, Limits, PlanningTime
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.paths.routes import passing_times_ms, route_of
 from marsupial.planning.list_scheduling.greedy import Greedy
@@ -259,12 +259,12 @@ def fly(
     """Run a mission in the simulator; the whole drawing but its obstacles counts as the area to explore."""
     kinds = kinds_of() if kinds is None else kinds
     watcher = Watcher(grid, kinds, robots)
-    assignment = Assignment(
+    order = MissionOrder(
         goal=Goal() if goal is None else goal,
-        limits=Limits(time_ms=time_ms),
+        limits=MissionLimits(time_ms=time_ms),
         planning_time=planning_time,
         reachable=np.asarray((grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)),
     )
     world = SimulatedWorld(grid, kinds, robots, failures)
     watchers = Observers([watcher] if observer is None else [watcher, observer])
-    return Mission(world, kinds, strategy, assignment, watchers).run(cancelled), watcher
+    return Mission(world, kinds, strategy, order, watchers).run(cancelled), watcher

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from marsupial.formats.triggers import read_triggers
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import (
     ActionEnd,
@@ -168,7 +169,9 @@ def synthetic_mission() -> tuple[MissionEvent, ...]:
     events.append(mission_started())
     scribe.look(0, "carrier1", Cell(6, 20), 12)
     plan = (MOVE, UNDOCK, EXPLORE)
-    events.append(Planned(t_ms=0, revision=1, trigger="start", targets=(T1,), meetings=(M1,), actions=plan))
+    events.append(
+        Planned(t_ms=0, revision=1, trigger=read_triggers("start"), targets=(T1,), meetings=(M1,), actions=plan)
+    )
     scribe.start(1, MOVE, Cell(26, 20))
     scribe.drive(0, "carrier1", Cell(6, 20), "0" * 20, 5_000, Cell(26, 20))
     scribe.end(5_000, 1, MOVE)
@@ -179,7 +182,9 @@ def synthetic_mission() -> tuple[MissionEvent, ...]:
     scribe.drive(10_002, "rover1_1", Cell(28, 20), "0" * 10, 12_502, Cell(33, 20))
     scribe.end(12_502, 1, EXPLORE, ActionEnd.SUPERSEDED)
     plan = (EXPLORE_2, RETURN, DOCK)
-    events.append(Planned(t_ms=12_502, revision=2, trigger="t1 gone", targets=(T2,), meetings=(M1,), actions=plan))
+    events.append(
+        Planned(t_ms=12_502, revision=2, trigger=read_triggers("t1 gone"), targets=(T2,), meetings=(M1,), actions=plan)
+    )
     scribe.start(2, EXPLORE_2, Cell(38, 24))
     scribe.drive(12_503, "rover1_1", Cell(33, 20), "01111", 13_003, Cell(34, 20))
     scribe.end(13_003, 2, EXPLORE_2, ActionEnd.BLOCKED)

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.bench.compare.cells import Outcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.documents import documents
@@ -31,8 +30,9 @@ from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, planner_for
 from marsupial.library.scenarios import load_scenario
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
-from marsupial.model.scenario import Limits, Scenario
+from marsupial.model.scenario import MissionLimits, Scenario
 from marsupial.planning.engines import mission_engine
+from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.strategies.registry import strategy_names
 
 MOST_CASES = 10_000
@@ -88,7 +88,7 @@ def _contender(text: str, planner: str, budget: Budget) -> Contender:
 
 
 def cases(
-    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: Limits | None
+    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
 ) -> dict[Case, Scenario]:
     """Return the scenarios that these options name, by case; None takes the team or limits that a scenario has.
 
@@ -109,7 +109,7 @@ def cases(
 
 
 def _cases_of(
-    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: Limits | None
+    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
 ) -> dict[Case, Scenario]:
     found: dict[Case, Scenario] = {}
     grid = None

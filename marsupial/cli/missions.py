@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.progress import progress
 from marsupial.cli.interrupt import asked_to_stop
@@ -24,8 +23,9 @@ from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
-from marsupial.model.scenario import Limits, PlanningTime, Scenario
+from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario
 from marsupial.planning.engines import mission_engine
+from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +81,7 @@ def carry_out(request: Request) -> Summary:
     return replace(summary, log=request.log)
 
 
-def limits_of(time_limit_s: float | None) -> Limits | None:
+def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     """Return the limits that ``--time-limit`` asks for; None for those of the scenario.
 
     Raises
@@ -93,7 +93,7 @@ def limits_of(time_limit_s: float | None) -> Limits | None:
         return None
     if not (time_limit_s > 0 and math.isfinite(time_limit_s)):
         raise UsageError(f"--time-limit: must be positive, got {time_limit_s:g}")
-    return Limits(time_ms=max(1, round(1000 * time_limit_s)))
+    return MissionLimits(time_ms=max(1, round(1000 * time_limit_s)))
 
 
 def _planner(request: Request, budget: Budget) -> str:

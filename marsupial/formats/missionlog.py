@@ -24,6 +24,7 @@ import numpy as np
 
 from marsupial.errors import LogError, Problem
 from marsupial.formats.logchecks import LogChecker
+from marsupial.formats.triggers import read_triggers, trigger_text
 from marsupial.model.grid import Cell
 from marsupial.model.mission import (
     ActionEnded,
@@ -36,6 +37,7 @@ from marsupial.model.mission import (
     Planned,
     Revealed,
     RobotLost,
+    Triggers,
 )
 
 FORMAT = "marsupial-log"
@@ -90,7 +92,10 @@ def encode_event(event: MissionEvent) -> str:
     head: dict[str, Any] = {"event": _TAGS[type(event)]}
     if isinstance(event, MissionStarted):
         head |= {"format": FORMAT, "version": VERSION}
-    return json.dumps(head | _object(event), default=_plain, separators=(",", ":"), allow_nan=False)
+    values = _object(event)
+    if isinstance(event, Planned):
+        values["trigger"] = trigger_text(event.trigger)
+    return json.dumps(head | values, default=_plain, separators=(",", ":"), allow_nan=False)
 
 
 def decode_event(line: str) -> MissionEvent:
@@ -281,6 +286,8 @@ def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
     if get_origin(hint) is UnionType:
         (inner,) = (kind for kind in get_args(hint) if kind is not NoneType)
         return None if value is None else _read(inner, value, path, problems)
+    if hint == Triggers:
+        return read_triggers(_read_scalar(str, value, path, problems))
     if hint is Cell:
         return Cell(*_read_array((int, int), value, path, problems))
     if get_origin(hint) in (tuple, frozenset):

@@ -7,26 +7,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
-from marsupial.bench.clairvoyant.mission import clairvoyant_mission
 from marsupial.errors import UsageError
 from marsupial.library.metrics import Summary
 from marsupial.maps.territory import Territory
-from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
 from marsupial.model.planning import Budget, Engine
-from marsupial.model.scenario import Scenario
+from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.clairvoyant.strategy import Clairvoyant
 
 DEFAULT_PLANNER = "auto"
 
@@ -85,7 +86,7 @@ def simulate(
 ) -> Summary:
     """Run one mission in the simulator and return its summary.
 
-    Besides the strategies there is the clairvoyant (`marsupial.bench.clairvoyant`), which is given the truth.
+    Besides the strategies there is the clairvoyant (`marsupial.strategies.clairvoyant`), which is given the truth.
 
     Parameters
     ----------
@@ -111,17 +112,20 @@ def simulate(
     watcher = Observers([reports] if observer is None else [reports, observer])
     started = _started(scenario, robots, strategy=_name(strategy), planner=_planner_name(planner), seed=seed)
     watcher.event(started)
-    assignment = Assignment(
+    reachable = reachable_area(scenario, robots)
+    order = MissionOrder(
         goal=scenario.goal,
         limits=scenario.limits,
         planning_time=scenario.planning_time,
-        reachable=reachable_area(scenario, robots),
+        reachable=reachable,
     )
+    world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
     if decider is None:
-        ended = clairvoyant_mission(scenario.grid, kinds, robots, assignment, budget, watcher, cancelled)
+        order = replace(order, planning_time=PlanningTime.INSTANT)
+        insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
+        ended = Mission(world, kinds, insider, order, watcher, insider).run(cancelled)
     else:
-        world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
-        ended = Mission(world, kinds, decider, assignment, watcher).run(cancelled)
+        ended = Mission(world, kinds, decider, order, watcher).run(cancelled)
     return Summary.of(
         scenario,
         strategy=started.strategy,

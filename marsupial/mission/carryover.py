@@ -7,13 +7,13 @@ plan is put on the clock anew, and only what the checker accepts comes out.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from marsupial.maps.targets import Target
-from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.plan import Action, Plan
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import Timeline
 
 
 def shifted(plan: Plan, by_ms: int) -> Plan:
@@ -51,59 +51,16 @@ def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mappi
     renamed
         New names of the targets that still exist, by old name. Meetings and homes keep theirs.
     """
-    team = _Team(
-        situation=situation,
-        at={robot.name: robot.place for robot in situation.robots},
-        on={robot.name: robot.carrier for robot in situation.robots},
-    )
+    timeline = Timeline.of(situation)
     places = situation.meetings + situation.homes
-    kept: list[Action] = []
     for action in actions:
         place = action.place if action.place in places else renamed.get(action.place)
-        if place is None or not team.at.keys() >= set(action.robots):
+        if place is None or not timeline.at.keys() >= set(action.robots):
             continue
-        origin = None if action.origin is None else team.at[action.robot]
-        fitted = replace(action, place=place, origin=origin)
-        if team.can(fitted):
-            team.do(fitted)
-            kept.append(fitted)
-    plan = retime(situation, kept)
-    if not kept or not check(situation, plan, targets=plan.explored).valid:
+        fitted = replace(action, place=place)
+        if timeline.can(fitted):
+            timeline.add(fitted)
+    plan = timeline.plan
+    if not plan.actions or not check(situation, plan, targets=plan.explored).valid:
         return None
     return plan
-
-
-@dataclass(slots=True)
-class _Team:
-    """Where everybody is after the actions kept so far, and what has been explored."""
-
-    situation: Situation
-    at: dict[str, str | None]
-    on: dict[str, str | None]
-    explored: set[str] = field(default_factory=set)
-
-    def can(self, action: Action) -> bool:
-        """Say whether `action` makes sense now."""
-        robot, carrier = action.robot, action.carrier
-        if carrier is None:
-            return self._can_drive(action)
-        if self.at[carrier] != action.place:
-            return False
-        if action.name is ActionName.UNDOCK:
-            return self.on[robot] == carrier
-        load = sum(on == carrier for on in self.on.values())
-        return self.at[robot] == action.place and load < self.situation.type_of(carrier).capacity
-
-    def do(self, action: Action) -> None:
-        """Enter the effects of `action`."""
-        docked = action.name is ActionName.DOCK
-        self.at[action.robot] = None if docked else action.place
-        self.on[action.robot] = action.carrier if docked else None
-        if action.name is ActionName.EXPLORE:
-            self.explored.add(action.place)
-
-    def _can_drive(self, action: Action) -> bool:
-        if action.origin in (None, action.place) or action.place in self.explored:
-            return False
-        kind = self.situation.robot_by_name[action.robot].type
-        return self.situation.travel(kind, str(action.origin), action.place) is not None

@@ -9,13 +9,14 @@ running dock or undock is never interrupted.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from marsupial.maps.survey import Poses
 from marsupial.mission.observer import Observer
-from marsupial.mission.survey import Poses
 from marsupial.model.grid import Cell
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
 from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.team import Deployments
 from marsupial.model.world import RobotReport, World
 from marsupial.paths.routes import steps_of
 
@@ -28,10 +29,8 @@ class Executor:
 
     Attributes
     ----------
-    deployments, retrievals
-        Undocks and docks completed so far.
-    deployed_at
-        Meeting point each rover was last set down at.
+    deployments
+        The undockings and dockings that are done.
     """
 
     def __init__(self, world: World, route: Router, observer: Observer) -> None:
@@ -45,14 +44,17 @@ class Executor:
         self._superseded: set[str] = set()
         self._poses: Poses = {}
         self._revision = 0
-        self.deployments = 0
-        self.retrievals = 0
-        self.deployed_at: dict[str, str] = {}
+        self.deployments = Deployments()
 
     @property
     def idle(self) -> bool:
         """Whether nothing runs and nothing waits to run."""
         return not self._running and not any(self._queues.values())
+
+    @property
+    def deployed_at(self) -> Mapping[str, str]:
+        """Meeting point at which each rover on the ground was last set down."""
+        return self.deployments.at
 
     @property
     def running(self) -> bool:
@@ -113,7 +115,7 @@ class Executor:
             self._end(action, revision, end)
             if end is ActionEnd.DONE:
                 done.append(action)
-                self._count(action)
+                self.deployments.done(action)
         return tuple(done)
 
     def failed(self, robots: Iterable[str]) -> None:
@@ -188,11 +190,3 @@ class Executor:
 
     def _end(self, action: Action, revision: int, end: ActionEnd) -> None:
         self._observer.event(ActionEnded(t_ms=self._world.now_ms, revision=revision, action=action, end=end))
-
-    def _count(self, action: Action) -> None:
-        if action.name is ActionName.DOCK:
-            self.retrievals += 1
-            self.deployed_at.pop(action.robot, None)
-        elif action.name is ActionName.UNDOCK:
-            self.deployments += 1
-            self.deployed_at[action.robot] = action.place

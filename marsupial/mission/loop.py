@@ -1,45 +1,41 @@
 """The closed loop: sense, analyse, decide, act, until the mission ends.
 
-It knows a world and a strategy by their protocols only. It replans when news could change the plan: a target of the
-plan is gone or a new one has shown up, a robot has run out of work while there is some, a way is blocked, a robot
-could not do what it was told or is lost; never because time passes. Every plan is checked before it is followed.
+It knows a world, a strategy and a policy of replanning by their protocols only. It replans when the policy asks for it
+(by default: when news could change the plan), when a way is blocked or a plan was overtaken while it was being made;
+never because time passes. Every plan is checked before it is followed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.maps.targets import Target
-from marsupial.maps.territory import Territory
+from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, same_target, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
-from marsupial.mission.survey import Survey, Surveyor
+from marsupial.mission.replanning import OnNews, Replanning, setbacks_in
 from marsupial.model.grid import UNKNOWN, Cell, Mask
-from marsupial.model.mission import MapMeeting, MissionEnded, Planned, Revealed, RobotLost, Status
-from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.mission import Cause, MissionEnded, Planned, Revealed, RobotLost, Status, Trigger, Triggers
+from marsupial.model.plan import Action, Plan
 from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Goal, Limits, PlanningTime
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.situation import SituationGoal
 from marsupial.model.strategy import Briefing, Decision, Strategy
 from marsupial.model.world import News, RobotReport, World
 from marsupial.native import native
 from marsupial.planning.checker import check
 
-LOOK_MS = 1000
-"""Least simulated time between two looks at what newly seen cells mean for the plan."""
-
 MAX_FRUITLESS = 5
 """Replannings at one and the same moment before a mission counts as stalled."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Assignment:
+class MissionOrder:
     """What a mission is asked to do and how it is measured.
 
     Parameters
@@ -51,7 +47,7 @@ class Assignment:
     """
 
     goal: Goal
-    limits: Limits
+    limits: MissionLimits
     planning_time: PlanningTime = PlanningTime.INSTANT
     reachable: Mask | None = None
     homes: Mapping[str, Cell] | None = None
@@ -64,6 +60,8 @@ class Mission:
     ----------
     kinds
         Robot types by name.
+    replanning
+        When new plans are made, and from what; None for `OnNews`.
     """
 
     def __init__(
@@ -71,61 +69,57 @@ class Mission:
         world: World,
         kinds: Mapping[str, RobotType],
         strategy: Strategy,
-        assignment: Assignment,
+        order: MissionOrder,
         observer: Observer,
+        replanning: Replanning | None = None,
     ) -> None:
         self._world = world
         self._kinds = kinds
         self._strategy = strategy
-        self._assignment = assignment
+        self._order = order
         self._observer = observer
-        self._territory = Territory(world.grid, tuple(kinds.values()))
-        self._homes = homes_of(world.robots(), kinds) if assignment.homes is None else assignment.homes
-        self._surveyor = Surveyor(self._territory, self._homes, assignment.goal)
-        self._executor = Executor(world, self._surveyor.route, observer)
+        self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
+        self._replanning = replanning or OnNews(world, kinds, self._homes, order.goal)
+        self._executor = Executor(world, self._replanning.route, observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
-        self._known: tuple[Target, ...] = ()
-        self._meetings: dict[str, MapMeeting] = {}
-        self._fresh = False
-        self._looked_ms = -LOOK_MS
+        self._followed: Survey | None = None
         self._revision = 0
         self._planned_ms = -1
         self._fruitless = 0
         self._refused = 0
-        self._exploration_ms: int | None = None
-        self._meanwhile: list[str] = []
+        self._meanwhile: Triggers = ()
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> MissionEnded:
         """Run until the mission ends; `cancelled` is asked between events."""
-        trigger = "start"
+        triggers: Triggers = (Trigger(Cause.START),)
         self._take_in(self._world.advance(0))
         while True:
             if cancelled is not None and cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
-            if trigger:
-                ended = self._replan(trigger)
+            if triggers:
+                ended = self._replan(triggers)
                 if ended is not None:
                     return self._end(*ended)
             blocked = self._executor.start_due()
             if blocked:
-                trigger = f"way blocked: {', '.join(blocked)}"
+                triggers = (Trigger(Cause.WAY_BLOCKED, blocked),)
                 continue
-            if self._world.now_ms >= self._assignment.limits.time_ms:
+            if self._world.now_ms >= self._order.limits.time_ms:
                 return self._end(Status.TIME_LIMIT, f"time limit of {self._world.now_ms / 1000:g} s reached")
-            trigger = self._overtaken() or self._look(*self._wait())
+            triggers = self._overtaken() or self._look()
 
-    def _wait(self) -> tuple[News, tuple[Action, ...]]:
-        until = self._assignment.limits.time_ms
-        if self._fresh:
-            until = min(until, max(self._world.now_ms, self._looked_ms + LOOK_MS))
+    def _look(self) -> Triggers:
+        """Wait for something to happen; return what asks for a new plan."""
+        until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
+        if wake_ms is not None:
+            until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)
-        return news, self._take_in(news)
+        return self._replanning.look(news, self._take_in(news), self._executor)
 
     def _take_in(self, news: News) -> tuple[Action, ...]:
         """Enter what happened; return the actions that are done."""
+        self._replanning.take_in(news)
         for name, indices in news.revealed:
-            self._territory.reveal(indices)
-            self._fresh = True
             runs = runs_of(indices, self._world.grid.cells.ravel())
             self._observer.event(Revealed(t_ms=news.t_ms, robot=name, runs=runs))
         self._executor.failed(name for name, _ in news.failed)
@@ -134,57 +128,17 @@ class Mission:
         self._executor.lost(name for name, _ in news.lost)
         return self._executor.finished(news.finished)
 
-    def _look(self, news: News, done: tuple[Action, ...]) -> str:
-        """Return what asks for a new plan, or nothing."""
-        setbacks = _setbacks(news)
-        if setbacks:
-            return setbacks
-        explored = {action.place for action in done if action.name is ActionName.EXPLORE}
-        self._known = tuple(target for target in self._known if target.name not in explored)
-        if self._executor.idle:
-            return "plan carried out"
-        due = self._world.now_ms >= self._looked_ms + LOOK_MS
-        free = bool(done) and self._unemployed({robot for action in done for robot in action.robots})
-        if not (explored or (self._fresh and due) or free):
-            return ""
-        return self._compare(free)
-
-    def _compare(self, free: bool) -> str:
-        """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""
-        self._fresh, self._looked_ms = False, self._world.now_ms
-        targets = self._surveyor.targets(self._world.robots())
-        self._note_explored(targets)
-        wanted = {a.place for a in self._executor.remainder() if a.name is ActionName.EXPLORE}
-        gone = [t.name for t in self._known if t.name in wanted and same_target(t, targets, self._ranges) is None]
-        new = [t.name for t in targets if same_target(t, self._known, self._ranges) is None]
-        words = [f"gone: {', '.join(gone)}"] if gone else []
-        words += [f"new: {', '.join(new)}"] if new else []
-        if not words and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
-            words.append("robot free")
-        return "; ".join(words)
-
-    def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
-        """Say whether there is a target that nobody is to explore."""
-        served = [target for target in self._known if target.name in wanted]
-        return any(same_target(target, served, self._ranges) is None for target in targets)
-
-    def _unemployed(self, robots: set[str]) -> bool:
-        return self._executor.unemployed(
-            r.name for r in self._world.robots() if r.name in robots and r.carrier is None and not r.lost
-        )
-
-    def _replan(self, trigger: str) -> tuple[Status, str] | None:
+    def _replan(self, triggers: Triggers) -> tuple[Status, str] | None:
         """Make a new plan and follow it; return how the mission ends if it does."""
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
-        self._note_explored(survey.targets)
         if not survey.targets and self._satisfied(survey):
-            return Status.COMPLETE, "no reachable target is left" + wishes(self._assignment.goal)
+            return Status.COMPLETE, self._replanning.explored + wishes(self._order.goal)
         self._fruitless = self._fruitless + 1 if self._world.now_ms == self._planned_ms else 0
         if self._fruitless > MAX_FRUITLESS:
             return Status.STALLED, "replanning over and over takes nobody anywhere"
-        return self._follow(trigger, survey, self._decide(survey))
+        return self._follow(triggers, survey, self._decide(survey))
 
     def _decide(self, survey: Survey) -> Decision:
         situation = survey.situation
@@ -205,7 +159,7 @@ class Mission:
         self._observer.planned(decision.report)
         return decision
 
-    def _follow(self, trigger: str, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
+    def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
         # what a plan leaves of the goal is decided at a later replanning; that it can be carried out is what counts
         physical = replace(survey.situation, goal=SituationGoal())
         verdict = check(physical, decision.plan, targets=decision.plan.explored)
@@ -213,46 +167,42 @@ class Mission:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
         stalled = not decision.plan.actions and not self._executor.running
-        if self._assignment.planning_time is PlanningTime.CHARGED:
-            self._adopt_late(trigger, survey, decision)
+        if self._order.planning_time is PlanningTime.CHARGED:
+            self._adopt_late(triggers, survey, decision)
         else:
-            self._adopt(trigger, survey, decision.plan)
+            self._adopt(triggers, survey, decision.plan)
         if stalled:
             return Status.STALLED, decision.report.detail or "the strategy knows nothing to do"
         return None
 
-    def _adopt_late(self, trigger: str, survey: Survey, decision: Decision) -> None:
+    def _adopt_late(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:
         """Let the time that planning took pass, then follow what of the plan still makes sense."""
         self._follow_old_plan_for(round(decision.report.wall_s * 1000))
-        self._known = survey.targets
-        self._meetings = {point.name: point for point in survey.meetings}
+        self._followed = survey
         later = self._survey(decision.plan.actions)
         physical = replace(later.situation, goal=SituationGoal())
         plan = carried_over(decision.plan.actions, physical, self._renamed(later))
-        self._adopt(trigger, later, plan or Plan(actions=()))
-        # what has turned up meanwhile is news to this plan
-        self._known = tuple(t for t in later.targets if same_target(t, survey.targets, self._ranges) is not None)
-        self._fresh = True
+        self._adopt(triggers, later, plan or Plan(actions=()))
+        self._replanning.follow(later, since=survey)
 
-    def _overtaken(self) -> str:
+    def _overtaken(self) -> Triggers:
         """Return what has happened while a plan was being made that asks for another one."""
-        setbacks, self._meanwhile = self._meanwhile, []
-        if setbacks:
-            return "; ".join(setbacks)
-        return "plan overtaken" if self._executor.idle else ""
+        setbacks, self._meanwhile = self._meanwhile, ()
+        if not setbacks and self._executor.idle:
+            return (Trigger(Cause.OVERTAKEN),)
+        return setbacks
 
-    def _adopt(self, trigger: str, survey: Survey, plan: Plan) -> None:
+    def _adopt(self, triggers: Triggers, survey: Survey, plan: Plan) -> None:
         now = self._planned_ms = self._world.now_ms
         self._revision += 1
-        self._known = survey.targets
-        self._meetings = {point.name: point for point in survey.meetings}
-        self._fresh, self._looked_ms = False, now
+        self._followed = survey
+        self._replanning.follow(survey)
         plan = shifted(plan, now)
         self._observer.event(
             Planned(
                 t_ms=now,
                 revision=self._revision,
-                trigger=trigger,
+                trigger=triggers,
                 targets=tuple(target.on_map() for target in survey.targets),
                 meetings=survey.meetings,
                 actions=plan.actions,
@@ -262,31 +212,24 @@ class Mission:
 
     def _follow_old_plan_for(self, duration_ms: int) -> None:
         """Let time pass while robots drive on as planned; no new docking or undocking is begun."""
-        until = min(self._world.now_ms + duration_ms, self._assignment.limits.time_ms)
+        until = min(self._world.now_ms + duration_ms, self._order.limits.time_ms)
         while self._world.now_ms < until:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
             self._take_in(news)
-            self._meanwhile += filter(None, [_setbacks(news)])
+            self._meanwhile += setbacks_in(news)
 
     def _survey(self, planned: Iterable[Action] = ()) -> Survey:
         """Return the moment's survey; meeting points in use, or to be used by `planned`, are kept."""
-        robots = self._world.robots()
         used = {action.place for action in (*self._executor.remainder(), *planned)}
         used |= set(self._executor.deployed_at.values())
-        keep = [point for name, point in self._meetings.items() if name in used]
-        return self._surveyor.survey(robots, self._world.now_ms, keep)
+        meetings = () if self._followed is None else self._followed.meetings
+        return self._replanning.survey(self._executor, [point for point in meetings if point.name in used])
 
     def _renamed(self, survey: Survey) -> dict[str, str]:
-        pairs = ((target.name, same_target(target, survey.targets, self._ranges)) for target in self._known)
+        known = () if self._followed is None else self._followed.targets
+        pairs = ((target.name, same_target(target, survey.targets, self._ranges)) for target in known)
         return {old: new.name for old, new in pairs if new is not None}
-
-    def _note_explored(self, targets: Sequence[Target]) -> None:
-        """Remember when the last target was gone, unless another one turns up."""
-        if targets:
-            self._exploration_ms = None
-        elif self._exploration_ms is None:
-            self._exploration_ms = self._world.now_ms
 
     def _satisfied(self, survey: Survey) -> bool:
         """Say whether the mission's wishes beyond exploring are met and nothing runs any more."""
@@ -300,35 +243,28 @@ class Mission:
 
     def _end(self, status: Status, reason: str) -> MissionEnded:
         robots = self._world.robots()
-        targets = () if status is Status.COMPLETE else self._surveyor.targets(robots)
         area = self._world.grid.cell_area_m2
         known = self._world.grid.cells != UNKNOWN
-        reachable = known if self._assignment.reachable is None else self._assignment.reachable
+        reachable = known if self._order.reachable is None else self._order.reachable
         ended = MissionEnded(
             t_ms=self._world.now_ms,
             status=status,
             reason=reason,
-            exploration_ms=self._exploration_ms,
+            exploration_ms=self._replanning.exploration_ms,
             explored_area_m2=round(int(np.count_nonzero(known & reachable)) * area, 6),
             reachable_area_m2=round(int(np.count_nonzero(reachable)) * area, 6),
             distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),
             energy_j=energy_j(self._world, self._kinds),
-            deployments=self._executor.deployments,
-            retrievals=self._executor.retrievals,
+            deployments=self._executor.deployments.deployed,
+            retrievals=self._executor.deployments.retrieved,
             replans=self._revision,
             plans_valid=self._revision,
             plans_invalid=self._refused,
             aboard=tuple(r.name for r in robots if r.carrier is not None),
-            remaining=self._surveyor.remaining(targets, f"still open when the mission ended: {reason}"),
+            remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}"),
         )
         self._observer.event(ended)
         return ended
-
-
-def _setbacks(news: News) -> str:
-    """Say who failed and who was lost, if anybody."""
-    told = {"failed": news.failed, "lost": news.lost}
-    return "; ".join(f"{word}: {', '.join(name for name, _ in who)}" for word, who in told.items() if who)
 
 
 def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:

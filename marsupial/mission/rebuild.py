@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.errors import UsageError
+from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.mission.survey import Survey, Surveyor
 from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import (
     ActionEnd,

@@ -112,6 +112,33 @@ class MapMeeting:
     rover_type: str
 
 
+class Cause(StrEnum):
+    """What can ask for a new plan."""
+
+    START = "start"  # of the mission
+    FAILED = "failed"  # robots could not do what they were told
+    LOST = "lost"  # robots failed for good
+    GONE = "gone"  # targets of the plan
+    NEW = "new"  # targets that the plan does not know
+    ROBOT_FREE = "robot free"  # it has nothing left to do while there is a target that nobody goes to
+    WAY_BLOCKED = "way blocked"  # of robots
+    CARRIED_OUT = "plan carried out"
+    OVERTAKEN = "plan overtaken"  # by what happened while it was being made
+    EXPLORED = "explored"  # all there is to see has been seen
+    OTHER = "other"  # a text in a log that is none of ours
+
+
+@dataclass(frozen=True, slots=True)
+class Trigger:
+    """A piece of news that asked for a new plan, and the robots or targets that it is about."""
+
+    cause: Cause
+    names: tuple[str, ...] = ()
+
+
+Triggers = tuple[Trigger, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planned:
     """A new plan is followed from now on.
@@ -121,7 +148,7 @@ class Planned:
 
     t_ms: int
     revision: int
-    trigger: str
+    trigger: Triggers
     targets: tuple[MapTarget, ...]
     meetings: tuple[MapMeeting, ...]
     actions: tuple[Action, ...]

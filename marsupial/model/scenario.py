@@ -32,7 +32,7 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+class MissionLimits:
     """When a mission is given up: simulated time in ms."""
 
     time_ms: int = 4 * 3600 * 1000
@@ -57,7 +57,7 @@ class Scenario:
     robot_types: tuple[RobotType, ...]
     team: tuple[TeamMember, ...]
     goal: Goal = Goal()
-    limits: Limits = Limits()
+    limits: MissionLimits = MissionLimits()
     planning_time: PlanningTime = PlanningTime.INSTANT
     start_seed: int | None = None
 

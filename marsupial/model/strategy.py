@@ -6,11 +6,11 @@ checker has accepted it. A plan need not serve every target: whatever it leaves 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from marsupial.model.plan import Plan
+from marsupial.model.plan import Action, Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.unseen import Unseen
@@ -77,4 +77,26 @@ class Strategy(Protocol):
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the plan to follow; an empty plan means that nothing can be done."""
+        ...
+
+
+class Work(Protocol):
+    """What the team is doing: the plan that is followed, as far as it is not carried out."""
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing runs and nothing waits to run."""
+        ...
+
+    @property
+    def deployed_at(self) -> Mapping[str, str]:
+        """Meeting point at which each rover on the ground was last set down."""
+        ...
+
+    def remainder(self) -> tuple[Action, ...]:
+        """Return the actions that run or wait, in plan order; times are those of the plan they came with."""
+        ...
+
+    def unemployed(self, robots: Iterable[str]) -> bool:
+        """Say whether one of `robots` has nothing left to do."""
         ...

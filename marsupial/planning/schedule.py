@@ -10,18 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
+from marsupial.model.plan import EPSILON_MS, Action, Plan
 from marsupial.model.situation import Situation
-from marsupial.planning.list_scheduling.timeline import free_at_ms
-
-
-def duration_ms(situation: Situation, action: Action) -> int | None:
-    """Return how long `action` takes in `situation`, whatever duration it bears; None where there is no path."""
-    if action.origin is not None:
-        travel = situation.travel(situation.robot_by_name[action.robot].type, action.origin, action.place)
-        return None if travel is None else max(1, travel)
-    kind = situation.type_of(action.robot)
-    return max(1, kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms)
+from marsupial.planning.list_scheduling.timeline import duration_ms, free_at_ms
 
 
 def retime(situation: Situation, actions: Iterable[Action]) -> Plan:

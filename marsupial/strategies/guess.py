@@ -21,6 +21,7 @@ from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, Situation, TargetInfo, TravelTable
 from marsupial.model.strategy import Briefing
+from marsupial.model.team import after
 from marsupial.model.unseen import Square
 from marsupial.planning.schedule import retime
 
@@ -63,7 +64,7 @@ class Guess:
         for action in plan.actions:
             if halted.isdisjoint(action.robots) and action.place in self.real.place_index:
                 kept.append(action)
-                at[action.robot] = None if action.name is ActionName.DOCK else action.place
+                at[action.robot] = after(action).at
                 continue
             for robot in sorted(set(action.robots) - halted):
                 gate = self.gates.get(action.place)

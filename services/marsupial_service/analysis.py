@@ -13,8 +13,8 @@ import numpy as np
 
 from marsupial.errors import InputError
 from marsupial.formats.situation import situation_to_json
+from marsupial.maps.survey import Survey, placed
 from marsupial.maps.territory import Territory
-from marsupial.mission.survey import Survey, placed
 from marsupial.model.grid import Cell, Grid
 from marsupial_service.mapstate import MapState
 from marsupial_service.outlines import polygons

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.mission.survey import Survey, Surveyor
 from marsupial.model.grid import Cell, Grid
 from marsupial.model.mission import MapMeeting
 from marsupial.model.robots import RobotType

@@ -10,7 +10,6 @@ import pytest
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from scipy import stats
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.compare import wurm2010
 from marsupial.bench.compare.cells import QUALITY, TIME, Outcome, tally
 from marsupial.bench.compare.documents import documents
@@ -30,6 +29,7 @@ from marsupial.bench.compare.tables import (
     tables,
 )
 from marsupial.model.planning import Budget
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 CASE = Case("lobby", 1, 1)
 

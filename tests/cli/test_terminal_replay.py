@@ -11,6 +11,7 @@ from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.cli.display.picture import coarse, doing
 from marsupial.cli.display.terminal_replay import clock_text, play, summary_lines
+from marsupial.formats.triggers import read_triggers
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN
 from marsupial.model.mission import MissionEvent, Planned, RobotLost
@@ -81,7 +82,7 @@ def test_a_log_without_an_end_says_so() -> None:
 
 def test_text_from_the_log_cannot_steer_the_terminal() -> None:
     plan = next(event for event in EVENTS if isinstance(event, Planned))
-    text, _ = shown([mission_started(), replace(plan, trigger="\x1b[2J[red]\n")], terminal=False)
+    text, _ = shown([mission_started(), replace(plan, trigger=read_triggers("\x1b[2J[red]\n"))], terminal=False)
     assert "plan 1: ?[2J[red]?;" in text
 
 

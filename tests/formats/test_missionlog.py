@@ -15,6 +15,7 @@ from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.errors import LogError
 from marsupial.formats.missionlog import EVENTS, LogWriter, encode_event, parse_log, read_log
+from marsupial.formats.triggers import read_triggers
 from marsupial.model.grid import Cell, Terrain
 from marsupial.model.mission import (
     ActionEnd,
@@ -137,7 +138,7 @@ later_events = st.one_of(
         Planned,
         t_ms=times,
         revision=times,
-        trigger=names,
+        trigger=names.map(read_triggers),
         targets=st.lists(targets, max_size=2).map(tuple),
         meetings=st.lists(meetings, max_size=2).map(tuple),
         actions=st.lists(actions, max_size=2).map(tuple),

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from simulated_missions import STEP, drawn_scenario, team_at, watched
 from small_missions import ANNEX, TWO_ANNEXES, kinds_of
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import builtin_scenario
@@ -25,6 +24,7 @@ from marsupial.model.planning import Outcome
 from marsupial.model.robots import TeamMember, uniform_team
 from marsupial.model.scenario import Goal, Scenario
 from marsupial.model.strategy import PlanningReport
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import STRATEGIES
 
 EVERYBODY = [*STRATEGIES, CLAIRVOYANT]

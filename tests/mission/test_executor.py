@@ -79,9 +79,9 @@ def test_an_undock_waits_for_the_carrier_and_is_counted_when_done() -> None:
     stage.executor.finished(["c1"])
     stage.executor.start_due()
     assert stage.commands() == [("undock", "r1", "c1", Cell(11, 1))]
-    assert stage.executor.deployments == 0
+    assert stage.executor.deployments.deployed == 0
     stage.executor.finished(["c1", "r1"])
-    assert (stage.executor.deployments, stage.executor.deployed_at) == (1, {"r1": "m1"})
+    assert (stage.executor.deployments.deployed, stage.executor.deployed_at) == (1, {"r1": "m1"})
     assert stage.executor.idle
 
 
@@ -99,7 +99,7 @@ def test_a_dock_waits_for_both_and_is_counted_when_done() -> None:
     stage.executor.start_due()
     assert stage.commands() == [("dock", "r1", "c1")]
     stage.executor.finished(["c1", "r1"])
-    assert (stage.executor.retrievals, stage.executor.deployed_at) == (1, {})
+    assert (stage.executor.deployments.retrieved, stage.executor.deployed_at) == (1, {})
 
 
 def test_a_robot_whose_partner_is_late_does_not_go_on_without_it() -> None:
@@ -155,7 +155,7 @@ def test_a_running_undock_is_not_interrupted_by_a_new_plan() -> None:
     stage.world.put("r1", Cell(11, 1))
     stage.executor.finished(["c1", "r1"])
     assert stage.ends() == [("(undock r1 c1 m1)", ActionEnd.DONE)]
-    assert stage.executor.deployments == 1
+    assert stage.executor.deployments.deployed == 1
     stage.executor.start_due()
     assert stage.commands() == [("drive", "c1", Cell(5, 1)), ("drive", "r1", Cell(15, 1))]
 
@@ -198,7 +198,7 @@ def test_a_lost_robot_frees_its_partner_and_forgets_its_own_plans() -> None:
     stage.world.put("r1", Cell(11, 1))
     stage.executor.lost(["r1"])
     assert stage.ends() == [("(undock r1 c1 m1)", ActionEnd.LOST)]
-    assert stage.executor.deployments == 0
+    assert stage.executor.deployments.deployed == 0
     stage.executor.start_due()
     assert stage.commands() == [("drive", "c1", Cell(5, 1))]
     assert stage.executor.finished(["r1"]) == ()
@@ -225,7 +225,7 @@ def test_an_undock_that_failed_is_over_and_what_both_were_to_do_next_is_dropped(
     stage.commands()
     stage.executor.failed(["c1", "r1"])
     assert stage.ends() == [("(undock r1 c1 m1)", ActionEnd.FAILED)]
-    assert (stage.executor.deployments, stage.executor.deployed_at) == (0, {})
+    assert (stage.executor.deployments.deployed, stage.executor.deployed_at) == (0, {})
     assert stage.executor.unemployed(["c1"])
     assert stage.executor.unemployed(["r1"])
     assert not stage.executor.unemployed(["c2"])

@@ -18,12 +18,13 @@ from small_missions import (
 )
 
 from marsupial.cli.display.watch import Watch
-from marsupial.mission.loop import Assignment, Mission
+from marsupial.formats.triggers import trigger_text
+from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observers
 from marsupial.mission.playback import Playback
 from marsupial.model.mission import ActionEnd, ActionEnded, MissionEnded, MissionStarted, PlacedRobot, Planned, Status
 from marsupial.model.plan import ActionName
-from marsupial.model.scenario import Goal, Limits, PlanningTime
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import Strategy
 
 TEAM = (carrier_at(1, 3), rover_on("c1"))
@@ -55,9 +56,9 @@ def fly(
     )
     both = Observers([watcher, watch])
     both.event(started)
-    assignment = Assignment(goal=Goal(), limits=Limits(time_ms=600_000), planning_time=planning_time)
+    order = MissionOrder(goal=Goal(), limits=MissionLimits(time_ms=600_000), planning_time=planning_time)
     world = ClumsyWorld(grid, kinds, team, fails)
-    ended = Mission(world, kinds, strategy or greedy_strategy(), assignment, both).run()
+    ended = Mission(world, kinds, strategy or greedy_strategy(), order, both).run()
     return ended, watcher, watch
 
 
@@ -80,7 +81,7 @@ def test_what_failed_once_is_planned_anew_and_done(name: str) -> None:
     assert (ended.status, ended.deployments, ended.retrievals, ended.aboard) == (Status.COMPLETE, 1, 1, ("r1",))
     assert watcher.faults == []
     assert len(failures_of(watcher)) == 1
-    triggers = [event.trigger for event in watcher.events if isinstance(event, Planned)]
+    triggers = [trigger_text(event.trigger) for event in watcher.events if isinstance(event, Planned)]
     assert sum(trigger.startswith("failed: ") and "c1" in trigger for trigger in triggers) == 1
 
 

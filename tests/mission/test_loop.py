@@ -21,7 +21,9 @@ from small_missions import (
     rover_on,
 )
 
-from marsupial.mission.loop import LOOK_MS, MAX_FRUITLESS, runs_of
+from marsupial.formats.triggers import trigger_text
+from marsupial.mission.loop import MAX_FRUITLESS, runs_of
+from marsupial.mission.replanning import LOOK_MS
 from marsupial.model.grid import Cell
 from marsupial.model.mission import (
     ActionEnd,
@@ -242,7 +244,7 @@ def test_replanning_waits_for_a_second_of_news_unless_something_ends() -> None:
 
 def test_every_plan_says_what_asked_for_it() -> None:
     _, watcher = fly(drawn_grid(*LONG_HALL), [carrier_at(19, 1)], greedy_strategy())
-    triggers = [plan.trigger for plan in plans_of(watcher)]
+    triggers = [trigger_text(plan.trigger) for plan in plans_of(watcher)]
     assert triggers[0] == "start"
     assert all(t.startswith(("new: ", "gone: ", "plan carried out", "robot free")) for t in triggers[1:])
 
@@ -254,7 +256,7 @@ def test_what_a_lost_robot_was_to_do_is_given_to_another() -> None:
     assert [(e.t_ms, e.robot) for e in watcher.of(RobotLost)] == [(4500, "c1")]  # type: ignore[attr-defined]
     after = [plan for plan in plans_of(watcher) if plan.t_ms >= 4500]
     assert after[0].t_ms == 4500
-    assert after[0].trigger == "lost: c1"
+    assert trigger_text(after[0].trigger) == "lost: c1"
     assert all(action.robot != "c1" for plan in after for action in plan.actions)
     assert [e.end for e in watcher.of(ActionEnded) if e.action.robot == "c1"][-1] is ActionEnd.LOST  # type: ignore[attr-defined]
     assert watcher.faults == []
@@ -265,7 +267,7 @@ def test_a_robot_lost_while_a_plan_is_made_asks_for_the_next_one() -> None:
     slow = Timed(greedy_strategy(), wall_s=2.0)
     ended, watcher = fly(drawn_grid(*LONG_HALL), team, slow, failures={"c1": 1000}, planning_time=PlanningTime.CHARGED)
     assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-    assert [plan.trigger for plan in plans_of(watcher)][:2] == ["start", "lost: c1"]
+    assert [trigger_text(plan.trigger) for plan in plans_of(watcher)][:2] == ["start", "lost: c1"]
     assert watcher.faults == []
 
 
@@ -366,7 +368,7 @@ class TestChargedPlanning:
             drawn_grid(*CORRIDOR), team, Slower(), failures={"c1": 500}, planning_time=PlanningTime.CHARGED
         )
         assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-        assert [(plan.t_ms, plan.trigger, plan.actions) for plan in plans_of(watcher)][1:] == [
+        assert [(plan.t_ms, trigger_text(plan.trigger), plan.actions) for plan in plans_of(watcher)][1:] == [
             (100_500, "lost: c1", ())
         ]
         assert ended.t_ms == 100_500

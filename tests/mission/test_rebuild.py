@@ -9,7 +9,7 @@ from clumsy_world import ClumsyWorld
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.mission.rebuild import moment_at
@@ -28,7 +28,7 @@ from marsupial.model.mission import (
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget
 from marsupial.model.robots import default_types
-from marsupial.model.scenario import Goal, Limits, Scenario
+from marsupial.model.scenario import Goal, MissionLimits, Scenario
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.greedy import Greedy
@@ -70,8 +70,8 @@ def fly(
     world = SimulatedWorld(scenario.grid, kinds, robots, failures)
     if fails is not None:
         world = ClumsyWorld(scenario.grid, kinds, robots, fails)
-    assignment = Assignment(goal=scenario.goal, limits=scenario.limits)
-    Mission(world, kinds, strategy, assignment, recorder).run()
+    order = MissionOrder(goal=scenario.goal, limits=scenario.limits)
+    Mission(world, kinds, strategy, order, recorder).run()
     return recorder.events, strategy.asked
 
 
@@ -113,7 +113,7 @@ def test_a_mission_that_comes_home_is_rebuilt() -> None:
 
 
 def test_a_mission_with_lost_robots_is_rebuilt() -> None:
-    scenario = replace(builtin_scenario("lobby", 2, 2), limits=Limits(time_ms=400_000))
+    scenario = replace(builtin_scenario("lobby", 2, 2), limits=MissionLimits(time_ms=400_000))
     assert_rebuilt(*fly(scenario, {"rover1_1": 30_000, "carrier2": 60_000}))
 
 

@@ -12,6 +12,7 @@ import pytest
 from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.formats.missionlog import parse_log
+from marsupial.formats.triggers import read_triggers
 from marsupial.mission.playback import Playback
 from marsupial.model.mission import MissionEvent, Planned
 from marsupial.replay.page import replay_page
@@ -124,7 +125,7 @@ def test_the_title_is_escaped() -> None:
 
 def test_a_reason_in_the_log_can_hold_anything() -> None:
     plan = next(event for event in EVENTS if isinstance(event, Planned))
-    events = (mission_started(), replace(plan, trigger=NASTY))
+    events = (mission_started(), replace(plan, trigger=read_triggers(NASTY)))
     assert logged(replay_page(events)) == events
 
 

@@ -13,12 +13,12 @@ from functools import cached_property
 from statistics import fmean
 from typing import Any
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.compare.header import cases_of, contenders_of
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row, Timing
 from marsupial.bench.compare.statistics import Estimate, estimate
 from marsupial.model.mission import Status
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

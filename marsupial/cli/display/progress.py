@@ -16,6 +16,7 @@ from rich.text import Text
 from marsupial.cli.display.messages import say
 from marsupial.cli.display.picture import Picture, printable
 from marsupial.cli.display.watch import Watch
+from marsupial.formats.triggers import trigger_text
 from marsupial.library.metrics import clock
 from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
@@ -57,7 +58,8 @@ class _Lines(Observer):
             say(f"{self._head()}  {event.status}: {event.reason}")
         elif isinstance(event, Planned) and event.t_ms >= self._next_ms:
             self._next_ms = event.t_ms + LINE_EVERY_MS
-            say(f"{self._head()}  plan {event.revision} for {_counted(len(event.targets), 'target')} ({event.trigger})")
+            targets, why = _counted(len(event.targets), "target"), trigger_text(event.trigger)
+            say(f"{self._head()}  plan {event.revision} for {targets} ({why})")
 
     def _head(self) -> str:
         return f"{clock(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
@@ -89,7 +91,7 @@ class _Moving(Observer):
 
     def _frame(self, picture: Picture) -> Group:
         watch, robots = self._watch, self._watch.views()
-        words = f"{clock(watch.t_ms / 1000)}  {self._title}  plan {watch.revision}: {watch.trigger}"
+        words = f"{clock(watch.t_ms / 1000)}  {self._title}  plan {watch.revision}: {trigger_text(watch.trigger)}"
         headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
         bar = Table.grid(padding=(0, 1))
         bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")

@@ -12,6 +12,7 @@ from rich.live import Live
 from rich.text import Text
 
 from marsupial.cli.display.picture import Picture, printable
+from marsupial.formats.triggers import trigger_text
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import MissionEnded, MissionEvent, Planned
@@ -98,7 +99,7 @@ def _known(playback: Playback, t_ms: int) -> str:
 
 
 def _plan_text(plan: Planned) -> str:
-    return printable(f"plan {plan.revision}: {plan.trigger}")
+    return printable(f"plan {plan.revision}: {trigger_text(plan.trigger)}")
 
 
 def _counted(plan: Planned) -> str:

@@ -23,6 +23,7 @@ from marsupial.model.mission import (
     Planned,
     Revealed,
     RobotLost,
+    Triggers,
 )
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import RobotType
@@ -58,7 +59,7 @@ class Watch(Observer):
     reachable: Mask
     t_ms: int = 0
     revision: int = 0
-    trigger: str = ""
+    trigger: Triggers = ()
     cells: CellArray = field(init=False)
     _robots: dict[str, _Robot] = field(default_factory=dict)
     _known: int = 0

@@ -20,7 +20,7 @@ from marsupial.formats.scenario.map import read_grid, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.model.grid import OBSTACLE, Terrain
 from marsupial.model.robots import EnergyModel, RobotType, Role
-from marsupial.model.scenario import Goal, Limits, PlanningTime, Scenario
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 
 try:
     from yaml import CSafeLoader as SafeLoader
@@ -226,8 +226,8 @@ def _read_goal(top: Fields) -> Goal:
     return goal
 
 
-def _read_limits(top: Fields) -> Limits:
+def _read_limits(top: Fields) -> MissionLimits:
     fields = top.part("limits", required=False)
-    seconds = fields.number("time_s", Limits().time_ms / 1000, above=0, at_most=MOST_SECONDS)
+    seconds = fields.number("time_s", MissionLimits().time_ms / 1000, above=0, at_most=MOST_SECONDS)
     fields.finish()
-    return Limits(time_ms=max(1, round(1000 * seconds)))
+    return MissionLimits(time_ms=max(1, round(1000 * seconds)))

@@ -180,7 +180,7 @@ def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Ce
 
 
 PLACE_PREFIXES = ("s_", "t_", "m_", "h_")
-"""How the names of starts, targets, meeting points and homes begin (`marsupial.mission.survey`)."""
+"""How the names of starts, targets, meeting points and homes begin (`marsupial.maps.survey`)."""
 
 
 def check_names(entries: list[Entry]) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from marsupial.errors import InternalError
 from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
 from marsupial.model.situation import RobotState, Situation
+from marsupial.model.team import after
 
 
 @dataclass(slots=True)
@@ -74,11 +75,11 @@ class Timeline:
     def move(self, robot: str, place: str) -> None:
         """Drive to a meeting point or home, unless it is there."""
         if self.at[robot] != place:
-            self._drive(ActionName.MOVE, robot, place)
+            self._add(ActionName.MOVE, robot, place)
 
     def explore(self, robot: str, target: str) -> None:
         """Drive to a target and explore it."""
-        self._drive(ActionName.EXPLORE, robot, target)
+        self._add(ActionName.EXPLORE, robot, target)
 
     def dock(self, rover: str, carrier: str, meeting: str) -> None:
         """Bring rover and carrier to `meeting` and dock there."""
@@ -86,9 +87,7 @@ class Timeline:
             raise InternalError(f"{carrier} has no place for {rover}")
         self.move(rover, meeting)
         self.move(carrier, meeting)
-        self._join(ActionName.DOCK, rover, carrier, meeting)
-        self.at[rover], self.on[rover] = None, carrier
-        self.cargo[carrier] += (rover,)
+        self._add(ActionName.DOCK, rover, meeting, carrier=carrier)
 
     def undock(self, rover: str, meeting: str) -> None:
         """Bring the carrier that `rover` is aboard to `meeting` and set the rover down there."""
@@ -96,45 +95,52 @@ class Timeline:
         if carrier is None:
             raise InternalError(f"{rover} is not aboard a carrier")
         self.move(carrier, meeting)
-        self._join(ActionName.UNDOCK, rover, carrier, meeting)
-        self.at[rover], self.on[rover] = meeting, None
-        self.cargo[carrier] = tuple(other for other in self.cargo[carrier] if other != rover)
+        self._add(ActionName.UNDOCK, rover, meeting, carrier=carrier)
 
-    def _drive(self, name: ActionName, robot: str, place: str) -> None:
-        origin = self.at[robot]
-        kind = self.situation.robot_by_name[robot].type
-        travel = None if origin is None else self.situation.travel(kind, origin, place)
-        if travel is None:
+    def can(self, action: Action) -> bool:
+        """Say whether an action can be added as it is; explore and move leave from where their robot is."""
+        robot, carrier = action.robot, action.carrier
+        if carrier is None:
+            done = action.place == self.at[robot] or action.place in self.explored
+            return not done and self.can_drive(robot, action.place)
+        if self.at[carrier] != action.place:
+            return False
+        if action.name is ActionName.UNDOCK:
+            return self.on[robot] == carrier
+        return self.at[robot] == action.place and not self.is_full(carrier)
+
+    def add(self, action: Action) -> None:
+        """Add an action that can be; its times, and where it leaves from, are of no account."""
+        self._add(action.name, action.robot, action.place, carrier=action.carrier)
+
+    def _add(self, name: ActionName, robot: str, place: str, *, carrier: str | None = None) -> None:
+        origin = self.at[robot] if carrier is None else None
+        took = _duration_ms(self.situation, name, robot, place, origin)
+        if took is None:
             raise InternalError(f"{robot} can't drive from {origin} to {place}")
-        self._add(
-            Action(
-                name=name,
-                start_ms=self.ready_ms[robot],
-                duration_ms=max(1, travel),
-                robot=robot,
-                place=place,
-                origin=origin,
-            )
+        robots = (robot,) if carrier is None else (robot, carrier)
+        action = Action(
+            name=name,
+            start_ms=max(self.ready_ms[one] for one in robots),
+            duration_ms=took,
+            robot=robot,
+            place=place,
+            carrier=carrier,
+            origin=origin,
         )
-        self.at[robot] = place
-
-    def _join(self, name: ActionName, rover: str, carrier: str, meeting: str) -> None:
-        kind = self.situation.type_of(rover)
-        self._add(
-            Action(
-                name=name,
-                start_ms=max(self.ready_ms[rover], self.ready_ms[carrier]),
-                duration_ms=max(1, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms),
-                robot=rover,
-                place=meeting,
-                carrier=carrier,
-            )
-        )
-
-    def _add(self, action: Action) -> None:
         self.actions.append(action)
-        for robot in action.robots:
-            self.ready_ms[robot] = action.end_ms + EPSILON_MS
+        for one in robots:
+            self.ready_ms[one] = action.end_ms + EPSILON_MS
+        self._enter(action)
+
+    def _enter(self, action: Action) -> None:
+        """Enter where an action leaves its robot."""
+        robot, before, now = action.robot, self.on[action.robot], after(action)
+        self.at[robot], self.on[robot] = now.at, now.carrier
+        if before is not None:
+            self.cargo[before] = tuple(other for other in self.cargo[before] if other != robot)
+        if now.carrier is not None:
+            self.cargo[now.carrier] += (robot,)
 
 
 def replay(situation: Situation, plan: Plan) -> Timeline:
@@ -155,3 +161,16 @@ def replay(situation: Situation, plan: Plan) -> Timeline:
 def free_at_ms(situation: Situation, robot: RobotState) -> int:
     """Return when a robot can act first; one that is aboard is bound to its carrier's time."""
     return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms
+
+
+def duration_ms(situation: Situation, action: Action) -> int | None:
+    """Return how long `action` takes in `situation`, whatever duration it bears; None where there is no path."""
+    return _duration_ms(situation, action.name, action.robot, action.place, action.origin)
+
+
+def _duration_ms(situation: Situation, name: ActionName, robot: str, place: str, origin: str | None) -> int | None:
+    kind = situation.type_of(robot)
+    if name is ActionName.DOCK or name is ActionName.UNDOCK:
+        return max(1, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms)
+    travel = None if origin is None else situation.travel(kind.name, origin, place)
+    return None if travel is None else max(1, travel)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from marsupial.formats.missionlog import encode_event
-from marsupial.mission.loop import Assignment, Mission
+from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.strategy import Briefing, Decision, Strategy
@@ -36,7 +36,7 @@ def fly(brief: Brief, desk: Desk) -> None:
     kinds = {kind.name: kind for kind in brief.kinds}
     world = RemoteWorld(brief, desk)
     inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
-    assignment = Assignment(
+    order = MissionOrder(
         goal=brief.goal,
         limits=brief.limits,
         planning_time=brief.planning_time,
@@ -46,7 +46,7 @@ def fly(brief: Brief, desk: Desk) -> None:
     while True:
         desk.event(_started(brief, world))
         try:
-            Mission(world, kinds, _Remembering(inner, desk), assignment, desk).run(lambda: world.cancelled)
+            Mission(world, kinds, _Remembering(inner, desk), order, desk).run(lambda: world.cancelled)
         except MapChanged:
             desk.begin_anew()
             world.settle(brief.limits.time_ms)

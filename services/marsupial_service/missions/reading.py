@@ -18,8 +18,7 @@ from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.robots import TeamMember
-from marsupial.model.scenario import Goal, PlanningTime
-from marsupial.model.scenario import Limits as MissionLimits
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.strategies.registry import strategy, strategy_names
 from marsupial_service.intake import check_count, read_budget, refuse, refusing
 from marsupial_service.intake_map import check_radii

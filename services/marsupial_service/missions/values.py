@@ -13,7 +13,7 @@ from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
-from marsupial.model.scenario import Goal, Limits, PlanningTime
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 
 Runs = tuple[int, ...]
 """Cells of the map: (start, length, code) three by three as in mission logs, in ascending order."""
@@ -43,7 +43,7 @@ class Brief:
     kinds: tuple[RobotType, ...]
     robots: tuple[PlacedRobot, ...]
     goal: Goal
-    limits: Limits
+    limits: MissionLimits
     planning_time: PlanningTime
     reachable: Mask | None = None
 

@@ -18,7 +18,7 @@ from marsupial.generators import GENERATORS
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, Grid, Terrain
 from marsupial.model.robots import EnergyModel, Role, TeamMember
-from marsupial.model.scenario import Goal, Limits, PlanningTime, Scenario
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "scenario-format.md"
 
@@ -56,7 +56,7 @@ def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
         TeamMember(name="jill", type="rover", start=Cell(6, 1)),
     )
     assert scenario.goal == Goal(recover_rovers=False, return_home=True)
-    assert scenario.limits == Limits(time_ms=90_500)
+    assert scenario.limits == MissionLimits(time_ms=90_500)
     assert scenario.planning_time is PlanningTime.CHARGED
     assert scenario.start_seed == 7
 
@@ -64,7 +64,7 @@ def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
 def test_what_is_absent_has_its_default(tmp_path: Path) -> None:
     scenario = read_scenario(stored(tmp_path, GOOD))
     assert scenario.name == "yard"
-    assert (scenario.goal, scenario.limits) == (Goal(), Limits())
+    assert (scenario.goal, scenario.limits) == (Goal(), MissionLimits())
     assert scenario.planning_time is PlanningTime.INSTANT
     assert scenario.start_seed is None
     assert scenario.robot_types[0].energy == EnergyModel()
@@ -169,7 +169,7 @@ def test_everything_a_scenario_can_hold_survives_writing_and_reading(tmp_path: P
             TeamMember(name="d", type="rover", carrier="c"),
         ),
         goal=Goal(recover_rovers=False, return_home=True),
-        limits=Limits(time_ms=1_234_567),
+        limits=MissionLimits(time_ms=1_234_567),
         planning_time=PlanningTime.CHARGED,
         start_seed=0,
     )

@@ -14,6 +14,7 @@ import pytest
 from mission_house import Driver, open_missions, run, send, started, team
 
 from marsupial.formats.missionlog import parse_log
+from marsupial.formats.triggers import trigger_text
 from marsupial.model.mission import MissionEnded, MissionStarted, Planned, RobotLost, Status
 from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionState
@@ -127,7 +128,7 @@ def test_a_command_that_fails_is_followed_by_a_new_plan(tmp_path: Path) -> None:
             log = await missions.log(record)
             assert ended(log).status is Status.COMPLETE
             plans = [event for event in parse_log(log.encode()).events if isinstance(event, Planned)]
-            assert sum(plan.trigger.startswith("failed: ") for plan in plans) >= 2
+            assert sum(trigger_text(plan.trigger).startswith("failed: ") for plan in plans) >= 2
 
     run(fly())
 

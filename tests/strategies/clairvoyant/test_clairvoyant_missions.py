@@ -6,7 +6,6 @@ import pytest
 from simulated_missions import STEP, drawn_scenario, team_at, watched
 from small_missions import ANNEX, CORRIDOR, Watcher, kinds_of
 
-from marsupial.bench.clairvoyant import CLAIRVOYANT
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.trial import carry_out
 from marsupial.cli.comparing import contenders
@@ -15,7 +14,8 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MissionEnded, Status
-from marsupial.model.scenario import Goal, Limits, Scenario
+from marsupial.model.scenario import Goal, MissionLimits, Scenario
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 LONG = ("#################", "#...............#", "#################")
 
@@ -77,7 +77,7 @@ def test_what_nobody_can_reach_is_left_out() -> None:
 
 
 def test_a_time_limit_ends_the_mission_with_what_is_known_by_then() -> None:
-    scenario = replace(drawn_scenario(*LONG, team=team_at((1, 1))), limits=Limits(time_ms=5000))
+    scenario = replace(drawn_scenario(*LONG, team=team_at((1, 1))), limits=MissionLimits(time_ms=5000))
     ended = flown(scenario)[0]
     assert (ended.status, ended.t_ms, ended.exploration_ms) == (Status.TIME_LIMIT, 5000, None)
     assert ended.coverage == pytest.approx(9 / 15)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.bench.clairvoyant.ground import Cells
-from marsupial.bench.clairvoyant.outline import Outline
-from marsupial.bench.clairvoyant.ways import Way, Ways
 from marsupial.model.grid import Cell
 from marsupial.model.plan import ActionName
+from marsupial.strategies.clairvoyant.ground import Cells
+from marsupial.strategies.clairvoyant.outline import Outline
+from marsupial.strategies.clairvoyant.ways import Way, Ways
 
 TRIES = 8
 """How many places that seem to do are looked at more closely, for each stop."""

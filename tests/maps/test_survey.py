@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.reach import largest_reach
+from marsupial.maps.survey import Survey, Surveyor, placed
 from marsupial.maps.territory import Territory
-from marsupial.mission.survey import Survey, Surveyor, placed
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.robots import Role, default_types

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from marsupial.bench.clairvoyant.ground import Ground
-from marsupial.bench.clairvoyant.outline import Stop
 from marsupial.maps.meetings import find_meetings
-from marsupial.maps.targets import Target
 from marsupial.model.mission import MapMeeting
+from marsupial.strategies.clairvoyant.ground import Ground
+from marsupial.strategies.clairvoyant.outline import Stop
 
 APART_M, MOST = 8.0, 40
 """How far apart the further ones are at least, and how many there are at most of each pair of types."""
@@ -18,16 +17,7 @@ APART_M, MOST = 8.0, 40
 
 def doors(ground: Ground, stops: Sequence[Stop]) -> tuple[MapMeeting, ...]:
     """Return meeting points for robots that go to these stops; they are sites from now on."""
-    targets = [
-        Target(
-            name=stop.name,
-            cell=next(iter(stop.viewpoints.values())),
-            viewpoints=stop.viewpoints,
-            cells=np.empty(0, dtype=np.int64),
-            reveal_m2=0.0,
-        )
-        for stop in stops
-    ]
+    targets = [stop.target for stop in stops]
     points = list(find_meetings(ground.territory, ground.reach, targets, ground.robots).points)
     for number, (carrier, rover) in enumerate(sorted(ground.reach.docking)):
         if carrier in ground.kinds and rover in ground.kinds:

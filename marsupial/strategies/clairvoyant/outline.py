@@ -13,15 +13,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from marsupial.bench.clairvoyant.ground import Cells, Ground
+from marsupial.maps.survey import Poses, Survey, planning_type
+from marsupial.maps.targets import Target
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, TargetInfo, TravelTable
+from marsupial.model.situation import UNREACHABLE, RobotState, Situation, TargetInfo, TravelTable
+from marsupial.model.unseen import Unseen
 from marsupial.paths.routes import passing_times_ms, travel_table_ms
 from marsupial.planning.list_scheduling.timeline import replay
-
-Poses = Mapping[str, Mapping[str, Cell]]
+from marsupial.strategies.clairvoyant.ground import Cells, Ground
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,6 +31,13 @@ class Stop:
 
     name: str
     viewpoints: Mapping[str, Cell]
+
+    @property
+    def target(self) -> Target:
+        """The target that it is for a plan; no frontier belongs to it."""
+        cell = next(iter(self.viewpoints.values()))
+        none = np.empty(0, dtype=np.int64)
+        return Target(name=self.name, cell=cell, viewpoints=self.viewpoints, cells=none, reveal_m2=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +80,7 @@ class Outline:
     @cached_property
     def situation(self) -> Situation:
         """The planning problem: explore every stop."""
-        territory = self.ground.territory
+        kinds = tuple(planning_type(kind) for kind in self.ground.territory.kinds.values())
         robots = tuple(
             RobotState(
                 name=robot.name,
@@ -82,16 +90,25 @@ class Outline:
             )
             for robot in self.ground.robots
         )
-        kinds = tuple(
-            PlanningType(name=k.name, role=k.role, capacity=k.capacity, dock_ms=k.dock_ms, undock_ms=k.undock_ms)
-            for k in territory.kinds.values()
-        )
         return Situation(
             types=kinds,
             robots=robots,
             targets=tuple(TargetInfo(name=stop.name, explorers=frozenset(stop.viewpoints)) for stop in self.stops),
             meetings=tuple(point.name for point in self.meetings),
             travel_ms={kind.name: self._table(kind.name) for kind in kinds},
+        )
+
+    @property
+    def survey(self) -> Survey:
+        """The situation and what it means on the map."""
+        return Survey(
+            situation=self.situation,
+            targets=tuple(stop.target for stop in self.stops),
+            meetings=self.meetings,
+            connects={},
+            poses=self.poses,
+            direct_ms=dict,
+            unseen=Unseen,
         )
 
     @cached_property

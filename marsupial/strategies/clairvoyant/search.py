@@ -20,18 +20,18 @@ from itertools import cycle, islice
 
 import numpy as np
 
-from marsupial.bench.clairvoyant.cover import cover
-from marsupial.bench.clairvoyant.doors import doors
-from marsupial.bench.clairvoyant.ground import Ground
-from marsupial.bench.clairvoyant.outline import Outline
-from marsupial.bench.clairvoyant.repair import repaired
-from marsupial.bench.clairvoyant.shorten import shortened
 from marsupial.model.plan import EPSILON_MS, ActionName
 from marsupial.model.robots import Role
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode, events_of, plan_of
 from marsupial.planning.local_search.search import Annealing
+from marsupial.strategies.clairvoyant.cover import cover
+from marsupial.strategies.clairvoyant.doors import doors
+from marsupial.strategies.clairvoyant.ground import Ground
+from marsupial.strategies.clairvoyant.outline import Outline
+from marsupial.strategies.clairvoyant.repair import repaired
+from marsupial.strategies.clairvoyant.shorten import shortened
 
 CARRIER_WORTH = (1.0, 3.0, 0.5)
 """What a cell seen from a carrier counts in the covers to begin with, in turn; from a rover 1."""

@@ -7,7 +7,7 @@ bound on what strategies can do, not a proven one.
 """
 
 CLAIRVOYANT = "clairvoyant"
-"""Its name among strategies; it is none, since it needs the truth."""
+"""Its name; it is not in the registry of strategies, since it needs the truth."""
 
 SEARCH = "anytime"
 """The planner whose search it uses."""

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.bench.clairvoyant.ground import Cells
-from marsupial.bench.clairvoyant.outline import Outline
-from marsupial.bench.clairvoyant.ways import Way, Ways
 from marsupial.model.grid import Cell
 from marsupial.model.plan import Plan
 from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.strategies.clairvoyant.ground import Cells
+from marsupial.strategies.clairvoyant.outline import Outline
+from marsupial.strategies.clairvoyant.ways import Way, Ways
 
 Indices = npt.NDArray[np.int64]
 

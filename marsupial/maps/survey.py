@@ -187,7 +187,7 @@ class Surveyor:
         meetings: Meetings,
         poses: Poses,
     ) -> Situation:
-        kinds = tuple(_planning_type(kind) for kind in self._territory.kinds.values())
+        kinds = tuple(planning_type(kind) for kind in self._territory.kinds.values())
         homes = tuple(state.home for state in states if state.home is not None)
         names = [state.place for state in states if state.place is not None]
         names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
@@ -244,7 +244,8 @@ def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
     return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in robots if not r.lost)
 
 
-def _planning_type(kind: RobotType) -> PlanningType:
+def planning_type(kind: RobotType) -> PlanningType:
+    """Return what planning knows of a robot type."""
     return PlanningType(
         name=kind.name,
         role=kind.role,

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from marsupial.bench.clairvoyant.ground import Cells, Ground
-from marsupial.bench.clairvoyant.outline import Stop
 from marsupial.model.grid import Cell
+from marsupial.strategies.clairvoyant.ground import Cells, Ground
+from marsupial.strategies.clairvoyant.outline import Stop
 
 NEAR = 60
 """Of how many sites around it one is looked for that serves another robot type as well."""

@@ -5,13 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from marsupial.bench.clairvoyant.cover import cover
-from marsupial.bench.clairvoyant.doors import doors
-from marsupial.bench.clairvoyant.ground import Ground
-from marsupial.bench.clairvoyant.outline import Outline
-from marsupial.bench.clairvoyant.repair import repaired
-from marsupial.bench.clairvoyant.search import annealed, best_outline, rate
-from marsupial.bench.clairvoyant.shorten import shortened
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
@@ -19,6 +12,13 @@ from marsupial.model.planning import Budget
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.sim.world import SimulatedWorld
+from marsupial.strategies.clairvoyant.cover import cover
+from marsupial.strategies.clairvoyant.doors import doors
+from marsupial.strategies.clairvoyant.ground import Ground
+from marsupial.strategies.clairvoyant.outline import Outline
+from marsupial.strategies.clairvoyant.repair import repaired
+from marsupial.strategies.clairvoyant.search import annealed, best_outline, rate
+from marsupial.strategies.clairvoyant.shorten import shortened
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from marsupial.bench.clairvoyant.cover import stop_at
-from marsupial.bench.clairvoyant.ground import Cells
-from marsupial.bench.clairvoyant.outline import Chain, Outline, Stop
 from marsupial.model.grid import Cell
 from marsupial.model.plan import Action, ActionName
+from marsupial.strategies.clairvoyant.cover import stop_at
+from marsupial.strategies.clairvoyant.ground import Cells
+from marsupial.strategies.clairvoyant.outline import Chain, Outline, Stop
 
 
 @dataclass(slots=True)

@@ -1,0 +1,144 @@
+"""The clairvoyant as a strategy and as a policy of replanning: one plan, made from the truth, until all has been seen.
+
+As in any mission the robots see what there is to see from where they are; but nobody looks at what they report, until
+all of the reachable area is known. Then a greedy plan does what the mission asks for besides exploring.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from time import perf_counter
+
+import numpy as np
+
+from marsupial.maps.survey import Survey, Surveyor, placed
+from marsupial.maps.territory import Territory
+from marsupial.model.grid import Grid, Mask
+from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
+from marsupial.model.plan import Action, Plan
+from marsupial.model.planning import Budget, Outcome
+from marsupial.model.robots import RobotType
+from marsupial.model.scenario import Goal
+from marsupial.model.strategy import Briefing, Decision, PlanningReport, Work
+from marsupial.model.world import News, World
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.clairvoyant.ground import Ground
+from marsupial.strategies.clairvoyant.outline import Outline
+from marsupial.strategies.clairvoyant.search import best_outline
+
+ROUNDS_PER_STEP, SECONDS = 1.5, 5.0
+"""How many rounds of the search there are for each step of the budget of a planning, or how many times its seconds:
+the clairvoyant plans once where a strategy plans a hundred times."""
+
+SEED = 1
+
+
+class Clairvoyant:
+    """Plans with the whole map known.
+
+    Parameters
+    ----------
+    truth
+        The whole map.
+    world
+        Where the plan is carried out.
+    reachable
+        The cells (height, width) that are to be seen.
+    budget
+        For each planning of a strategy it is to be compared with; see `ROUNDS_PER_STEP`.
+    """
+
+    name = CLAIRVOYANT
+    explored = "all of the reachable area is known"
+    wake_ms: int | None = None
+
+    def __init__(
+        self,
+        truth: Grid,
+        kinds: Sequence[RobotType],
+        world: World,
+        goal: Goal,
+        reachable: Mask,
+        budget: Budget,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> None:
+        self._truth, self._kinds, self._world, self._goal = truth, tuple(kinds), world, goal
+        self._used = partial(_used, budget, cancelled)
+        self._homes = {robot.name: robot.cell for robot in world.robots() if robot.cell is not None}
+        self._surveyor = Surveyor(Territory(truth.solid(), self._kinds), self._homes, goal)
+        self._reachable = reachable.ravel()
+        self._left = int(np.count_nonzero(reachable))
+        self._outline: Outline | None = None
+        self._search_s = 0.0
+        self._exploring = False
+        self.exploration_ms: int | None = None
+        self.route = self._surveyor.route
+
+    def decide(self, briefing: Briefing) -> Decision:
+        """Return the one plan or, once all has been seen, a plan that brings the rovers back."""
+        began = perf_counter() - self._search_s
+        plan, detail = Plan(actions=()), ""
+        if not self._left:
+            plan, _ = serve(briefing.situation)
+            detail = "" if plan.actions else "not every rover can be brought back"
+        elif self._exploring:
+            detail = "the plan leaves a part of the reachable area unexplored"
+        elif self._outline is not None:
+            plan = self._outline.plan
+        self._exploring, self._search_s = self._left > 0, 0.0
+        wall_s = perf_counter() - began
+        report = PlanningReport(planner=CLAIRVOYANT, outcome=Outcome.SATISFICING, wall_s=wall_s, detail=detail)
+        return Decision(plan=plan, report=report)
+
+    def take_in(self, news: News) -> None:
+        """Count what there still is to see."""
+        for _, indices in news.revealed:
+            self._left -= int(np.count_nonzero(self._reachable[indices]))
+        if not self._left and self.exploration_ms is None:
+            self.exploration_ms = news.t_ms
+
+    def look(self, news: News, done: Sequence[Action], work: Work) -> Triggers:
+        """Ask for another plan as soon as all has been seen, and whenever one is carried out."""
+        if not self._left and (self._exploring or work.idle):
+            return (Trigger(Cause.EXPLORED),)
+        return (Trigger(Cause.CARRIED_OUT),) if work.idle else ()
+
+    def survey(self, work: Work, keep: Sequence[MapMeeting]) -> Survey:
+        """Return the stops of the plan or, once all has been seen, the moment's survey of the truth.
+
+        Rovers can always be picked up where they were set down: those meeting points are kept.
+        """
+        if self._left:
+            return self._best().survey
+        deployed_at = set(work.deployed_at.values())
+        kept = sorted((point for point in keep if point.name in deployed_at), key=lambda point: point.name)
+        return self._surveyor.survey(self._world.robots(), self._world.now_ms, kept)
+
+    def follow(self, survey: Survey, since: Survey | None = None) -> None:
+        """Leave it at that: what robots see is no news."""
+
+    def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
+        """Return the frontiers of what has been seen."""
+        known = Surveyor(Territory(self._world.grid, self._kinds), self._homes, self._goal)
+        targets = known.targets(self._world.robots())
+        return known.remaining(targets, reason if self._left else "nothing reachable is behind it")
+
+    def _best(self) -> Outline:
+        """Return the best outline, found when it is asked for first."""
+        if self._outline is None:
+            began = perf_counter()
+            ground = Ground(self._truth, self._kinds, placed(self._world.robots()))
+            self._outline = best_outline(ground, partial(self._used, began), SEED)
+            self._search_s = perf_counter() - began
+        return self._outline
+
+
+def _used(budget: Budget, cancelled: Callable[[], bool] | None, began: float, rounds: int) -> float:
+    """Return which share of the budget is used after so many rounds; 1 or more once the search is to end."""
+    if cancelled is not None and cancelled():
+        return 1.0
+    if budget.steps is not None:
+        return rounds / (ROUNDS_PER_STEP * budget.steps)
+    return (perf_counter() - began) / (SECONDS * (budget.seconds or 0.0))
