@@ -16,8 +16,8 @@ from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES, PART_SIZES, engine, mission_engine
+from marsupial.planning.incumbent import Incumbent
 
 BUDGETS_S = (0.1, 1.0, 10.0)
 IN_PARTS = " in parts"
@@ -41,7 +41,7 @@ class Contender:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrival:
-    """An accepted plan that came in time: seconds since the engine was asked, and its makespan."""
+    """A plan for all targets that came in time and was the incumbent: seconds since the engine was asked, makespan."""
 
     elapsed_s: float
     makespan_ms: int
@@ -54,7 +54,7 @@ class Run:
     Parameters
     ----------
     arrivals, plan
-        Accepted plans that came in time, and the first of the shortest of them.
+        The incumbents that came in time, each better than the last, and the last one.
     served
         Most targets explored by a plan, be it one for a part of the targets only.
     refused, late
@@ -206,16 +206,17 @@ def _judged(
 ) -> Run:
     """Check the plans that came in time."""
     timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
-    parts = [(at, plan) for at, plan in timely if check(situation, plan, targets=plan.explored).valid]
-    whole = [(at, plan) for at, plan in parts if len(plan.explored) == len(situation.targets)]
+    incumbent = Incumbent(situation, partial=True)
+    better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
+    whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]
     return Run(
         instance=instance.name,
         engine=name,
         budget_s=budget_s,
         arrivals=tuple(Arrival(elapsed_s=at, makespan_ms=plan.makespan_ms) for at, plan in whole),
-        plan=min((plan for _, plan in whole), key=lambda plan: plan.makespan_ms, default=None),
-        served=max((len(plan.explored) for _, plan in parts), default=0),
-        refused=len(timely) - len(parts),
+        plan=whole[-1][1] if whole else None,
+        served=0 if incumbent.plan is None else len(incumbent.plan.explored),
+        refused=len(incumbent.refused),
         late=len(came) - len(timely),
         finished=finished,
         wall_s=wall_s,

@@ -48,7 +48,7 @@ def search_json(found: Plans, planner: str) -> dict[str, Any]:
         "gap": found.gap,
         "elapsed_s": found.finished.elapsed_s,
         "proposals": [
-            {"elapsed_s": p.elapsed_s, "makespan_s": p.makespan_ms / 1000, "violation": p.violation}
+            {"elapsed_s": p.elapsed_s, "makespan_s": p.plan.makespan_ms / 1000, "violation": p.violation}
             for p in found.proposals
         ],
     }
@@ -57,7 +57,7 @@ def search_json(found: Plans, planner: str) -> dict[str, Any]:
 def _line(proposal: Proposal) -> str:
     words = "" if proposal.violation is None else f", refused: {proposal.violation}"
     return (
-        f"{proposal.elapsed_s:8.3f} s  makespan {proposal.makespan_ms / 1000:.3f} s, "
+        f"{proposal.elapsed_s:8.3f} s  makespan {proposal.plan.makespan_ms / 1000:.3f} s, "
         f"{len(proposal.plan.actions)} actions{words}"
     )
 

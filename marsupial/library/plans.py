@@ -19,11 +19,10 @@ from marsupial.library.missions import DEFAULT_PLANNER, budget_of
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
+from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode
-from marsupial.planning.score import score
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +31,6 @@ class Proposal:
 
     plan: Plan
     elapsed_s: float
-    makespan_ms: int
     violation: str | None
     best: bool
 
@@ -44,8 +42,6 @@ class Plans(Iterator[Plan]):
     ----------
     situation
         What is planned for.
-    best
-        The best plan so far that the checker accepts, or None.
     proposals
         Every plan of the engine so far, those included that the checker refuses.
     finished
@@ -54,9 +50,9 @@ class Plans(Iterator[Plan]):
 
     def __init__(self, situation: Situation, engine: Engine, budget: Budget) -> None:
         self.situation = situation
-        self.best: Plan | None = None
         self.proposals: list[Proposal] = []
         self.finished = Finished(outcome=Outcome.NO_PLAN)
+        self._incumbent = Incumbent(situation)
         self._search = self._run(engine, budget)
 
     def __next__(self) -> Plan:
@@ -74,6 +70,11 @@ class Plans(Iterator[Plan]):
     def close(self) -> None:
         """End the engine."""
         self._search.close()
+
+    @property
+    def best(self) -> Plan | None:
+        """The best plan so far that the checker accepts."""
+        return self._incumbent.plan
 
     @property
     def bound_ms(self) -> int | None:
@@ -102,17 +103,12 @@ class Plans(Iterator[Plan]):
                     yield self.proposals[-1]
 
     def _weighed(self, event: Improved) -> Proposal:
-        verdict = check(self.situation, event.plan)
-        best = verdict.valid and (
-            self.best is None or score(self.situation, event.plan) < score(self.situation, self.best)
-        )
-        if best:
-            self.best = event.plan
+        best = self._incumbent.take(event.plan)
+        violation = self._incumbent.violation
         return Proposal(
             plan=event.plan,
             elapsed_s=event.elapsed_s,
-            makespan_ms=verdict.makespan_ms,
-            violation=None if verdict.valid else str(verdict.violation),
+            violation=None if violation is None else str(violation),
             best=best,
         )
 

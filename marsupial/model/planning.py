@@ -12,6 +12,7 @@ from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
 from marsupial.errors import UsageError
+from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
@@ -72,7 +73,13 @@ class EngineInfo:
     anytime: bool = False
     proves_optimality: bool = False
     deterministic_steps: bool = False
+    objectives: tuple[ObjectiveName, ...] = (ObjectiveName.MAKESPAN,)
     missing: str | None = None
+
+    def require(self, objective: Objective) -> None:
+        """Raise UsageError if the engine can't take an objective."""
+        if objective.name not in self.objectives:
+            raise UsageError(f"planner {self.name} can't plan for {objective.name}, only for {self.objectives[0]}")
 
 
 class Engine(Protocol):
@@ -84,19 +91,19 @@ class Engine(Protocol):
         ...
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield improving plans, then exactly one `Finished`.
+        """Yield plans that get better by `objective`, then exactly one `Finished`.
 
         `start` is a plan known to be valid for `situation`, as a first candidate. Closing the iterator early stops
-        the engine and everything it started. Plans are not yet checked: see `marsupial.planning.checker`.
+        the engine and everything it started. Plans need not be valid: see `marsupial.planning.incumbent`.
 
         Raises
         ------
         EngineUnavailable
             If the engine is not installed here.
         UsageError
-            If it can't keep a budget of that kind.
+            If it can't keep a budget of that kind, or can't take the objective (`info.objectives`).
         """
         ...
 

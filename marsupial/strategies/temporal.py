@@ -20,20 +20,21 @@ Wurm et al. 2010, sections III-A (the loop) and III-C (the planning problem).
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 
+from marsupial.model.objective import MAKESPAN, Objective, PricedArrival, Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
-from marsupial.planning.aims import Aim, Aimable
 from marsupial.planning.checker import check
+from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import Listing
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 
-MAKESPAN, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
+MAKESPAN_SHARE, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
 """The prices of a ms of the makespan (as a share of what all targets are worth), of a ms of driving, of setting a
 rover down, where a ms until a target is reached costs 1."""
 
@@ -61,18 +62,16 @@ class Temporal:
     def decide(self, briefing: Briefing) -> Decision:
         """Return the best plan: the engine's, what is left of the previous one, the heuristic or the greedy one."""
         began = perf_counter()
-        answer = _Answer()
         decide = self._explore if briefing.situation.targets else self._finish
-        plan, unserved = decide(briefing, answer)
-        last = answer.last
-        detail = ""
-        if not answer.plans:
-            detail = f"{self._engine.info.name}: {last.outcome}{f' ({last.detail})' if last.detail else ''}"
+        plan, unserved, answer = decide(briefing)
+        end, detail = answer.end, ""
+        if answer.plan is None or not answer.plan.actions:
+            detail = f"{self._engine.info.name}: {end.outcome}{f' ({end.detail})' if end.detail else ''}"
         if unserved:
             detail += f"; nobody can serve {', '.join(sorted(unserved))}"
         report = PlanningReport(
             planner=self._engine.info.name,
-            outcome=last.outcome,
+            outcome=end.outcome,
             wall_s=perf_counter() - began,
             first_plan_s=answer.first_s,
             refused=answer.refused,
@@ -80,60 +79,70 @@ class Temporal:
         )
         return Decision(plan=plan, report=report)
 
-    def _explore(self, briefing: Briefing, answer: _Answer) -> Served:
+    def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _Answer]:
         """Return what is real of the best plan for the guess, and the real targets that nobody can serve."""
-        guessed = guess(briefing)
+        guessed, known = guess(briefing), briefing.situation
         situation = guessed.situation
-        aim = Aim(worth=guessed.worth, makespan=MAKESPAN, driving=DRIVING, undocking_ms=UNDOCKING_MS)
+        objective = PricedArrival(
+            worth=guessed.worth, makespan=MAKESPAN_SHARE, driving=DRIVING, undocking_ms=UNDOCKING_MS
+        )
 
-        def rank(served: Served) -> tuple[int, float]:
+        def rank(served: Served) -> tuple[int, Value]:
             plan, unserved = served
-            return len(unserved), aim.cost(plan)
+            return len(unserved), objective.value(situation, plan)
 
         listing = Listing(situation)
         previous, baseline = _given(briefing.previous), _given(_baseline(briefing))
         kept, others = _served(listing, previous), [*_served(listing, baseline), listing.serve()]
-        plan, unserved = min(kept + others, key=rank)
-        if isinstance(self._engine, Aimable):
-            answer.take(self._engine.aimed(aim), _without(situation, unserved), self._budget, plan)
+        if objective.name in self._engine.info.objectives:
+            plan, unserved = min(kept + others, key=rank)
+            answer = self._ask(_without(situation, unserved), objective, plan)
         else:
-            known = briefing.situation
             served = _served(Listing(known), previous + baseline)
-            answer.take(self._engine, known, self._budget, _shortest(known, served))
-        plan, unserved = min(kept + _served(listing, answer.plans[-1:]) + others, key=rank)
-        return guessed.real_part(plan), unserved & briefing.situation.target_by_name.keys()
+            answer = self._ask(known, objective, _shortest(known, served))
+        plan, unserved = min(kept + _served(listing, _given(answer.plan)) + others, key=rank)
+        return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
 
-    def _finish(self, briefing: Briefing, answer: _Answer) -> Served:
-        """Return the shortest plan that recovers rovers and brings carriers home, as far as that is asked for."""
-        situation = briefing.situation
+    def _finish(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _Answer]:
+        """Return the shortest plan that recovers rovers and brings carriers home, as far as that is asked for.
+
+        Of plans as short the previous one is kept.
+        """
+        situation, answer = briefing.situation, _Answer()
         listing = Listing(situation)
         kept = _served(listing, _given(briefing.previous))
         if situation.goal.recover_rovers or situation.goal.return_home:
-            answer.take(self._engine, situation, self._budget, _shortest(situation, kept))
-        found = [*kept, *_served(listing, answer.plans[-1:]), listing.serve()]
-        return min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
+            answer = self._ask(situation, MAKESPAN, _shortest(situation, kept))
+        found = [*kept, *_served(listing, _given(answer.plan)), listing.serve()]
+        plan, unserved = min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
+        return plan, unserved, answer
+
+    def _ask(self, situation: Situation, objective: Objective, start: Plan | None) -> _Answer:
+        """Ask the engine for plans that get better by an objective, or by makespan if that is all it can take."""
+        asked = objective if objective.name in self._engine.info.objectives else MAKESPAN
+        if start is not None and not check(situation, start).valid:
+            start = None
+        incumbent = Incumbent(situation, objective, partial=True)
+        first_s, end = None, NO_ANSWER
+        for event in self._engine.solve(situation, self._budget, objective=asked, start=start):
+            if isinstance(event, Finished):
+                end = event
+            elif incumbent.take(event.plan) and first_s is None and event.plan != start:
+                first_s = event.elapsed_s
+        return _Answer(plan=incumbent.plan, refused=len(incumbent.refused), first_s=first_s, end=end)
 
 
-@dataclass(slots=True)
+NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Answer:
-    """What an engine said: its plans that the checker accepts, how many it does not, when the first came, the end."""
+    """What an engine said: its best plan, how many the checker refuses, when the first new one came, the end."""
 
-    plans: list[Plan] = field(default_factory=list)
+    plan: Plan | None = None
     refused: int = 0
     first_s: float | None = None
-    last: Finished = field(default_factory=lambda: Finished(outcome=Outcome.NO_PLAN))
-
-    def take(self, engine: Engine, situation: Situation, budget: Budget, start: Plan | None) -> None:
-        """Ask an engine and take in what it says."""
-        for event in engine.solve(situation, budget, start=start):
-            if isinstance(event, Finished):
-                self.last = event
-            elif event.plan != start and not check(situation, event.plan, targets=event.plan.explored).valid:
-                self.refused += 1
-            elif event.plan.actions:
-                self.plans.append(event.plan)
-                if self.first_s is None and event.plan != start:
-                    self.first_s = event.elapsed_s
+    end: Finished = NO_ANSWER
 
 
 def _baseline(briefing: Briefing) -> Plan | None:

@@ -24,6 +24,7 @@ from marsupial.bench.planners import (
 from marsupial.bench.suite.best import with_plan
 from marsupial.bench.suite.catalogue import Instance
 from marsupial.errors import UsageError
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
@@ -64,7 +65,7 @@ class Scripted:
     closed: list[bool] = field(default_factory=list)
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         begun = self.clock.now
         try:

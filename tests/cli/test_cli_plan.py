@@ -12,6 +12,7 @@ from marsupial.cli.main import main
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.pddl.text import problem_text
 from marsupial.formats.situation import situation_to_json
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
@@ -38,7 +39,7 @@ class Scripted:
         self._events = events
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         yield from self._events
 

@@ -5,12 +5,13 @@ from collections.abc import Iterator
 import pytest
 from situations import many_rooms, one_room, two_rooms
 
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.auto import INFO, auto
 from marsupial.planning.portfolio.engine import Latest
-from marsupial.planning.portfolio.race import Clock
+from marsupial.planning.race import Clock
 
 
 class Prover:
@@ -22,7 +23,7 @@ class Prover:
         self._asked, self._bound_ms = asked, bound_ms
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         self._asked.append(start)
         yield Finished(outcome=Outcome.OPTIMAL, lower_bound_ms=self._bound_ms)

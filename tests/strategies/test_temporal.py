@@ -21,6 +21,7 @@ from situations import (
 )
 
 from marsupial.errors import EngineUnavailable
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation, SituationGoal
@@ -54,7 +55,7 @@ class FakeEngine:
         self.asked: list[tuple[Situation, Budget, Plan | None]] = []
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         self.asked.append((situation, budget, start))
         return iter(self._events)
@@ -62,7 +63,7 @@ class FakeEngine:
 
 class MissingEngine(FakeEngine):
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         raise EngineUnavailable("fake is not installed")
 

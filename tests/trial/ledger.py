@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
+from marsupial.model.objective import Value
 from marsupial.model.situation import Situation
-from marsupial.planning.score import Score
 from trial.talk import ACCEPTED, BUSY, Answer, Frame, Talk, frames
 from trial.tasks import read_situation, scored
 
@@ -169,13 +169,13 @@ def in_order(events: list[Frame], document: Any) -> bool:
     )
 
 
-def _scores(situation: Situation, events: Iterable[Frame]) -> Iterator[Score | None]:
+def _scores(situation: Situation, events: Iterable[Frame]) -> Iterator[Value | None]:
     for event in events:
         if event.type == "plan":
             yield scored(situation, json.loads(event.data)["actions"])
 
 
-def improving(scores: Iterable[Score | None]) -> bool:
+def improving(scores: Iterable[Value | None]) -> bool:
     """Say whether each score is better than the one before; plans without one are left out."""
     return all(later < earlier for earlier, later in pairwise(one for one in scores if one is not None))
 

@@ -10,9 +10,9 @@ from typing import Any
 from marsupial.bench.suite import INSTANCES
 from marsupial.bench.suite.floors import Floor
 from marsupial.formats.situation import situation_from_json, situation_to_json
+from marsupial.model.objective import MAKESPAN, Value
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial.planning.score import Score, score
 from marsupial_service.demo import DEMOS
 from marsupial_service.jobs.documents import line, plan_of
 from marsupial_service.jobs.warm import tiny
@@ -61,10 +61,10 @@ def _body(fields: Mapping[str, Any]) -> bytes:
     return json.dumps(fields).encode()
 
 
-def scored(situation: Situation, actions: object) -> Score | None:
+def scored(situation: Situation, actions: object) -> Value | None:
     """Return the score of a plan in the JSON of the service, or None if the checker refuses it."""
     plan = plan_of(line(actions))
-    return score(situation, plan) if check(situation, plan).valid else None
+    return MAKESPAN.value(situation, plan) if check(situation, plan).valid else None
 
 
 def read_situation(document: object) -> Situation:

@@ -26,11 +26,12 @@ def planners(json: Annotated[bool, typer.Option("--json", help="Print a JSON lis
             "yes" if info.missing is None else f"no: {info.missing}",
             info.licence,
             ", ".join(_abilities(info.anytime, info.proves_optimality, info.deterministic_steps)),
+            ", ".join(info.objectives),
             info.summary,
         )
         for info in infos
     ]
-    print_table(("planner", "available", "licence", "can", "what it is"), rows)
+    print_table(("planner", "available", "licence", "can", "objectives", "what it is"), rows)
 
 
 def _abilities(anytime: bool, proves_optimality: bool, steps: bool) -> list[str]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.robots import Role
@@ -55,12 +56,13 @@ class Exact:
         self._clock, self._latest = clock, latest
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if it is valid, plans that are shorter, then `Finished`; see `Engine`.
 
         The annealing at the beginning is not counted in steps.
         """
+        self.info.require(objective)
         begun = self._clock()
         complaint = unsupported(situation)
         if complaint is not None:
@@ -68,9 +70,8 @@ class Exact:
             return
         best: Plan | None = None
         for plan in _first_plans(situation, start):
-            if best is None or plan.makespan_ms < best.makespan_ms:
-                best = plan
-                yield Improved(plan=plan, elapsed_s=self._clock() - begun)
+            best = plan
+            yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         proof = impossible(situation) if best is None else None
         if proof is not None:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
@@ -115,7 +116,7 @@ class _Effort:
 
 
 def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
-    """Yield the plans to begin with: there may be none."""
+    """Yield the plans to begin with, each better than the last: there may be none."""
     if start is not None and check(situation, start).valid:
         yield start
         return

@@ -25,9 +25,9 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import EngineInfo, Outcome
+from marsupial.model.planning import EngineInfo, Finished, Outcome
 from marsupial.model.situation import RobotState, Situation
-from marsupial.planning.external.encodings import Task, Verdict, Vocabulary
+from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
 from marsupial.planning.schedule import retime
 from marsupial.processes.jobs import ToolDied
@@ -75,26 +75,26 @@ def aries(finder: Finder = find_spec) -> ProcessEngine:
     return ProcessEngine(INFO, "marsupial.planning.external.aries:search", needs, finder=finder)
 
 
-def search(task: Task) -> Iterator[Plan | Verdict]:
+def search(request: SearchRequest) -> Iterator[Plan | Finished]:
     """Run Aries below this process: yield each of its plans and what it says at the end."""
     os.environ.update(_SETTINGS)
-    encoding = encode(task.situation)
+    encoding = encode(request.situation)
     found, status = False, ""
-    for status, plan in _ask(encoding.problem, task.seconds):  # noqa: B007 - the last one counts
+    for status, plan in _ask(encoding.problem, request.seconds):  # noqa: B007 - the last one counts
         if plan is not None:
             found = True
-            yield retime(task.situation, encoding.actions(plan))
-    yield _verdict(status, found)
+            yield retime(request.situation, encoding.actions(plan))
+    yield _finished(status, found)
 
 
-def _verdict(status: str, found: bool) -> Verdict:
+def _finished(status: str, found: bool) -> Finished:
     if status == "SOLVED_OPTIMALLY" and found:
-        return Verdict(outcome=Outcome.OPTIMAL, detail="aries has proven the plan optimal, to a unit of its time")
+        return Finished(outcome=Outcome.OPTIMAL, detail="aries has proven the plan optimal, to a unit of its time")
     if status == "UNSOLVABLE_PROVEN" and not found:
-        return Verdict(outcome=Outcome.UNSOLVABLE, detail="aries has proven that there is no plan")
+        return Finished(outcome=Outcome.UNSOLVABLE, detail="aries has proven that there is no plan")
     if status == "TIMEOUT":
-        return Verdict(outcome=Outcome.TIMEOUT, detail="aries has used up its time")
-    return Verdict(outcome=Outcome.SATISFICING if found else Outcome.NO_PLAN, detail=f"aries says {status}")
+        return Finished(outcome=Outcome.TIMEOUT, detail="aries has used up its time")
+    return Finished(outcome=Outcome.SATISFICING if found else Outcome.NO_PLAN, detail=f"aries says {status}")
 
 
 def _ask(problem: Problem, seconds: float) -> Iterator[tuple[str, Any]]:

@@ -23,10 +23,11 @@ from pathlib import Path
 from marsupial.errors import UsageError
 from marsupial.formats.pddl.text import domain_text, problem_text
 from marsupial.model.plan import Plan
-from marsupial.model.planning import EngineInfo, Outcome
+from marsupial.model.planning import EngineInfo, Finished, Outcome
+from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial.planning.external.encodings import Task, Verdict
-from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, Judge, PlanFiles, Printed
+from marsupial.planning.external.encodings import SearchRequest
+from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, PlanFiles, PlanReader, Printed
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.processes.jobs import GIB, Job, Limits, death, ending_of
@@ -69,15 +70,15 @@ class External(ProcessEngine):
             self.info = replace(self.info, missing=f"there is no executable {program!r}")
         self._program = program if found is None else os.path.abspath(found)
 
-    def job(self, task: Task) -> Job:
+    def job(self, request: SearchRequest) -> Job:
         """Return the job that runs the command; it keeps the time by itself, its supervisor only if it fails to."""
         limits = Limits(
-            wall_s=task.seconds + _SLACK_S,
+            wall_s=request.seconds + _SLACK_S,
             memory_bytes=self._memory_bytes,
-            cpu_s=(task.seconds + _SLACK_S) * (os.cpu_count() or 1),
+            cpu_s=(request.seconds + _SLACK_S) * (os.cpu_count() or 1),
         )
-        errand = Errand(words=(self._program, *self._arguments), task=task)
-        return Job(function=self._function, argument=errand, limits=limits)
+        run = CommandRun(words=(self._program, *self._arguments), request=request)
+        return Job(function=self._function, argument=run, limits=limits)
 
 
 def split_command(command: str) -> tuple[str, ...]:
@@ -100,33 +101,35 @@ def split_command(command: str) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Errand:
-    """What the child process gets: the command's words, places not yet filled, and the task."""
+class CommandRun:
+    """What the child process gets: the command's words, places not yet filled, and what is asked."""
 
     words: tuple[str, ...]
-    task: Task
+    request: SearchRequest
 
 
-def search(errand: Errand) -> Iterator[Plan | Verdict]:
+def search(run: CommandRun) -> Iterator[Plan | Finished]:
     """Run the planner below this process: yield its plans, each better than the last, then how it ended."""
-    task = errand.task
-    grace_s = min(GRACE_S, task.seconds / 10)
-    child = _Child(time.monotonic() + task.seconds - grace_s, grace_s)
+    request = run.request
+    grace_s = min(GRACE_S, request.seconds / 10)
+    child = _Child(time.monotonic() + request.seconds - grace_s, grace_s)
     folder = Path(tempfile.mkdtemp(prefix="pddl-"))
     (folder / "domain.pddl").write_text(domain_text(), encoding="utf-8")
-    (folder / "problem.pddl").write_text(problem_text(task.situation, records=False), encoding="utf-8")
-    printed, files, judge = Printed(), PlanFiles(folder), Judge(task)
+    (folder / "problem.pddl").write_text(problem_text(request.situation, records=False), encoding="utf-8")
+    printed, files = Printed(), PlanFiles(folder)
+    reader = PlanReader(request.situation, request.start)
     try:
-        child.start(fill(errand.words, folder), folder)
+        child.start(fill(run.words, folder), folder)
     except OSError as error:
-        yield Verdict(outcome=Outcome.CRASHED, detail=f"{errand.words[0]} can't be run: {error.strerror}")
+        yield Finished(outcome=Outcome.CRASHED, detail=f"{run.words[0]} can't be run: {error.strerror}")
         return
     try:
         for chunk in child.chunks():
-            yield from judge.better(printed.feed(chunk), complete=True)
-            yield from judge.better([*printed.growing(chunk), *files.changed()], complete=False)
-        yield from judge.better([*printed.rest(), *files.all()], complete=True)
-        yield _verdict(child, printed, judge)
+            yield from reader.better(printed.feed(chunk), complete=True)
+            yield from reader.better([*printed.growing(chunk), *files.changed()], complete=False)
+        yield from reader.better([*printed.rest(), *files.all()], complete=True)
+        outcome, reason = _outcome(child, printed, reader, request.situation)
+        yield Finished(outcome=outcome, detail=f"{reason}; {reader.summary}")
     finally:
         child.end()
 
@@ -217,22 +220,17 @@ class _Child:
             os.killpg(self._process.pid, signum)
 
 
-def _verdict(child: _Child, printed: Printed, judge: Judge) -> Verdict:
-    outcome, reason = _outcome(child, printed, judge)
-    return Verdict(outcome=outcome, detail=f"{reason}; {judge.summary}")
-
-
-def _outcome(child: _Child, printed: Printed, judge: Judge) -> tuple[Outcome, str]:
+def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Situation) -> tuple[Outcome, str]:
     code = child.returncode
     if child.stopped:
         return Outcome.TIMEOUT, "stopped at the end of its time"
     how = f"it {death(code)}"
     if code < 0:
         return _as_ended(code, child), how + _last_words(child, printed)
-    if judge.accepted:
+    if reader.accepted:
         return Outcome.SATISFICING, how
-    if printed.claim is not None and not judge.faults:
-        if _is_refuted(judge):
+    if printed.claim is not None and not reader.faults:
+        if reader.incumbent.plan is not None or _can_be_solved(situation):
             return Outcome.NO_PLAN, f"it says {printed.claim!r}, which is not so: marsupial has a plan"
         return Outcome.UNSOLVABLE, f"it says {printed.claim!r}"
     if code > 0:
@@ -244,12 +242,10 @@ def _as_ended(code: int, child: _Child) -> Outcome:
     return Outcome(ending_of(code, child.errors.decode(errors="replace")).value)
 
 
-def _is_refuted(judge: Judge) -> bool:
+def _can_be_solved(situation: Situation) -> bool:
     """Say whether there is a plan after all: planners also call a problem unsolvable that they can't handle."""
-    if judge.below_ms is not None:
-        return True
-    plan, _ = serve(judge.situation)
-    return check(judge.situation, plan).valid
+    plan, _ = serve(situation)
+    return check(situation, plan).valid
 
 
 def _last_words(child: _Child, printed: Printed) -> str:

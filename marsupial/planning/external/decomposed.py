@@ -8,20 +8,21 @@ are planned at a time; each gets its share of the budget.
 from __future__ import annotations
 
 import math
-import queue
 import time
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
-from threading import Lock
+from collections import deque
+from collections.abc import Generator, Iterator
+from contextlib import closing
+from dataclasses import replace
 
 from marsupial.errors import UsageError
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Cancellable, Engine, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import check
 from marsupial.planning.external.decompose import PartSize, decompose, merge
+from marsupial.planning.incumbent import Incumbent
+from marsupial.planning.race import Question, Race
 from marsupial.planning.reachability import impossible
 
 AT_A_TIME = 2
@@ -48,7 +49,7 @@ class Decomposed:
         return replace(inner, summary=f"{inner.summary}; bigger situations in parts", proves_optimality=False)
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         """Yield plans for growing sets of targets, better ones for the same set, then `Finished`; see `Engine`.
 
@@ -56,11 +57,13 @@ class Decomposed:
         serve other targets can't be compared with it.
         """
         if budget.seconds is None:
-            raise UsageError(f"{self._engine.info.name} in parts can't count steps: give it a budget in seconds")
+            raise UsageError(
+                f"planner {self._engine.info.name} in parts can't count steps: give it a budget in seconds"
+            )
         limit = self._limit(situation, budget.seconds)
         if limit.fits(situation):
-            return self._engine.solve(situation, budget, start=start)
-        return self._in_parts(situation, limit, budget.seconds)
+            return self._engine.solve(situation, budget, objective=objective, start=start)
+        return self._in_parts(situation, limit, budget.seconds, objective)
 
     def _limit(self, situation: Situation, seconds: float) -> PartSize:
         """Return the size of parts by what each may use: at least one part per carrier, a few at a time."""
@@ -68,7 +71,9 @@ class Decomposed:
         share = seconds / max(1, rounds)
         return next((limit for limit in self._limits if limit.seconds <= share), self._limits[-1])
 
-    def _in_parts(self, situation: Situation, limit: PartSize, seconds: float) -> Iterator[Improved | Finished]:
+    def _in_parts(
+        self, situation: Situation, limit: PartSize, seconds: float, objective: Objective
+    ) -> Iterator[Improved | Finished]:
         began = time.monotonic()
         parts = decompose(situation, limit)
         proof = None if parts else impossible(situation)
@@ -76,90 +81,71 @@ class Decomposed:
             outcome = Outcome.NO_PLAN if proof is None else Outcome.UNSOLVABLE
             yield Finished(outcome=outcome, detail=proof or "no part has a target that it can reach")
             return
-        work = _Work(engine=self._engine, parts=parts, until=began + seconds, least_s=limit.seconds)
-        try:
-            yield from work.improvements(situation, began)
-        finally:
-            work.stop()
+        work = _Parts(self._engine, parts, objective, until=began + seconds, least_s=limit.seconds)
+        incumbent = Incumbent(situation, objective, partial=True)
+        with closing(work.plans()) as plans:
+            for plan in plans:
+                if incumbent.take(plan):
+                    yield Improved(plan=plan, elapsed_s=time.monotonic() - began)
         yield work.finished(time.monotonic() - began)
 
 
-@dataclass(slots=True, kw_only=True)
-class _Work:
-    """The parts being planned by a few threads, which hand every event to the one that asks."""
+class _Parts:
+    """The parts being planned, a few at a time, until a moment of the clock."""
 
-    engine: Engine
-    parts: tuple[Situation, ...]
-    until: float
-    least_s: float
-    waiting: int = 0
-    best: dict[int, Plan] = field(default_factory=dict)
-    ends: dict[int, Finished] = field(default_factory=dict)
-    running: set[Cancellable] = field(default_factory=set)
-    stopped: bool = False
-    lock: Lock = field(default_factory=Lock)
-    pool: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(AT_A_TIME))
+    def __init__(
+        self, engine: Engine, parts: tuple[Situation, ...], objective: Objective, *, until: float, least_s: float
+    ) -> None:
+        self._engine, self._objective, self._until, self._least_s = engine, objective, until, least_s
+        self._parts, self._waiting = parts, deque(range(len(parts)))
+        self._race = Race(time.monotonic)
+        self._best: dict[int, Plan] = {}
+        self._ends: dict[int, Finished] = {}
 
-    def improvements(self, situation: Situation, began: float) -> Iterator[Improved]:
-        """Yield the merged plan each time a part's plan gets better, once it is valid as a whole."""
-        events: queue.SimpleQueue[tuple[int, Improved | Finished | BaseException]] = queue.SimpleQueue()
-        self.waiting = len(self.parts)
-        for i in range(len(self.parts)):
-            self.pool.submit(self._plan, i, events)
-        while len(self.ends) < len(self.parts):
-            i, event = events.get()
-            if isinstance(event, BaseException):
-                raise event
-            if isinstance(event, Finished):
-                self.ends[i] = event
-                continue
-            self.best[i] = event.plan
-            plan = merge(self.best.values())
-            if check(situation, plan, targets=plan.explored).valid:
-                yield Improved(plan=plan, elapsed_s=time.monotonic() - began)
-
-    def _plan(self, i: int, events: queue.SimpleQueue[tuple[int, Improved | Finished | BaseException]]) -> None:
+    def plans(self) -> Generator[Plan]:
+        """Yield the merged plan each time a part's plan gets better; closing this ends every search."""
         try:
+            while self._waiting or self._race.running:
+                self._let_in()
+                found = self._race.next() if self._race.running else None
+                if found is None:
+                    continue
+                name, event = found
+                if isinstance(event, Exception):
+                    raise event
+                if isinstance(event, Finished):
+                    self._ends[int(name)] = event
+                    continue
+                self._best[int(name)] = event.plan
+                yield merge(self._best.values())
+        finally:
+            self._race.stop()
+
+    def _let_in(self) -> None:
+        while self._waiting and len(self._race.running) < AT_A_TIME:
             share = self._share()
+            i = self._waiting.popleft()
             if share is None:
-                events.put((i, Finished(outcome=Outcome.TIMEOUT, detail="no time was left for it")))
-                return
-            search = self.engine.solve(self.parts[i], share)
-            with self.lock:
-                if self.stopped:
-                    return
-                if isinstance(search, Cancellable):
-                    self.running.add(search)
-            for event in search:
-                events.put((i, event))
-        except BaseException as error:
-            events.put((i, error))
+                self._ends[i] = Finished(outcome=Outcome.TIMEOUT, detail="no time was left for it")
+                continue
+            question = Question(situation=self._parts[i], budget=share, objective=self._objective)
+            self._race.enter(str(i), lambda clock: self._engine, question)
 
     def _share(self) -> Budget | None:
         """Return what the next part may use: what is left of the time, shared by the rounds that are left."""
-        with self.lock:
-            left = self.until - time.monotonic()
-            seconds = min(left, max(self.least_s, left / math.ceil(self.waiting / AT_A_TIME)))
-            self.waiting -= 1
+        left = self._until - time.monotonic()
+        seconds = min(left, max(self._least_s, left / math.ceil(len(self._waiting) / AT_A_TIME)))
         return Budget(seconds=seconds) if seconds > 0 else None
-
-    def stop(self) -> None:
-        """End every search that is still running and wait for it."""
-        with self.lock:
-            self.stopped = True
-            for search in self.running:
-                search.cancel()
-        self.pool.shutdown(wait=True, cancel_futures=True)
 
     def finished(self, elapsed_s: float) -> Finished:
         """Return the end of the whole: parts with a plan count, else how the first part ended."""
-        covered = len(frozenset().union(*(plan.explored for plan in self.best.values())))
-        detail = f"{len(self.best)} of {len(self.parts)} parts planned, {covered} targets in them"
-        failures = [f"part {i + 1}: {end.outcome}" for i, end in sorted(self.ends.items()) if i not in self.best]
-        if self.best:
+        covered = len(frozenset().union(*(plan.explored for plan in self._best.values())))
+        detail = f"{len(self._best)} of {len(self._parts)} parts planned, {covered} targets in them"
+        failures = [f"part {i + 1}: {end.outcome}" for i, end in sorted(self._ends.items()) if i not in self._best]
+        if self._best:
             detail = "; ".join([detail, *failures])
             return Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=elapsed_s)
-        first = self.ends[0]
+        first = self._ends[0]
         unsolvable = first.outcome is Outcome.UNSOLVABLE
         return Finished(
             outcome=Outcome.NO_PLAN if unsolvable else first.outcome,

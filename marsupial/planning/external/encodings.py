@@ -11,28 +11,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.planning import Outcome
+from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import RobotState, Situation
 from marsupial.planning.reachability import Flags, reach
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Task:
-    """What a planner's child process gets: the situation and how many seconds it has."""
+class SearchRequest:
+    """What a planner's child process gets: the situation, how many seconds it has, and a plan that is known."""
 
     situation: Situation
     seconds: float
-    below_ms: int | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Verdict:
-    """The planner's own word on how it ended; its plans come before it, as `Plan` values."""
-
-    outcome: Outcome
-    detail: str = ""
+    start: Plan | None = None
 
 
 class Vocabulary:

@@ -17,8 +17,7 @@ from marsupial.errors import PlanTextError
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import check
-from marsupial.planning.external.encodings import Task
+from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.schedule import retime
 
 PLAN_PREFIX = "plan"
@@ -125,12 +124,14 @@ def _steps_in(path: Path) -> str:
         return "\n".join(line for line in file.read(_PLAN_BYTES).splitlines() if _STEP.match(line))
 
 
-class Judge:
-    """Reads, times and checks plans, lets the better ones pass and counts the others."""
+class PlanReader:
+    """Reads, times and checks plans, lets the better ones pass and notes what is wrong with others."""
 
-    def __init__(self, task: Task) -> None:
-        self.situation: Situation = task.situation
-        self.below_ms = task.below_ms
+    def __init__(self, situation: Situation, start: Plan | None = None) -> None:
+        self._situation = situation
+        self.incumbent = Incumbent(situation)
+        if start is not None:
+            self.incumbent.take(start)
         self.accepted = 0
         self.faults: list[str] = []
 
@@ -140,21 +141,21 @@ class Judge:
         A text without steps is none: planners write such a file where they have found nothing.
         """
         for text in filter(None, texts):
-            plan, fault = self._read(text)
+            fault = ""
+            try:
+                plan = self._read(text)
+                if self.incumbent.take(plan):
+                    self.accepted += 1
+                    yield plan
+                elif self.incumbent.violation is not None:
+                    fault = f"wrong, {self.incumbent.violation}"
+            except PlanTextError as error:
+                fault = f"unreadable, {error.problems[0]}"
             if fault and complete:
                 self.faults.append(fault)
-            if plan is not None and (self.below_ms is None or plan.makespan_ms < self.below_ms):
-                self.below_ms = plan.makespan_ms
-                self.accepted += 1
-                yield plan
 
-    def _read(self, text: str) -> tuple[Plan | None, str]:
-        try:
-            plan = retime(self.situation, read_plan_text(_LPG_DURATION.sub(r"[\1]", text), self.situation).actions)
-        except PlanTextError as error:
-            return None, f"unreadable, {error.problems[0]}"
-        verdict = check(self.situation, plan)
-        return (plan, "") if verdict.valid else (None, f"wrong, {verdict.violation}")
+    def _read(self, text: str) -> Plan:
+        return retime(self._situation, read_plan_text(_LPG_DURATION.sub(r"[\1]", text), self._situation).actions)
 
     @property
     def summary(self) -> str:

@@ -8,18 +8,21 @@ to do, or a goal that can't be reached by anybody.
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Generator
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial.planning.external.encodings import Task, Verdict
+from marsupial.planning.external.encodings import SearchRequest
+from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.reachability import impossible
 from marsupial.processes import launcher as processes
-from marsupial.processes.jobs import GIB, Ended, Ending, Job, Limits
+from marsupial.processes.jobs import GIB, Ended, Ending, Job, Limits, Message
 
 Finder = Callable[[str], object | None]
 """Finds a module without importing it, as `importlib.util.find_spec` does."""
@@ -41,7 +44,7 @@ class ProcessEngine:
     info
         What it is; `missing` is found out here.
     function
-        Takes a `Task`, yields every `Plan` it finds and may end with a `Verdict`.
+        Takes a `SearchRequest`, yields every `Plan` it finds and may say at last how it `Finished`.
     """
 
     def __init__(
@@ -57,32 +60,42 @@ class ProcessEngine:
         self._memory_bytes = memory_bytes
         self.info = replace(info, missing=_missing(requirements, finder))
 
-    def solve(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
+    def solve(
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
+    ) -> Events:
         """Start the search and return its events; see `Engine`. The time counts once the launcher is warm."""
+        request = self._request(situation, budget, objective, start)
+        settled = _settled(request)
+        if settled:
+            return Events(None, _told(settled))
+        run = processes.run(self.job(request))
+        return Events(run, _follow(request, run))
+
+    def solve_here(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
+        """Search in this process instead, which has to be one that is limited and swept already."""
+        request = self._request(situation, budget, MAKESPAN, start)
+        settled = _settled(request)
+        return Events(None, _told(settled) if settled else _follow(request, _run_here(self.job(request))))
+
+    def _request(self, situation: Situation, budget: Budget, objective: Objective, start: Plan | None) -> SearchRequest:
         if self.info.missing is not None:
             raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         if budget.seconds is None:
-            raise UsageError(f"{self.info.name} can't count steps: give it a budget in seconds")
-        settled = _settle(situation) if start is None else None
-        if settled is not None:
-            return Events(None, settled)
-        first = (Improved(plan=start, elapsed_s=0.0),) if start is not None else ()
-        below = None if start is None else start.makespan_ms
-        task = Task(situation=situation, seconds=budget.seconds, below_ms=below)
-        return Events(processes.run(self.job(task)), first)
+            raise UsageError(f"planner {self.info.name} can't count steps: give it a budget in seconds")
+        self.info.require(objective)
+        return SearchRequest(situation=situation, seconds=budget.seconds, start=start)
 
-    def job(self, task: Task) -> Job:
-        """Return the job of one search; engines whose function takes more than a `Task` have their own."""
-        limits = Limits(wall_s=task.seconds, memory_bytes=self._memory_bytes)
-        return Job(function=self._function, argument=task, limits=limits)
+    def job(self, request: SearchRequest) -> Job:
+        """Return the job of one search; engines whose function takes more than a `SearchRequest` have their own."""
+        limits = Limits(wall_s=request.seconds, memory_bytes=self._memory_bytes)
+        return Job(function=self._function, argument=request, limits=limits)
 
 
 class Events:
     """The events of one search. `cancel` may be called from another thread; `close` ends the search and waits."""
 
-    def __init__(self, run: processes.Run | None, first: tuple[Improved | Finished, ...]) -> None:
-        self._run = run
-        self._steps = self._follow(run, first)
+    def __init__(self, run: processes.Run | None, steps: Generator[Improved | Finished]) -> None:
+        self._run, self._steps = run, steps
 
     def __iter__(self) -> Events:
         """Return itself."""
@@ -103,19 +116,29 @@ class Events:
             self._run.close()
         self._steps.close()
 
-    @staticmethod
-    def _follow(run: processes.Run | None, first: tuple[Improved | Finished, ...]) -> Generator[Improved | Finished]:
-        yield from first
-        best = min((event.plan.makespan_ms for event in first if isinstance(event, Improved)), default=None)
-        verdict: Verdict | None = None
-        for event in run or ():
-            if isinstance(event, Ended):
-                yield _finished(event, verdict, best is not None)
-            elif isinstance(event.value, Verdict):
-                verdict = event.value
-            elif isinstance(event.value, Plan) and (best is None or event.value.makespan_ms < best):
-                best = event.value.makespan_ms
-                yield Improved(plan=event.value, elapsed_s=event.elapsed_s)
+
+def _follow(request: SearchRequest, messages: Iterable[Message | Ended]) -> Generator[Improved | Finished]:
+    """Yield the known plan, those that are better, and the end of a search."""
+    incumbent = Incumbent(request.situation)
+    if request.start is not None and incumbent.take(request.start):
+        yield Improved(plan=request.start, elapsed_s=0.0)
+    said = Finished(outcome=Outcome.NO_PLAN)
+    for message in messages:
+        if isinstance(message, Ended):
+            yield _finished(message, said, incumbent)
+        elif isinstance(message.value, Finished):
+            said = message.value
+        elif isinstance(message.value, Plan) and incumbent.take(message.value):
+            yield Improved(plan=message.value, elapsed_s=message.elapsed_s)
+
+
+def _run_here(job: Job) -> Iterator[Message | Ended]:
+    """Run a job in this process."""
+    began = time.monotonic()
+    module, _, name = job.function.partition(":")
+    for value in getattr(importlib.import_module(module), name)(job.argument):
+        yield Message(value=value, elapsed_s=time.monotonic() - began)
+    yield Ended(ending=Ending.FINISHED, detail="", wall_s=time.monotonic() - began)
 
 
 def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | None:
@@ -127,14 +150,20 @@ def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | Non
     return f"not installed; to get it: pip install {' '.join(lacking)}"
 
 
-def _settle(situation: Situation) -> tuple[Improved | Finished, ...] | None:
+def _settled(request: SearchRequest) -> tuple[Improved | Finished, ...]:
     """Return the events where no search is needed."""
+    if request.start is not None:
+        return ()
     nothing = Plan(actions=())
-    if check(situation, nothing).valid:
+    if check(request.situation, nothing).valid:
         done = Finished(outcome=Outcome.OPTIMAL, detail="there is nothing to do", lower_bound_ms=0)
         return Improved(plan=nothing, elapsed_s=0.0), done
-    proof = impossible(situation)
-    return None if proof is None else (Finished(outcome=Outcome.UNSOLVABLE, detail=proof),)
+    proof = impossible(request.situation)
+    return () if proof is None else (Finished(outcome=Outcome.UNSOLVABLE, detail=proof),)
+
+
+def _told(events: tuple[Improved | Finished, ...]) -> Generator[Improved | Finished]:
+    yield from events
 
 
 _OUTCOMES = {
@@ -147,14 +176,14 @@ _OUTCOMES = {
 _WITHOUT_PLAN = (Outcome.NO_PLAN, Outcome.TIMEOUT, Outcome.MEMORY)
 
 
-def _finished(ended: Ended, verdict: Verdict | None, has_plan: bool) -> Finished:
-    if ended.ending is Ending.FINISHED:
-        outcome = Outcome.NO_PLAN if verdict is None else verdict.outcome
-        detail = "" if verdict is None else verdict.detail
-    else:
+def _finished(ended: Ended, said: Finished, incumbent: Incumbent) -> Finished:
+    outcome, detail = said.outcome, said.detail
+    if ended.ending is not Ending.FINISHED:
         outcome, detail = _OUTCOMES[ended.ending], _with_last_words(ended)
-    if has_plan and outcome in _WITHOUT_PLAN:
+    if incumbent.plan is not None and outcome in _WITHOUT_PLAN:
         outcome = Outcome.SATISFICING
+    if incumbent.refused:
+        detail = f"{detail}; {len(incumbent.refused)} plans refused (first: {incumbent.refused[0]})"
     return Finished(outcome=outcome, detail=detail, elapsed_s=ended.wall_s)
 
 

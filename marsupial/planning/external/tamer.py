@@ -16,9 +16,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.planning import EngineInfo, Outcome
+from marsupial.model.planning import EngineInfo, Finished, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.external.encodings import Task, Verdict, Vocabulary
+from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
 from marsupial.planning.schedule import retime
 
@@ -51,25 +51,25 @@ def tamer(finder: Finder = find_spec) -> ProcessEngine:
     return ProcessEngine(INFO, "marsupial.planning.external.tamer:search", needs, finder=finder)
 
 
-def search(task: Task) -> Iterator[Plan | Verdict]:
+def search(request: SearchRequest) -> Iterator[Plan | Finished]:
     """Run Tamer in this process: yield plans, each sooner done than the last, and what it says at the end."""
     best: Plan | None = None
-    below_ms = task.below_ms
+    below_ms = None if request.start is None else request.start.makespan_ms
     while True:
-        problem, actions = encode(task.situation, None if below_ms is None else int(SHRINK * below_ms))
+        problem, actions = encode(request.situation, None if below_ms is None else int(SHRINK * below_ms))
         names = _ask(problem)
         if names is None:
             break
-        plan = retime(task.situation, [actions[name] for name in names])
+        plan = retime(request.situation, [actions[name] for name in names])
         if best is not None and plan.makespan_ms >= best.makespan_ms:
             break
         best = plan
         below_ms = plan.makespan_ms
         yield plan
     if best is None:
-        yield Verdict(outcome=Outcome.NO_PLAN, detail="its search ended without a plan, which it doesn't call a proof")
+        yield Finished(outcome=Outcome.NO_PLAN, detail="its search ended without a plan, which it doesn't call a proof")
     else:
-        yield Verdict(outcome=Outcome.SATISFICING, detail=f"found none that is done in {SHRINK:.0%} of the time")
+        yield Finished(outcome=Outcome.SATISFICING, detail=f"found none that is done in {SHRINK:.0%} of the time")
 
 
 def _ask(problem: Problem) -> list[str] | None:

@@ -20,6 +20,7 @@ from itertools import islice
 
 import numpy as np
 
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
@@ -51,13 +52,14 @@ class Greedy:
         self._clock = clock
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if there is one, the plans that are shorter, then `Finished`; see `Engine`.
 
         The first round is always finished, so that there is an answer however small the budget; no other is begun that
         would, at the pace so far, end too late.
         """
+        self.info.require(objective)
         begun = self._clock()
         if start is not None:
             yield Improved(plan=start, elapsed_s=0.0)

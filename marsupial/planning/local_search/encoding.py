@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from marsupial.model.objective import MAKESPAN, Objective, PricedArrival
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, RobotState, Situation
-from marsupial.planning.aims import Aim
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.planning.score import worth as target_worth
 
 Ints = npt.NDArray[Any]
 """int64, but for lists of events (int32)."""
@@ -79,7 +78,7 @@ class Task(NamedTuple):
         return self.groups[group, 1 : 1 + self.groups[group, 0]]
 
 
-def encode(situation: Situation, aim: Aim | None = None) -> Task:
+def encode(situation: Situation, objective: Objective = MAKESPAN) -> Task:
     """Return the situation as arrays; worths are in thousandths."""
     kinds = [kind.name for kind in situation.types]
     index = situation.place_index
@@ -87,9 +86,7 @@ def encode(situation: Situation, aim: Aim | None = None) -> Task:
     targets = np.array([index[target.name] for target in situation.targets], dtype=np.int64)
     meetings = np.array([index[name] for name in situation.meetings], dtype=np.int64)
     worth = np.zeros(len(index), dtype=np.int64)
-    worth[targets] = [
-        target_worth(target) if aim is None else round(1000 * aim.worth[target.name]) for target in situation.targets
-    ]
+    worth[targets] = [objective.weight(target) for target in situation.targets]
     roles = [situation.type_by_name[robot.type].role for robot in situation.robots]
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
@@ -102,7 +99,7 @@ def encode(situation: Situation, aim: Aim | None = None) -> Task:
         near=_near(leg, targets, np.unique(robots[rovers, TYPE]), np.unique(robots[carriers, TYPE]), doors[ENTRIES]),
         doors=doors,
         recover=situation.goal.recover_rovers or situation.goal.return_home,
-        toll=0 if aim is None else round(aim.undocking_ms / aim.driving),
+        toll=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
     )
 
 

@@ -11,18 +11,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 
+from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.aims import Aim
-from marsupial.planning.checker import check
+from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import Task, encode, events_of, plan_of
 from marsupial.planning.local_search.pace import Pace
 from marsupial.planning.local_search.search import can_be_carried_out
 from marsupial.planning.local_search.team import Team
-from marsupial.planning.score import Score, score
 
 STEPS_PER_ROUND, LISTING_SHARE = 5, 0.08
 """How many steps of a budget there have to be for one more round of list scheduling, and what share of the seconds all
@@ -39,8 +38,7 @@ class Anytime:
     The first call in a process takes up to half a second more, to load compiled code: a service had better make one
     before a robot waits. The first call ever compiles, for about a minute.
 
-    Plans get better in their makespan, then in the mean time at which targets are reached, those that reveal more
-    counting more, then in the time spent driving.
+    Priced arrival is its objective as well as the makespan; of priced arrival it proves nothing.
     """
 
     info = EngineInfo(
@@ -50,58 +48,49 @@ class Anytime:
         anytime=True,
         proves_optimality=True,
         deterministic_steps=True,
+        objectives=(ObjectiveName.MAKESPAN, ObjectiveName.PRICED_ARRIVAL),
     )
 
-    def __init__(
-        self, clock: Callable[[], float] = time.perf_counter, searches: int = SIZE, aim: Aim | None = None
-    ) -> None:
-        self._clock, self._searches, self._aim = clock, searches, aim
-
-    def aimed(self, aim: Aim) -> Anytime:
-        """Return the engine whose plans get better by this aim instead; it proves nothing."""
-        return Anytime(self._clock, self._searches, aim)
+    def __init__(self, clock: Callable[[], float] = time.perf_counter, searches: int = SIZE) -> None:
+        self._clock, self._searches = clock, searches
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if it is valid, or list scheduling's plan, better ones, then `Finished`; see `Engine`.
 
-        A `start` that the checker refuses is passed over. With another aim than the makespan, list scheduling is asked
-        only where there is no start: it knows nothing of that aim. The first plan and one step come however small the
+        A `start` that the checker refuses is passed over. List scheduling makes short plans: by another objective than
+        the makespan it is asked only where there is no start. The first plan and one step come however small the
         budget.
         """
         begun = self._clock()
-        plans = [start] if start is not None and check(situation, start).valid else []
-        for plan in plans:
-            yield Improved(plan=plan, elapsed_s=self._clock() - begun)
-        told = self._score(situation, plans[0]) if plans else None
-        for event in self._listed(situation, budget) if self._aim is None or not plans else ():
+        shortest = objective == MAKESPAN
+        incumbent = Incumbent(situation, objective)
+        plans: list[Plan] = []
+        if start is not None and incumbent.take(start):
+            plans.append(start)
+            yield Improved(plan=start, elapsed_s=self._clock() - begun)
+        for event in self._listed(situation, budget) if shortest or not plans else ():
             if isinstance(event, Finished):
                 if not plans:
                     yield event
                     return
                 break
             plans.append(event.plan)
-            if told is None or self._score(situation, event.plan) < told:
-                told = self._score(situation, event.plan)
+            if incumbent.take(event.plan):
                 yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
-        task = encode(situation, self._aim)
-        bound_ms = makespan_bound_ms(task) if self._aim is None else 0
+        task = encode(situation, objective)
+        bound_ms = makespan_bound_ms(task) if shortest else 0
         pace = Pace(budget, self._clock, begun, bound_ms)
         makespan_ms = min(plan.makespan_ms for plan in plans)
-        for plan in self._improvements(situation, task, plans, pace):
+        for plan in self._improvements(situation, task, plans, pace, objective):
             makespan_ms = plan.makespan_ms
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
-        if self._aim is None:
+        if shortest:
             yield _finished(makespan_ms, bound_ms, self._clock() - begun)
         else:
-            detail = "annealing by an aim that is not the makespan"
+            detail = f"local search for {objective.name}, nothing proven"
             yield Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=self._clock() - begun)
-
-    def _score(self, situation: Situation, plan: Plan) -> Score:
-        """Return the score of a plan; with an aim, its cost comes first."""
-        makespan, reaching, driving = score(situation, plan)
-        return makespan if self._aim is None else round(self._aim.cost(plan)), reaching, driving
 
     def _listed(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
         """Return the plans of list scheduling, the first ones at least."""
@@ -111,15 +100,17 @@ class Anytime:
             rounds = Budget(seconds=LISTING_SHARE * budget.seconds)
         return Greedy(self._clock).solve(situation, rounds)
 
-    def _improvements(self, situation: Situation, task: Task, plans: list[Plan], pace: Pace) -> Iterator[Plan]:
+    def _improvements(
+        self, situation: Situation, task: Task, plans: list[Plan], pace: Pace, objective: Objective
+    ) -> Iterator[Plan]:
         """Yield plans better than all of `plans`, with the best of which the search begins."""
-        plans = sorted(plans, key=lambda plan: self._score(situation, plan))
-        told = self._score(situation, plans[0])
+        plans = sorted(plans, key=lambda plan: objective.value(situation, plan))
+        told = objective.value(situation, plans[0])
         beginnings = [events_of(situation, plan) for plan in plans]
         beginnings = [events for events in beginnings if can_be_carried_out(task, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches, self._aim) as team:
+        with Team(task, beginnings, pace.bound_ms + EPSILON_MS, self._searches, objective) as team:
             best = team.score
             while pace.goes_on(best):
                 team.step(pace.used, pace.steps)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from marsupial.model.objective import Value
 from marsupial.model.plan import EPSILON_MS
 from marsupial.model.planning import Budget
-from marsupial.planning.score import Score
 
 POLISH_STEPS, POLISH_S = 50, 0.1
 """Effort still made where the makespan can't get shorter."""
@@ -50,7 +50,7 @@ class Pace:
             (self._end - self._first) / max(1e-6, self._now() - self._first) * self._done if self._timed else self._end
         )
 
-    def goes_on(self, score: Score) -> bool:
+    def goes_on(self, score: Value) -> bool:
         """Note that a turn of `steps` begins and say whether it may; the first one always may."""
         self._spent = self._now()
         if not self._turns:
@@ -66,7 +66,7 @@ class Pace:
         self._done += self.steps
         return goes_on
 
-    def is_due(self, score: Score, told: Score) -> bool:
+    def is_due(self, score: Value, told: Value) -> bool:
         """Say whether to tell of a better plan now, and if so note it."""
         pause = PAUSE_S if self._timed else PAUSE_STEPS
         due = self._spent - self._told >= pause or (self._timed and score[0] < 0.99 * told[0])

@@ -36,8 +36,8 @@ import math
 
 import numpy as np
 
+from marsupial.model.objective import MAKESPAN, Objective, PricedArrival, Value
 from marsupial.native import native
-from marsupial.planning.aims import Aim
 from marsupial.planning.local_search.encoding import DOCK, TARGETS, UNDOCK, Ints, Task
 from marsupial.planning.local_search.moves import NEEDING_TARGETS, change
 from marsupial.planning.local_search.net import (
@@ -55,7 +55,6 @@ from marsupial.planning.local_search.net import (
     undo,
 )
 from marsupial.planning.local_search.timing import LATEST, cost_of, makespan_of, set_due, settle
-from marsupial.planning.score import Score
 
 SHARES = 20, 20, 8, 6, 5, 16, 10, 3, 6, 10, 10, 8, 4, 6, 6
 BUSY_SHARES, BUSY = (10, 12, 4, 3, 2, 24, 24, 2, 12, 12, 12, 12, 4, 1, 10), 60
@@ -86,7 +85,7 @@ are many, and a ms of driving."""
 AMBITION = 0.05
 """By what share of the shortest makespan less is hoped for."""
 
-MAKESPAN = 3
+MAKESPAN_PRICE = 3
 """Index in a blend."""
 
 BOUND = 3
@@ -153,7 +152,7 @@ def _hoped_for(best: Ints, ambition: float) -> int:
 def _improves(net: Net, best: Ints, blend: Ints) -> bool:
     """Say whether the net is better than the best so far, and if so enter its score."""
     makespan, reaching, driving = makespan_of(net), net.work[0, REACHING], net.work[0, DRIVING]
-    if blend[MAKESPAN] >= 0:
+    if blend[MAKESPAN_PRICE] >= 0:
         former = total(blend, best[0], best[1], best[2])
         better = best[0] == LATEST or total(blend, makespan, reaching, driving) < former
     elif makespan != best[0]:
@@ -169,8 +168,8 @@ def _improves(net: Net, best: Ints, blend: Ints) -> bool:
 
 @compiled
 def total(blend: Ints, makespan: int, reaching: int, driving: int) -> float:
-    """Return what parts of a score cost together, by an aim's blend."""
-    return blend[MAKESPAN] * makespan + blend[1] * reaching + blend[2] * driving
+    """Return what parts of a score cost together, by the blend of priced arrival."""
+    return blend[MAKESPAN_PRICE] * makespan + blend[1] * reaching + blend[2] * driving
 
 
 class Annealing:
@@ -184,12 +183,12 @@ class Annealing:
         From when all robots may be ready at the earliest.
     number
         Searches with other numbers try other changes.
-    aim
-        What is to be made better instead of the parts of a score in turn; the one that `task` was made for.
+    objective
+        The one that `task` was made for.
     """
 
     def __init__(
-        self, task: Task, beginnings: list[Ints], bound_ms: int, number: int = 0, aim: Aim | None = None
+        self, task: Task, beginnings: list[Ints], bound_ms: int, number: int = 0, objective: Objective = MAKESPAN
     ) -> None:
         self._task, self._beginnings = task, beginnings
         rides = max(int(np.isin(events[:, 0], (DOCK, UNDOCK)).sum()) for events in beginnings)
@@ -198,18 +197,19 @@ class Annealing:
         self._best = np.array([LATEST, 0, 0, bound_ms], dtype=np.int64)
         targets = int(task.groups[TARGETS, 0])
         self._shares = np.cumsum(BUSY_SHARES if rides >= max(BUSY, targets) else SHARES, dtype=np.int64)
-        self._aim, self._blend = aim, _blend_of(task, aim)
+        self._objective, self._blend = objective, _blend_of(task, objective)
         self._begin_at(beginnings[0])
-        self._scale_ms = float(self._best[0]) * (1.0 if aim is None else aim.total_worth)
+        self._scale_ms = float(self._best[0]) * (objective.total_worth if isinstance(objective, PricedArrival) else 1.0)
         self._hot = self._heat(0.0)
         self._runs, self._run = 1, 0
 
     @property
-    def score(self) -> Score:
-        """The score of the best list; with an aim, its cost comes first instead of its makespan."""
+    def score(self) -> Value:
+        """The value of the best list by the objective; worths are rounded to thousandths."""
         makespan, reaching, driving = (int(part) for part in self._best[:BOUND])
-        first = makespan if self._aim is None else round(total(self._blend, makespan, reaching, driving))
-        return first, reaching, driving
+        if isinstance(self._objective, PricedArrival):
+            return (total(self._blend, makespan, reaching, driving),)
+        return makespan, reaching, driving
 
     @property
     def events(self) -> Ints:
@@ -261,11 +261,11 @@ class Annealing:
         start(self._net, events, self._best, self._best_nodes, self._blend, AMBITION)
 
 
-def _blend_of(task: Task, aim: Aim | None) -> Ints:
+def _blend_of(task: Task, objective: Objective) -> Ints:
     """Return what things cost: see `anneal`."""
-    if aim is not None:
-        late = aim.makespan * aim.total_worth
-        return np.array([late, 1e-3, aim.driving, late], dtype=np.float64)
+    if isinstance(objective, PricedArrival):
+        late = objective.makespan * objective.total_worth
+        return np.array([late, 1e-3, objective.driving, late], dtype=np.float64)
     targets = int(task.groups[TARGETS, 0])
     reaching = max(REACHING_SHARE, REACHING_CROWDED * targets) / max(1, int(task.worth.sum()))
     return np.array([1.0, reaching, DRIVING_SHARE, -1.0], dtype=np.float64)

@@ -10,17 +10,18 @@ from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
-from marsupial.planning.aims import Aim
+from marsupial.model.objective import MAKESPAN, Objective, Value
 from marsupial.planning.local_search.encoding import Ints, Task
 from marsupial.planning.local_search.search import Annealing
-from marsupial.planning.score import Score
 
 
 class Team:
     """That many searches; as a context, it leaves no thread behind. See `Annealing` for the rest."""
 
-    def __init__(self, task: Task, beginnings: list[Ints], bound_ms: int, size: int, aim: Aim | None = None) -> None:
-        self._searches = [Annealing(task, beginnings[i:] + beginnings[:i], bound_ms, i, aim) for i in range(size)]
+    def __init__(
+        self, task: Task, beginnings: list[Ints], bound_ms: int, size: int, objective: Objective = MAKESPAN
+    ) -> None:
+        self._searches = [Annealing(task, beginnings[i:] + beginnings[:i], bound_ms, i, objective) for i in range(size)]
         self._threads = ThreadPoolExecutor(max(1, size - 1), thread_name_prefix="anytime")
 
     def __enter__(self) -> Self:
@@ -32,7 +33,7 @@ class Team:
         self._threads.shutdown()
 
     @property
-    def score(self) -> Score:
+    def score(self) -> Value:
         """The score of the best list."""
         return min(search.score for search in self._searches)
 

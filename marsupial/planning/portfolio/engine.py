@@ -1,7 +1,7 @@
 """Several engines as one: the lead at once, others beside it where they are of use, the best checked plan of all.
 
-With a budget in seconds they run side by side and improvements are passed on as they come, those with a better score
-(`marsupial.planning.score`) only; members that ask for the best plan of all get it at any time. It is over at the end
+With a budget in seconds they run side by side and each new incumbent (`marsupial.planning.incumbent`) is passed on as
+it comes; members that ask for the best plan of all get it at any time. It is over at the end
 of the budget, when all have ended, or when one proves that there is no plan. Once the makespan is proven optimal the
 lead goes on for as long again as it has taken, and a little more, to get targets reached sooner, from the plan of
 whoever has found it; unless the lead has ended by itself.
@@ -17,13 +17,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
+from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.portfolio.incumbent import Standings
-from marsupial.planning.portfolio.race import Clock, Race, crash
+from marsupial.planning.portfolio.results import Results
+from marsupial.planning.race import Clock, Event, Question, Race
 
 GRACE_S, FIRST_PLAN_S = 0.05, 1.0
 """How long after the end of the budget engines may still finish their step and tell their bounds, with a plan and
@@ -68,61 +69,69 @@ class Portfolio:
         self._clock = clock
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         """Yield `start` if it is valid, the plans that are better, then `Finished`; see `Engine`."""
+        self.info.require(objective)
         begun = self._clock()
-        standings = Standings(situation)
-        if start is not None and standings.take(GIVEN, start):
+        question = Question(situation=situation, budget=budget, objective=objective)
+        results = Results(situation, objective)
+        if start is not None and results.take(GIVEN, start):
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
         members = tuple(member for member in self._members if member.suits(situation))
         if budget.seconds is None:
-            events = self._in_turn(situation, budget, standings, members)
+            events = self._in_turn(question, results, members)
         else:
-            events = _SideBySide(situation, standings, members, self._clock, begun + budget.seconds).events()
+            events = _SideBySide(question, results, members, self._clock, begun + budget.seconds).events()
         with closing(events):
             for name, event in events:
-                if isinstance(event, Finished):
-                    standings.ended(name, event)
-                elif standings.take(name, event.plan):
-                    yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
+                if isinstance(event, Improved):
+                    if results.take(name, event.plan):
+                        yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
+                else:
+                    results.ended(name, event if isinstance(event, Finished) else _crash(event))
         elapsed_s = self._clock() - begun
         time_is_up = budget.seconds is not None and elapsed_s >= budget.seconds
-        yield standings.finished(elapsed_s, time_is_up=time_is_up)
+        yield results.finished(elapsed_s, time_is_up=time_is_up)
 
     def _in_turn(
-        self, situation: Situation, budget: Budget, standings: Standings, members: tuple[Member, ...]
-    ) -> Generator[tuple[str, Improved | Finished]]:
+        self, question: Question, results: Results, members: tuple[Member, ...]
+    ) -> Generator[tuple[str, Event]]:
         for member in members:
             try:
-                engine = member.make(self._clock, lambda: standings.plan)
+                engine = member.make(self._clock, lambda: results.plan)
                 if engine.info.deterministic_steps:
-                    for event in engine.solve(situation, budget, start=standings.plan):
+                    for event in replace(question, start=results.plan).put_to(engine):
                         yield member.name, event
             except Exception as error:
-                yield member.name, crash(error)
-            if standings.optimal or standings.unsolvable:
+                yield member.name, error
+            if results.optimal or results.unsolvable:
                 return
+
+
+def _crash(error: Exception) -> Finished:
+    """Return the end of an engine that raised `error`."""
+    return Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")
 
 
 class _SideBySide:
     """The members of a portfolio in threads, the first of them in the lead, until a moment of the clock."""
 
     def __init__(
-        self, situation: Situation, standings: Standings, members: tuple[Member, ...], clock: Clock, end: float
+        self, question: Question, results: Results, members: tuple[Member, ...], clock: Clock, end: float
     ) -> None:
-        self._situation, self._standings, self._clock = situation, standings, clock
+        self._question, self._results, self._clock = question, results, clock
         self._lead, *self._waiting = members
         self._begun, self._end = clock(), end
         self._proven = False
-        self._race = Race(situation, clock)
+        self._race = Race(clock)
 
-    def events(self) -> Generator[tuple[str, Improved | Finished]]:
-        """Yield what they say, expecting it to be entered in the standings; closing this stops them."""
+    def events(self) -> Generator[tuple[str, Event]]:
+        """Yield what comes of them, expecting it to be entered in the results; closing this stops them."""
         self._enter(self._lead)
         try:
             while self._goes_on():
-                if self._standings.optimal and not self._proven:
+                if self._results.optimal and not self._proven:
                     self._polish()
                 self._let_in()
                 event = self._race.next(self._due() - self._clock())
@@ -132,15 +141,15 @@ class _SideBySide:
             self._race.stop()
 
     def _goes_on(self) -> bool:
-        if self._standings.unsolvable or not (self._race.running or self._waiting):
+        if self._results.unsolvable or not (self._race.running or self._waiting):
             return False
-        if self._standings.optimal and self._lead.name not in self._race.running:
+        if self._results.optimal and self._lead.name not in self._race.running:
             return False
         return self._clock() < self._end + self._grace_s
 
     @property
     def _grace_s(self) -> float:
-        if self._standings.plan is None:
+        if self._results.plan is None:
             return FIRST_PLAN_S
         return 0.0 if self._proven else GRACE_S
 
@@ -149,9 +158,9 @@ class _SideBySide:
         now = self._clock()
         self._proven, self._waiting = True, []
         self._end = min(self._end, 2 * now - self._begun + POLISH_S)
-        if not self._standings.has_shortest(self._lead.name):
+        if not self._results.has_shortest(self._lead.name):
             self._race.stop()
-            self._race = Race(self._situation, self._clock)
+            self._race = Race(self._clock)
             self._enter(self._lead)
 
     def _let_in(self) -> None:
@@ -169,7 +178,8 @@ class _SideBySide:
 
     def _enter(self, member: Member) -> None:
         left = Budget(seconds=max(1e-3, self._end - self._clock()))
-        self._race.enter(member.name, lambda clock: member.make(clock, self._latest), left, self._standings.plan)
+        question = replace(self._question, budget=left, start=self._results.plan)
+        self._race.enter(member.name, lambda clock: member.make(clock, self._latest), question)
 
     def _latest(self) -> Plan | None:
-        return self._standings.plan
+        return self._results.plan

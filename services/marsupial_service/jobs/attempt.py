@@ -97,7 +97,6 @@ class Attempt:
             engine=settings.commands.get(claim.planner, claim.planner),
             budget=claim.budget,
             start=claim.start,
-            score=claim.score,
         )
         limits = Limits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.memory_bytes)
         return Job(function="marsupial_service.jobs.work:solve", argument=work, limits=limits)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial.planning.score import Score
 from marsupial_service.jobs.records import JobOutcome
 
 
@@ -20,15 +20,14 @@ class Work:
         The pickled task; only the worker opens it.
     engine
         As `marsupial.planning.engines.engine` knows it.
-    start, score
-        The best plan of earlier attempts and how it compares; only better ones are sent back.
+    start
+        The best plan of earlier attempts; only better ones are sent back.
     """
 
     task: bytes
     engine: str
     budget: Budget
     start: Plan | None = None
-    score: Score | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,7 +42,7 @@ class Analysed:
 class Found:
     """A plan that the checker accepts and that is better than all before it; its actions as JSON text, and as IPC."""
 
-    score: Score
+    score: Value
     makespan_ms: int
     actions: str
     ipc: str

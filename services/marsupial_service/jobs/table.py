@@ -10,9 +10,9 @@ import json
 import math
 from dataclasses import dataclass
 
+from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial.planning.score import Score
 from marsupial_service.jobs import lookup
 from marsupial_service.jobs.documents import line, plan_event, plan_of, timestamp
 from marsupial_service.jobs.messages import Analysed, Closed, Found
@@ -60,7 +60,6 @@ class Claim:
     budget: Budget
     task: bytes
     start: Plan | None
-    score: Score | None
 
 
 def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> Submitted:
@@ -115,7 +114,6 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
         budget=Budget(seconds=row["seconds"], steps=row["steps"]),
         task=row["task"],
         start=None if best is None else plan_of(best[1]),
-        score=None if best is None else best[0],
     )
 
 
@@ -206,14 +204,11 @@ def _record(tx: Transaction, job: str) -> JobRecord:
     return found
 
 
-def _best(tx: Transaction, number: int) -> tuple[Score, str] | None:
+def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
     row = tx.execute(
         "SELECT score, actions FROM plans WHERE job = ? ORDER BY revision DESC LIMIT 1", (number,)
     ).fetchone()
-    if row is None:
-        return None
-    makespan, reaching, driving = json.loads(row["score"])
-    return (makespan, reaching, driving), row["actions"]
+    return None if row is None else (tuple(json.loads(row["score"])), row["actions"])
 
 
 def _is_running(tx: Transaction, claim: Claim) -> bool:

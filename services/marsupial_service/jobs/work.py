@@ -8,21 +8,20 @@ from __future__ import annotations
 import pickle
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from marsupial.errors import EngineUnavailable, InputError, UsageError
 from marsupial.formats.pddl.plantext import write_plan_text
 from marsupial.formats.situation import situation_to_json
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Finished, Outcome
+from marsupial.model.planning import Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import Violation, check
 from marsupial.planning.engines import engine
-from marsupial.planning.score import Score, score
+from marsupial.planning.external.process_engine import ProcessEngine
+from marsupial.planning.incumbent import Incumbent
 from marsupial_service.jobs.documents import actions_text, line
 from marsupial_service.jobs.messages import Analysed, Closed, Found, Work
 from marsupial_service.jobs.records import JobOutcome, MapTask
-from marsupial_service.jobs.search import events
 
 _LEAST_S = 0.05
 
@@ -62,60 +61,38 @@ def _search(work: Work, situation: Situation, begun: float) -> Iterator[Found | 
     budget = work.budget
     if budget.seconds is not None:
         budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))
-    yield from told(_steps(work, situation, budget), Judge(situation, work.score))
+    asked = engine(work.engine)
+    search = asked.solve_here if isinstance(asked, ProcessEngine) else asked.solve
+    yield from told(search(situation, budget, start=work.start), situation, work.start)
 
 
-def _steps(work: Work, situation: Situation, budget: Budget) -> Iterator[Plan | Finished]:
-    """Yield the plans of the search and its end."""
-    for event in events(engine(work.engine), situation, budget, work.start):
-        yield event if isinstance(event, Finished) else event.plan
-
-
-@dataclass(slots=True)
-class Judge:
-    """Lets pass what is valid and better than all before."""
-
-    situation: Situation
-    best: Score | None
-    refused: Violation | None = field(default=None)
-
-    def accept(self, plan: Plan) -> Found | None:
-        """Return what to tell of a plan, or None."""
-        verdict = check(self.situation, plan)
-        if not verdict.valid:
-            self.refused = verdict.violation
-            return None
-        found = score(self.situation, plan)
-        if self.best is not None and found >= self.best:
-            return None
-        self.best = found
-        return Found(
-            score=found,
-            makespan_ms=verdict.makespan_ms,
-            actions=actions_text(plan),
-            ipc=write_plan_text(plan, self.situation),
-        )
-
-
-def told(steps: Iterator[Plan | Finished], judge: Judge) -> Iterator[Found | Closed]:
-    """Yield what to tell of the plans and the end of a search."""
+def told(steps: Iterator[Improved | Finished], situation: Situation, start: Plan | None) -> Iterator[Found | Closed]:
+    """Yield what to tell of the plans and the end of a search; `start` is the best plan known before it."""
+    incumbent = Incumbent(situation)
+    if start is not None:
+        incumbent.take(start)
     for step in steps:
         if isinstance(step, Finished):
-            yield _closed(step, judge)
+            yield _closed(step, incumbent)
             return
-        found = judge.accept(step)
-        if found is not None:
-            yield found
+        if incumbent.take(step.plan) and incumbent.value is not None:
+            yield Found(
+                score=incumbent.value,
+                makespan_ms=step.plan.makespan_ms,
+                actions=actions_text(step.plan),
+                ipc=write_plan_text(step.plan, situation),
+            )
 
 
-def _closed(end: Finished, judge: Judge) -> Closed:
+def _closed(end: Finished, incumbent: Incumbent) -> Closed:
     """Put the end into the words of jobs; a planner whose plan was refused has proven nothing."""
     outcome, detail, bound_ms = _OUTCOMES[end.outcome], end.detail, end.lower_bound_ms
-    if judge.refused is not None:
-        outcome = JobOutcome.SATISFICING if judge.best is not None else JobOutcome.ENGINE_FAILED
-        detail, bound_ms = f"the planner gave a plan that is not valid: {judge.refused}", None
-    elif judge.best is None and outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING):
+    has_plan = incumbent.plan is not None
+    if incumbent.refused:
+        outcome = JobOutcome.SATISFICING if has_plan else JobOutcome.ENGINE_FAILED
+        detail, bound_ms = f"the planner gave a plan that is not valid: {incumbent.refused[-1]}", None
+    elif not has_plan and outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING):
         outcome, detail = JobOutcome.ENGINE_FAILED, f"the planner says it has a plan and gave none: {detail}"
-    elif judge.best is not None and (outcome in GAVE_UP or outcome is JobOutcome.UNSOLVABLE):
+    elif has_plan and (outcome in GAVE_UP or outcome is JobOutcome.UNSOLVABLE):
         outcome = JobOutcome.SATISFICING
     return Closed(outcome=outcome, detail=detail, lower_bound_ms=bound_ms)

@@ -24,6 +24,7 @@ from situations import (
 )
 
 from marsupial.errors import UsageError
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.robots import Role
@@ -178,7 +179,7 @@ class Fake:
         self.cancelled = threading.Event()
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         self.asked.append(budget)
         return Scripted(self, self.script[situation.robots[0].name], situation)
@@ -276,7 +277,7 @@ def test_the_budget_is_shared_by_the_rounds_of_parts() -> None:
 def test_parts_get_at_least_what_the_smallest_size_needs_and_the_last_ones_nothing() -> None:
     class Slow(Fake):
         def solve(
-            self, situation: Situation, budget: Budget, *, start: Plan | None = None
+            self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
         ) -> Iterator[Improved | Finished]:
             assert budget.seconds is not None
             time.sleep(budget.seconds)

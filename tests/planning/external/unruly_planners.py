@@ -8,42 +8,44 @@ import signal
 from collections.abc import Iterator
 
 from marsupial.model.plan import Plan
-from marsupial.planning.external.encodings import Task
+from marsupial.planning.external.encodings import SearchRequest
+from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.processes.jobs import ToolDied
 
 
-def eat_memory(_: Task) -> Iterator[Plan]:
+def eat_memory(_: SearchRequest) -> Iterator[Plan]:
     blocks = []
     while True:
         blocks.append(bytearray(os.urandom(1)) * (16 << 20))
     yield Plan(actions=())
 
 
-def crash_after_a_plan(_: Task) -> Iterator[Plan]:
-    yield Plan(actions=())
+def crash_after_a_plan(request: SearchRequest) -> Iterator[Plan]:
+    plan, _ = serve(request.situation)
+    yield plan
     os.abort()
 
 
-def give_up(_: Task) -> Iterator[Plan]:
+def give_up(_: SearchRequest) -> Iterator[Plan]:
     yield from ()
 
 
-def never_answer(_: Task) -> Iterator[Plan]:
+def never_answer(_: SearchRequest) -> Iterator[Plan]:
     """Hold the interpreter in C for ever."""
     sum(1 for _ in iter(int, 1))
     yield Plan(actions=())
 
 
-def raise_error(_: Task) -> Iterator[Plan]:
+def raise_error(_: SearchRequest) -> Iterator[Plan]:
     yield from ()
     raise ValueError("no steam")
 
 
-def segfault(_: Task) -> Iterator[Plan]:
+def segfault(_: SearchRequest) -> Iterator[Plan]:
     yield from ()
     ctypes.string_at(0)
 
 
-def lose_its_tool(_: Task) -> Iterator[Plan]:
+def lose_its_tool(_: SearchRequest) -> Iterator[Plan]:
     yield from ()
     raise ToolDied("the tool", -signal.SIGKILL)

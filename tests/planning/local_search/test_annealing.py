@@ -6,6 +6,7 @@ from contextlib import closing
 from hypothesis import given, settings
 from situations import SOLVABLE, many_rooms, one_room, situations
 
+from marsupial.model.objective import MAKESPAN
 from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Budget, Improved
 from marsupial.model.situation import Situation
@@ -15,7 +16,6 @@ from marsupial.planning.local_search.encoding import Task, encode, events_of, pl
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.local_search.search import Annealing, can_be_carried_out
 from marsupial.planning.local_search.team import Team
-from marsupial.planning.score import score
 
 
 def listed(situation: Situation) -> list[Plan]:
@@ -32,7 +32,7 @@ def test_a_plan_of_list_scheduling_keeps_its_score() -> None:
         situation = make()
         (plan,) = listed(situation)
         search = Annealing(encode(situation), [events_of(situation, plan)], 0)
-        assert search.score == score(situation, plan)
+        assert search.score == MAKESPAN.value(situation, plan)
 
 
 @settings(deadline=None)
@@ -47,7 +47,7 @@ def test_times_mended_step_by_step_are_those_of_the_plan(situation: Situation) -
             search.step(used, 1)
             better = plan_of(situation, search.events)
             assert check(situation, better).valid, check(situation, better).violation
-            assert search.score == score(situation, better)
+            assert search.score == MAKESPAN.value(situation, better)
 
 
 def test_what_can_not_be_carried_out_is_no_beginning() -> None:

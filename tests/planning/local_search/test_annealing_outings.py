@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from situations import DOCK_MS, UNDOCK_MS, Spot, carrier, door, hall, room, rover, situation_of
 
+from marsupial.model.objective import MAKESPAN
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Improved
 from marsupial.model.robots import Role
@@ -10,7 +11,6 @@ from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.local_search.encoding import UNDOCK, encode, events_of, plan_of
 from marsupial.planning.local_search.search import Annealing
-from marsupial.planning.score import score
 
 
 def first_plan(situation: Situation) -> Plan:
@@ -43,7 +43,7 @@ def test_each_outing_is_given_to_a_rover_of_its_type() -> None:
     search.step(0.0, 20)
     plan = plan_of(situation, search.events)
     assert check(situation, plan).valid
-    assert score(situation, plan) == search.score
+    assert MAKESPAN.value(situation, plan) == search.score
     explorers = {action.place: action.robot for action in plan.actions if action.place in ("cliff", "near", "far")}
     assert explorers["cliff"] == "r2"
     assert {explorers["near"], explorers["far"]} == {"r1", "r3"}

@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 import pytest
 from situations import many_rooms, one_hall, one_room, out_of_reach, situation_of
 
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.planning.portfolio.engine import GIVEN, Latest, Member, Portfolio
-from marsupial.planning.portfolio.race import Clock
-from marsupial.planning.score import score
+from marsupial.planning.race import Clock
 
 INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=True, deterministic_steps=True)
 AMPLE, SHORT = Budget(seconds=30), Budget(seconds=0.1)
@@ -58,7 +58,7 @@ class Fake:
         self._clock, self._steps, self._asked = clock, steps, asked
 
     def solve(
-        self, situation: Situation, budget: Budget, *, start: Plan | None = None
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         self._asked.append((budget, start))
         for step in self._steps:
@@ -78,7 +78,9 @@ class Listening:
     def __init__(self, clock: Clock, latest: Latest) -> None:
         self._cancelled = threading.Event()
 
-    def solve(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Listening:
+    def solve(
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
+    ) -> Listening:
         return self
 
     def __iter__(self) -> Listening:
@@ -146,7 +148,7 @@ def test_of_equal_makespans_the_one_that_reaches_targets_sooner_is_better() -> N
     waiting = Plan.of([explore(500, 30_000, "c1_start", "t2"), explore(30_501, 20_000, "t2", "t1")])
     sooner = Plan.of([explore(0, 30_000, "c1_start", "t2"), explore(30_501, 20_000, "t2", "t1")])
     assert waiting.makespan_ms == sooner.makespan_ms
-    assert score(one_hall(), sooner) < score(one_hall(), waiting)
+    assert MAKESPAN.value(one_hall(), sooner) < MAKESPAN.value(one_hall(), waiting)
     assert solve(member("a", found(waiting), found(sooner), found(waiting), DONE))[0] == [waiting, sooner]
 
 

@@ -14,8 +14,8 @@ from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, 
 
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
+from marsupial.model.objective import MAKESPAN
 from marsupial.planning.checker import check
-from marsupial.planning.score import score
 from marsupial_service.jobs import FINAL, STATE_OF, EventType, JobOutcome, JobState, QueueFull, UnknownJob
 from marsupial_service.store import KeyReused, StoreError, failpoints
 
@@ -62,7 +62,7 @@ def test_revisions_improve_strictly_are_valid_and_are_what_events_told(tmp_path:
             plans = await jobs.plans(job)
             assert len(plans) > 1
             assert all(check(situation, record.plan).valid for record in plans)
-            scores = [score(situation, record.plan) for record in plans]
+            scores = [MAKESPAN.value(situation, record.plan) for record in plans]
             assert all(later < earlier for earlier, later in pairwise(scores))
             assert [read_plan_text(record.ipc, situation) for record in plans] == [record.plan for record in plans]
             in_events = [json.loads(event.data) for event in events if event.type is EventType.PLAN]

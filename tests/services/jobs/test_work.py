@@ -6,14 +6,14 @@ import pytest
 from situations import one_room
 
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Finished, Outcome
+from marsupial.model.planning import Finished, Improved, Outcome
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial_service.jobs import JobOutcome
 from marsupial_service.jobs.messages import Closed, Found
 from marsupial_service.jobs.warm import PLANNERS, tiny
-from marsupial_service.jobs.work import Judge, told
+from marsupial_service.jobs.work import told
 
 GOOD, _ = serve(one_room())
 SHIFTED = Plan(actions=tuple(replace(action, start_ms=action.start_ms + 500) for action in GOOD.actions))
@@ -22,8 +22,8 @@ WRONG = Plan(actions=GOOD.actions[1:])
 
 def outcome(*plans: Plan, end: Outcome) -> tuple[list[int], JobOutcome]:
     """Return the makespans that are told, and the outcome."""
-    steps = [*plans, Finished(outcome=end, detail="so it says")]
-    *found, closed = told(iter(steps), Judge(one_room(), None))
+    steps = [*(Improved(plan=plan, elapsed_s=0.0) for plan in plans), Finished(outcome=end, detail="so it says")]
+    *found, closed = told(iter(steps), one_room(), None)
     assert isinstance(closed, Closed)
     return [one.makespan_ms for one in found if isinstance(one, Found)], closed.outcome
 

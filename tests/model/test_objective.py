@@ -4,11 +4,11 @@ from dataclasses import replace
 
 from situations import SOLVABLE, one_hall, one_room
 
+from marsupial.model.objective import MAKESPAN
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Improved
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.score import score, worth
 
 
 def planned(situation: Situation) -> Plan:
@@ -18,19 +18,19 @@ def planned(situation: Situation) -> Plan:
 
 
 def test_nothing_to_do_scores_nothing() -> None:
-    assert score(SOLVABLE["one_hall"](), Plan(actions=())) == (0, 0, 0)
+    assert MAKESPAN.value(SOLVABLE["one_hall"](), Plan(actions=())) == (0, 0, 0)
 
 
 def test_targets_count_by_when_they_are_reached_and_what_they_may_reveal() -> None:
     situation = one_hall()
-    assert [worth(target) for target in situation.targets] == [2000, 2000]
-    assert score(situation, planned(situation)) == (30_002, 2000 * (10_001 + 30_002), 30_002)
+    assert [MAKESPAN.weight(target) for target in situation.targets] == [2000, 2000]
+    assert MAKESPAN.value(situation, planned(situation)) == (30_002, 2000 * (10_001 + 30_002), 30_002)
 
 
 def test_what_reveals_more_is_worth_more() -> None:
     target = one_hall().targets[0]
-    assert worth(replace(target, reveal_m2=2.5)) == 3500
+    assert MAKESPAN.weight(replace(target, reveal_m2=2.5)) == 3500
 
 
 def test_riding_is_no_driving_of_the_rover_and_docking_none_at_all() -> None:
-    assert score(one_room(), planned(one_room()))[2] == 10_001 + 4_001
+    assert MAKESPAN.value(one_room(), planned(one_room()))[2] == 10_001 + 4_001

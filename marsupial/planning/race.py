@@ -9,13 +9,16 @@ by that clock ends by itself at its next look at it.
 from __future__ import annotations
 
 import queue
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
-from threading import Event, Lock, Thread
+from dataclasses import dataclass
+from threading import Lock, Thread
 
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Cancellable, Engine, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Cancellable, Engine, Finished, Improved
 from marsupial.model.situation import Situation
 
 Clock = Callable[[], float]
@@ -25,15 +28,31 @@ PATIENCE_S = 2.0
 
 _LEAP_S = 1e9
 
+Event = Improved | Finished | Exception
+"""What comes of an engine: what it says, or what it raised instead."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Question:
+    """What an engine is asked; see `Engine.solve`."""
+
+    situation: Situation
+    budget: Budget
+    objective: Objective = MAKESPAN
+    start: Plan | None = None
+
+    def put_to(self, engine: Engine) -> Iterator[Improved | Finished]:
+        """Ask an engine."""
+        return engine.solve(self.situation, self.budget, objective=self.objective, start=self.start)
+
 
 class Race:
-    """The engines that run for one situation; `clock` gives wall-clock seconds."""
+    """The engines that run, each by a name of its own; `clock` gives wall-clock seconds."""
 
-    def __init__(self, situation: Situation, clock: Clock) -> None:
-        self._situation = situation
+    def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._events: queue.SimpleQueue[tuple[str, Improved | Finished | None, Event]] = queue.SimpleQueue()
-        self._looked_at = Event()
+        self._events: queue.SimpleQueue[tuple[str, Event | None, threading.Event]] = queue.SimpleQueue()
+        self._looked_at = threading.Event()
         self._threads: dict[str, Thread] = {}
         self._cancellable: list[Cancellable] = []
         self._stopped = False
@@ -41,18 +60,18 @@ class Race:
         self._lock = Lock()
         self.running: set[str] = set()
 
-    def enter(self, name: str, make: Callable[[Clock], Engine], budget: Budget, start: Plan | None) -> None:
+    def enter(self, name: str, make: Callable[[Clock], Engine], question: Question) -> None:
         """Have the engine that `make` makes around a clock search in a thread of its own."""
         self.running.add(name)
-        thread = Thread(target=self._follow, args=(name, make, budget, start), name=f"planner {name}", daemon=True)
+        thread = Thread(target=self._follow, args=(name, make, question), name=f"planner {name}", daemon=True)
         self._threads[name] = thread
         thread.start()
 
-    def next(self, seconds: float) -> tuple[str, Improved | Finished] | None:
+    def next(self, seconds: float | None = None) -> tuple[str, Event] | None:
         """Return the next event with its engine's name, or None if there is none within `seconds` or an engine left."""
         self._looked_at.set()
         try:
-            name, event, self._looked_at = self._events.get(timeout=max(0.0, seconds))
+            name, event, self._looked_at = self._events.get(timeout=None if seconds is None else max(0.0, seconds))
         except queue.Empty:
             return None
         if event is None:
@@ -78,9 +97,9 @@ class Race:
         self._leaps += self._stopped  # each look: an engine that begins only now has to see it leap as well
         return self._clock() + _LEAP_S * self._leaps
 
-    def _follow(self, name: str, make: Callable[[Clock], Engine], budget: Budget, start: Plan | None) -> None:
+    def _follow(self, name: str, make: Callable[[Clock], Engine], question: Question) -> None:
         try:
-            events = make(self._engine_clock).solve(self._situation, budget, start=start)
+            events = question.put_to(make(self._engine_clock))
             with self._lock:
                 if isinstance(events, Cancellable):
                     self._cancellable.append(events)
@@ -90,20 +109,15 @@ class Race:
                 if not self._tell(name, event) and not isinstance(events, Cancellable):
                     break
         except Exception as error:
-            self._tell(name, crash(error))
+            self._tell(name, error)
         finally:
             self._tell(name, None)
 
-    def _tell(self, name: str, event: Improved | Finished | None) -> bool:
+    def _tell(self, name: str, event: Event | None) -> bool:
         """Hand over an event and wait until it has been looked at; say whether anybody is still interested."""
-        looked_at = Event()
+        looked_at = threading.Event()
         with self._lock:
             if self._stopped:
                 return False
             self._events.put((name, event, looked_at))
         return looked_at.wait() and not self._stopped
-
-
-def crash(error: Exception) -> Finished:
-    """Return the end of an engine that raised `error`."""
-    return Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")

@@ -1,43 +1,45 @@
-"""What several engines have come to so far: the best plan that the checker accepts, what is proven, who has ended."""
+"""What the members of a portfolio have come to so far: the incumbent, what is proven, who has ended."""
 
 from __future__ import annotations
 
 from collections import Counter
 
+from marsupial.model.objective import Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Finished, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import check
-from marsupial.planning.score import Score, score
+from marsupial.planning.incumbent import Incumbent
 
 _FAILURES = frozenset({Outcome.CRASHED, Outcome.KILLED, Outcome.MEMORY})
 _LAST_TO_TELL = (Outcome.UNSUPPORTED, *_FAILURES)
 
 
-class Standings:
-    """Who has found and proven what, by the engines' names, for one situation."""
+class Results:
+    """Who has found and proven what, by the engines' names, for one situation. Proofs are of makespans."""
 
-    def __init__(self, situation: Situation) -> None:
-        self._situation = situation
-        self._score: Score | None = None
+    def __init__(self, situation: Situation, objective: Objective) -> None:
+        self._incumbent = Incumbent(situation, objective)
         self._finder = ""
         self._shortest_ms: dict[str, int] = {}
         self._bounds_ms: dict[str, int] = {}
         self._ends: dict[str, Finished] = {}
         self._refused: Counter[str] = Counter()
-        self.plan: Plan | None = None
+
+    @property
+    def plan(self) -> Plan | None:
+        """The best plan of all."""
+        return self._incumbent.plan
 
     def take(self, name: str, plan: Plan) -> bool:
-        """Check a plan and keep it if it has a better score than all before it; say whether it has."""
-        if not check(self._situation, plan).valid:
+        """Take a plan of an engine; say whether it is the new incumbent."""
+        better = self._incumbent.take(plan)
+        if self._incumbent.violation is not None:
             self._refused[name] += 1
-            return False
-        self._shortest_ms[name] = min(plan.makespan_ms, self._shortest_ms.get(name, plan.makespan_ms))
-        found = score(self._situation, plan)
-        if self._score is not None and found >= self._score:
-            return False
-        self.plan, self._score, self._finder = plan, found, name
-        return True
+        else:
+            self._shortest_ms[name] = min(plan.makespan_ms, self._shortest_ms.get(name, plan.makespan_ms))
+        if better:
+            self._finder = name
+        return better
 
     def ended(self, name: str, end: Finished) -> None:
         """Note how an engine ended. Where it says OPTIMAL without a bound, its shortest plan's makespan is one."""

@@ -1,0 +1,53 @@
+"""The incumbent: the best plan so far of all that the checker accepts. Whoever asks an engine keeps its plans so."""
+
+from __future__ import annotations
+
+from marsupial.model.objective import MAKESPAN, Objective, Value
+from marsupial.model.plan import Plan
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import Violation, check
+
+
+class Incumbent:
+    """The best plan so far for a situation.
+
+    Parameters
+    ----------
+    objective
+        By which plans get better.
+    partial
+        Whether plans for some of the targets count as well; the fewer targets one leaves out, the better it is.
+
+    Attributes
+    ----------
+    plan
+        None before there is one.
+    violation
+        What the checker has against the last plan that was taken, if anything.
+    refused
+        The violations of all plans that it has refused.
+    """
+
+    def __init__(self, situation: Situation, objective: Objective = MAKESPAN, *, partial: bool = False) -> None:
+        self._situation, self._objective, self._partial = situation, objective, partial
+        self._rank: tuple[int, Value] | None = None
+        self.plan: Plan | None = None
+        self.violation: Violation | None = None
+        self.refused: list[Violation] = []
+
+    @property
+    def value(self) -> Value | None:
+        """The value of `plan` by the objective."""
+        return None if self._rank is None else self._rank[1]
+
+    def take(self, plan: Plan) -> bool:
+        """Check a plan, keep it if it is better than all before it, and say whether it is."""
+        self.violation = check(self._situation, plan, targets=plan.explored if self._partial else None).violation
+        if self.violation is not None:
+            self.refused.append(self.violation)
+            return False
+        rank = -len(plan.explored), self._objective.value(self._situation, plan)
+        if self._rank is not None and rank >= self._rank:
+            return False
+        self.plan, self._rank = plan, rank
+        return True

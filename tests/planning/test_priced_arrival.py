@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+from situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
+
+from marsupial.model.objective import PricedArrival
+from marsupial.model.plan import EPSILON_MS, Plan
+from marsupial.model.planning import Budget, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
+from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.local_search.engine import Anytime
+
+
+def priced(makespan: float = 0.001, driving: float = 0.001, undocking_ms: float = 0.0, **worth: float) -> PricedArrival:
+    return PricedArrival(worth=worth, makespan=makespan, driving=driving, undocking_ms=undocking_ms)
+
+
+def test_the_value_is_the_sum_of_its_prices() -> None:
+    plan, _ = serve(one_room())
+
+    def value(objective: PricedArrival) -> float:
+        (found,) = objective.value(one_room(), plan)
+        return found
+
+    assert value(priced(makespan=0, driving=0, t1=2.0)) == 2 * 19_003
+    assert value(priced(makespan=0.5, driving=0, t1=0.0, t2=2.0)) == plan.makespan_ms
+    assert value(priced(makespan=0, driving=1, t1=0.0)) == 10_000 + 4_000 + 2 * EPSILON_MS
+    assert value(priced(makespan=0, driving=0, undocking_ms=7.0, t1=0.0)) == 7
+
+
+def near_and_far() -> Situation:
+    """Return: a carrier between a target 10 s to the left and one 11 s to the right, both on the way to no other."""
+    return situation_of([carrier()], {"near": hall(-10), "far": hall(11)}, {}, {"c1_start": hall(0)})
+
+
+def best(situation: Situation, by: PricedArrival) -> Plan:
+    events = Anytime().solve(situation, Budget(steps=3), objective=by)
+    plans = [event.plan for event in events if isinstance(event, Improved)]
+    costs = [by.value(situation, plan) for plan in plans]
+    assert costs == sorted(costs, reverse=True)
+    assert check(situation, plans[-1]).valid
+    return plans[-1]
+
+
+def places(plan: Plan) -> list[str]:
+    return [action.place for action in plan.actions]
+
+
+def test_what_is_worth_more_is_reached_first_though_it_takes_longer() -> None:
+    assert places(best(near_and_far(), priced(near=1.0, far=1.0))) == ["near", "far"]
+    assert places(best(near_and_far(), priced(near=1.0, far=2.0))) == ["far", "near"]
+    assert places(best(near_and_far(), priced(makespan=9.0, near=1.0, far=2.0))) == ["near", "far"]
+
+
+def two_doors() -> Situation:
+    """Return: one carrier with two rovers; one rover can explore both rooms, or two rovers one each and sooner."""
+    return situation_of(
+        [carrier(), rover(1, on="c1"), rover(2, on="c1")],
+        {"t1": room(20), "t2": room(35)},
+        {"m1": door(20), "m2": door(30)},
+        {"c1_start": hall(0)},
+        types=default_types(capacity=2),
+    )
+
+
+def undocks(plan: Plan) -> int:
+    return sum(action.carrier is not None for action in plan.actions)
+
+
+def test_where_setting_rovers_down_is_dear_one_goes_on_instead_of_a_second() -> None:
+    assert undocks(best(two_doors(), priced(t1=1.0, t2=1.0))) == 2
+    assert undocks(best(two_doors(), priced(undocking_ms=100_000, t1=1.0, t2=1.0))) == 1
+
+
+def test_the_same_steps_give_the_same_plan() -> None:
+    by = priced(t1=1.0, t2=1.0)
+    assert best(two_doors(), by) == best(two_doors(), by)
+
+
+def test_nothing_is_proven() -> None:
+    *_, last = Anytime().solve(near_and_far(), Budget(steps=1), objective=priced(near=1.0, far=1.0))
+    assert not isinstance(last, Improved)
+    assert (last.outcome, last.lower_bound_ms) == (Outcome.SATISFICING, None)
