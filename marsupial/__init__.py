@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from marsupial.library.metrics import METRICS, Metric
     from marsupial.library.plans import Plans, plan
     from marsupial.library.scenarios import scenario
+    from marsupial.library.situations import situation_files
     from marsupial.library.up_register import register_with_unified_planning
     from marsupial.model.grid import Cell, Grid
     from marsupial.model.plan import Action, ActionName, Plan
@@ -67,6 +68,7 @@ __all__ = [
     "plan",
     "register_with_unified_planning",
     "scenario",
+    "situation_files",
 ]
 
 _HOMES = {
@@ -75,6 +77,7 @@ _HOMES = {
     "marsupial.library.metrics": ("METRICS", "Metric"),
     "marsupial.library.plans": ("Plans", "plan"),
     "marsupial.library.scenarios": ("scenario",),
+    "marsupial.library.situations": ("situation_files",),
     "marsupial.library.up_register": ("register_with_unified_planning",),
     "marsupial.model.grid": ("Cell", "Grid"),
     "marsupial.model.plan": ("Action", "ActionName", "Plan"),

@@ -16,9 +16,11 @@ from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, budget_of, p
 from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observer, Observers
+from marsupial.mission.rebuild import moment_at
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Engine
 from marsupial.model.scenario import Scenario
+from marsupial.model.situation import Situation
 from marsupial.model.strategy import Strategy
 from marsupial.sim.sensors import Sensor
 
@@ -63,6 +65,16 @@ class Exploration(Summary):
         page = Path(path)
         page.write_text(replay_page(self.events), encoding="utf-8", newline="\n")
         return page
+
+    def situation(self, at_s: float = 0.0) -> Situation:
+        """Return what there was to plan for `at_s` seconds into the mission.
+
+        Raises
+        ------
+        UsageError
+            If the mission was over before.
+        """
+        return moment_at(self.events, round(1000 * at_s)).survey().situation
 
     def __repr__(self) -> str:
         told = ", ".join(f"{METRICS[key].title} {METRICS[key].shown(self)}" for key in SHOWN[:4])

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
-from marsupial.errors import SituationError
-from marsupial.formats.inputs import about, read_text
-from marsupial.formats.pddl.text import read_problem
-from marsupial.formats.situation import situation_from_json
 from marsupial.library.first_use import prepare
 from marsupial.library.missions import DEFAULT_PLANNER, budget_of
+from marsupial.library.situations import situation_of
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
@@ -144,24 +139,6 @@ def plan(
     if isinstance(planner, str) and found.info.missing is None:
         prepare(planner)()
     return Plans(wanted, found, limit)
-
-
-def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) -> Situation:
-    """Return a situation as it is, from what its JSON says, or read from a file (PDDL if its name ends in ``.pddl``).
-
-    Raises
-    ------
-    SituationError
-        With every problem found.
-    """
-    if isinstance(source, Situation):
-        return source
-    if isinstance(source, Mapping):
-        return situation_from_json(json.dumps(source))
-    path = Path(source)
-    text = read_text(path, SituationError)
-    with about(path):
-        return read_problem(text) if path.suffix.lower() == ".pddl" else situation_from_json(text)
 
 
 def _asked(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:

@@ -34,7 +34,7 @@ def plan(
     from marsupial.cli.planning import exit_code, search, search_json
     from marsupial.formats.pddl.plantext import write_plan_text
     from marsupial.library.missions import DEFAULT_PLANNER, budget_of
-    from marsupial.library.plans import situation_of
+    from marsupial.library.situations import situation_of
 
     limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
     asked = planner or DEFAULT_PLANNER
