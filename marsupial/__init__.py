@@ -1,1 +1,104 @@
-"""Temporal planning for marsupial robot teams that explore unknown maps."""
+"""Temporal planning for marsupial robot teams that explore unknown maps.
+
+::
+
+    import marsupial
+
+    result = marsupial.explore("office", seed=1)
+    print(result.exploration_time_s, result.quality)
+    result.plot().savefig("office.png")
+
+``docs/library.md`` tells all of it. What is named here is imported when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from marsupial.errors import MarsupialError
+    from marsupial.library.exploring import Exploration, explore
+    from marsupial.library.metrics import METRICS, Metric
+    from marsupial.library.plans import Plans, plan
+    from marsupial.library.scenarios import scenario
+    from marsupial.library.situations import situation_files
+    from marsupial.library.up_register import register_with_unified_planning
+    from marsupial.model.grid import Cell, Grid
+    from marsupial.model.plan import Action, ActionName, Plan
+    from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
+    from marsupial.model.robots import RobotType
+    from marsupial.model.scenario import Scenario
+    from marsupial.model.situation import Situation
+    from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
+    from marsupial.planning.checker import check
+    from marsupial.sim.sensors import FieldOfView, Sensor
+
+__all__ = [
+    "METRICS",
+    "Action",
+    "ActionName",
+    "Briefing",
+    "Budget",
+    "Cell",
+    "Decision",
+    "Engine",
+    "EngineInfo",
+    "Exploration",
+    "FieldOfView",
+    "Finished",
+    "Grid",
+    "Improved",
+    "MarsupialError",
+    "Metric",
+    "Outcome",
+    "Plan",
+    "PlanningReport",
+    "Plans",
+    "RobotType",
+    "Scenario",
+    "Sensor",
+    "Situation",
+    "Strategy",
+    "__version__",
+    "check",
+    "explore",
+    "plan",
+    "register_with_unified_planning",
+    "scenario",
+    "situation_files",
+]
+
+_HOMES = {
+    "marsupial.errors": ("MarsupialError",),
+    "marsupial.library.exploring": ("Exploration", "explore"),
+    "marsupial.library.metrics": ("METRICS", "Metric"),
+    "marsupial.library.plans": ("Plans", "plan"),
+    "marsupial.library.scenarios": ("scenario",),
+    "marsupial.library.situations": ("situation_files",),
+    "marsupial.library.up_register": ("register_with_unified_planning",),
+    "marsupial.model.grid": ("Cell", "Grid"),
+    "marsupial.model.plan": ("Action", "ActionName", "Plan"),
+    "marsupial.model.planning": ("Budget", "Engine", "EngineInfo", "Finished", "Improved", "Outcome"),
+    "marsupial.model.robots": ("RobotType",),
+    "marsupial.model.scenario": ("Scenario",),
+    "marsupial.model.situation": ("Situation",),
+    "marsupial.model.strategy": ("Briefing", "Decision", "PlanningReport", "Strategy"),
+    "marsupial.planning.checker": ("check",),
+    "marsupial.sim.sensors": ("FieldOfView", "Sensor"),
+}
+"""The module that each name is in (PEP 562: nothing is imported before it is used)."""
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _HOMES.items():
+        if name in names:
+            value = globals()[name] = getattr(import_module(module), name)
+            return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return list(__all__)

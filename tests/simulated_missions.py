@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from small_missions import Watcher, drawn_grid, kinds_of
 
-from marsupial.bench.simulate import simulate
+from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Cell, Grid
 from marsupial.model.mission import MissionEnded, PlacedRobot, Revealed
@@ -51,5 +51,7 @@ def watched(scenario: Scenario, strategy: str, seed: int = 1) -> tuple[MissionEn
     kinds = {kind.name: kind for kind in scenario.robot_types}
     kind_of_watcher = Insider if strategy == CLAIRVOYANT else Watcher
     watcher = kind_of_watcher(scenario.grid, kinds, place_team(scenario, seed))
-    summary = simulate(scenario, strategy_name=strategy, planner="greedy", budget=STEP, seed=seed, observer=watcher)
-    return summary.ended, watcher
+    simulate(scenario, strategy=strategy, planner="greedy", budget=STEP, seed=seed, observer=watcher)
+    ended = watcher.events[-1]
+    assert isinstance(ended, MissionEnded)
+    return ended, watcher

@@ -22,18 +22,19 @@ from marsupial.bench.compare.tables import headline_table
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.tables import print_table
-from marsupial.cli.first_use import prepare
 from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.missions import DEFAULT_PLANNER, NO_PLANNER, PLANNING_STRATEGIES, strategy_name
+from marsupial.cli.missions import strategy_name
 from marsupial.cli.outputs import make_folder, writing
-from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
+from marsupial.library.first_use import prepare
+from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, planner_for
+from marsupial.library.scenarios import load_scenario
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.model.scenario import MissionLimits, Scenario
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
-from marsupial.strategies.registry import STRATEGIES
+from marsupial.strategies.registry import strategy_names
 
 MOST_CASES = 10_000
 
@@ -77,10 +78,10 @@ def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contende
 def _contender(text: str, planner: str, budget: Budget) -> Contender:
     strategy, colon, own = text.partition(":")
     strategy = strategy_name(strategy)
-    known = {*STRATEGIES, CLAIRVOYANT}
+    known = {*strategy_names(), CLAIRVOYANT}
     if strategy not in known:
         raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {', '.join(sorted(known))}")
-    if strategy not in PLANNING_STRATEGIES:
+    if planner_for(strategy, planner) == NO_PLANNER:
         if colon:
             raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
         return Contender(strategy, NO_PLANNER)
@@ -161,7 +162,7 @@ def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed
     make_folder(out)
     needed = {SEARCH if c.strategy == CLAIRVOYANT else c.planner for c in comparison.contenders}
     for planner in sorted(needed - {NO_PLANNER}):
-        prepare(planner)()  # compiled once here, loaded by the workers
+        prepare(planner, say)()  # compiled once here, loaded by the workers
     drop = (ERROR, CRASHED) if retry_failed else ()
     try:
         with writing(out), compare_progress() as watch:

@@ -5,19 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from marsupial.bench.simulate import MissionSummary
-from marsupial.cli.display.report import total_m
-from marsupial.cli.display.tables import clock, print_table
-from marsupial.cli.missions import NO_PLANNER
+from marsupial.cli.display.tables import print_table
 from marsupial.cli.outputs import write_file
 from marsupial.formats.missionlog import read_log
+from marsupial.library.metrics import METRICS, Summary
+from marsupial.library.missions import NO_PLANNER
 from marsupial.replay.page import replay_page
 
+SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
+"""Metrics of which less is better, each with its saving."""
 
-def print_comparison(summaries: Sequence[MissionSummary]) -> None:
+OTHERS = (
+    "coverage", "quality", "deployments", "retrievals", "replans", "plans_invalid", "planning_s.median",
+    "planning_s.total",
+)  # fmt: skip
+
+
+def print_comparison(summaries: Sequence[Summary]) -> None:
     """Print a table with a column for each mission, and what the first saves against the last."""
     heads = ["", *(_name(summary) for summary in summaries), "saved"]
-    print_table(heads, [*_amounts(summaries), *_counts(summaries)], right=range(1, len(heads)))
+    rows = [_row(key, summaries, _saved([METRICS[key].of(summary) for summary in summaries])) for key in SAVED]
+    rows.append(["status", *(str(summary.status) for summary in summaries), ""])
+    rows += [_row(key, summaries) for key in OTHERS]
+    print_table(heads, rows, right=range(1, len(heads)))
 
 
 def write_replay(log: Path, page: Path) -> None:
@@ -25,41 +35,12 @@ def write_replay(log: Path, page: Path) -> None:
     write_file(page, replay_page(read_log(log).events))
 
 
-def _name(summary: MissionSummary) -> str:
+def _name(summary: Summary) -> str:
     return summary.strategy if summary.planner == NO_PLANNER else f"{summary.strategy} ({summary.planner})"
 
 
-def _amounts(summaries: Sequence[MissionSummary]) -> list[list[str]]:
-    """Return the rows of which less is better, each with its saving."""
-    ends = [summary.ended for summary in summaries]
-    explored = [None if end.exploration_ms is None else end.exploration_ms / 1000 for end in ends]
-    lasted = [end.t_ms / 1000 for end in ends]
-    driven = [total_m(summary) for summary in summaries]
-    energy = [sum(joules for _, joules in end.energy_j) / 1000 for end in ends]
-    return [
-        ["exploration time", *("never done" if t is None else clock(t) for t in explored), _saved(explored)],
-        ["mission time", *(clock(t) for t in lasted), _saved(lasted)],
-        ["distance", *(f"{metres:.1f} m" for metres in driven), _saved(driven)],
-        ["energy", *(f"{kilojoules:.1f} kJ" for kilojoules in energy), _saved(energy)],
-    ]
-
-
-def _counts(summaries: Sequence[MissionSummary]) -> list[list[str]]:
-    columns = [
-        {
-            "status": str(summary.ended.status),
-            "coverage": f"{summary.ended.coverage:.1%}",
-            "quality Q": f"{summary.quality:.3f} m2/m",
-            "deployments": str(summary.ended.deployments),
-            "retrievals": str(summary.ended.retrievals),
-            "replans": str(summary.ended.replans),
-            "invalid plans": str(summary.ended.plans_invalid),
-            "planning, median": f"{summary.planning.median:.3f} s",
-            "planning, total": f"{summary.planning.total:.1f} s",
-        }
-        for summary in summaries
-    ]
-    return [[name, *(column[name] for column in columns), ""] for name in columns[0]]
+def _row(key: str, summaries: Sequence[Summary], saved: str = "") -> list[str]:
+    return [METRICS[key].title, *(METRICS[key].shown(summary) for summary in summaries), saved]
 
 
 def _saved(values: Sequence[float | None]) -> str:

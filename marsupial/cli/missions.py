@@ -10,15 +10,16 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from marsupial.bench.simulate import MissionSummary, simulate
-from marsupial.cli.display.messages import warn
+from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.progress import progress
-from marsupial.cli.first_use import prepare
 from marsupial.cli.interrupt import asked_to_stop
 from marsupial.cli.outputs import writing
-from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
-from marsupial.formats.missionlog import LogWriter
+from marsupial.library.first_use import prepare
+from marsupial.library.metrics import Summary
+from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, budget_of, planner_for, simulate
+from marsupial.library.recording import LogFile
+from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
@@ -26,15 +27,6 @@ from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.strategies.registry import FORMER_NAMES
-
-DEFAULT_PLANNER = "auto"
-
-PLANNING_STRATEGIES = frozenset({"temporal"})
-"""Strategies that ask a planner."""
-
-NO_PLANNER = "none"
-
-DEFAULT_BUDGET_S = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +47,7 @@ class Request:
     server: str | None = None
 
 
-def carry_out(request: Request) -> MissionSummary:
+def carry_out(request: Request) -> Summary:
     """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
 
     Raises
@@ -67,7 +59,7 @@ def carry_out(request: Request) -> MissionSummary:
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
     needed = SEARCH if request.strategy == CLAIRVOYANT else planner
-    ready = None if needed == NO_PLANNER else prepare(needed)  # which may take seconds: meanwhile the map is read
+    ready = None if needed == NO_PLANNER else prepare(needed, say)  # which may take seconds: meanwhile the map is read
     scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
     scenario = _changed(scenario, request)
     for text in warnings:
@@ -79,15 +71,16 @@ def carry_out(request: Request) -> MissionSummary:
         if request.log is not None:
             observers.append(stack.enter_context(_Log(request.log)))
         run = simulate if request.server is None else _by(request.server)
-        return run(
+        summary = run(
             scenario,
-            strategy_name=request.strategy,
+            strategy=request.strategy,
             planner=planner,
             budget=budget,
             seed=request.seed,
             observer=Observers(observers),
             cancelled=stack.enter_context(asked_to_stop()),
         )
+    return replace(summary, log=request.log)
 
 
 def strategy_name(asked: str) -> str:
@@ -96,21 +89,6 @@ def strategy_name(asked: str) -> str:
     if name != asked:
         warn(f"strategy {asked} is now called {name}; the old name still works")
     return name
-
-
-def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:
-    """Return the budget for each planning; `default_s` seconds where neither is given.
-
-    Raises
-    ------
-    UsageError
-        If both are given, or one that is not positive and finite.
-    """
-    if seconds is not None and not math.isfinite(seconds):
-        raise UsageError(f"--budget: must be finite, got {seconds}")
-    if seconds is None and steps is None:
-        return Budget(seconds=default_s)
-    return Budget(seconds=seconds, steps=steps)
 
 
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:
@@ -129,17 +107,16 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
 
 
 def _planner(request: Request, budget: Budget) -> str:
-    if request.strategy not in PLANNING_STRATEGIES:
+    planner = str(planner_for(request.strategy, request.planner or DEFAULT_PLANNER))
+    if planner == NO_PLANNER:
         if request.planner is not None:
             warn(f"strategy {request.strategy} asks no planner: --planner {request.planner} is ignored")
-        return NO_PLANNER
-    planner = DEFAULT_PLANNER if request.planner is None else request.planner
-    if request.server is None:
+    elif request.server is None:
         mission_engine(planner, budget)  # refuses what can't be used before anything is started
     return planner
 
 
-def _by(server: str) -> Callable[..., MissionSummary]:
+def _by(server: str) -> Callable[..., Summary]:
     """Return what runs a mission that is planned by a service."""
     from marsupial_service.client import Client, simulate_by
 
@@ -155,23 +132,13 @@ def _changed(scenario: Scenario, request: Request) -> Scenario:
     return scenario if limits is None else replace(scenario, limits=limits)
 
 
-class _Log(Observer):
-    """Writes the log as the mission goes; the file is not touched before the mission starts."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._stack = ExitStack()
-        self._writer: LogWriter | None = None
-
-    def __enter__(self) -> _Log:
-        return self
+class _Log(LogFile):
+    """Tells what can't be written as a request that can't be met."""
 
     def __exit__(self, *_: object) -> None:
-        with writing(self._path):
-            self._stack.close()
+        with writing(self.path):
+            super().__exit__()
 
     def event(self, event: MissionEvent) -> None:
-        with writing(self._path):
-            if self._writer is None:
-                self._writer = self._stack.enter_context(LogWriter(self._path))
-            self._writer.write(event)
+        with writing(self.path):
+            super().event(event)

@@ -6,14 +6,13 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from marsupial.bench.simulate import simulate
-from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
 from marsupial.formats.missionlog import FORMAT, read_log
-from marsupial.formats.pddl.text import domain_text, problem_text
-from marsupial.formats.situation import situation_to_json
 from marsupial.generators.builtin import SCENARIOS
-from marsupial.mission.observer import Observer
+from marsupial.library.missions import simulate
+from marsupial.library.recording import Recorder
+from marsupial.library.scenarios import load_scenario
+from marsupial.library.situations import situation_files
 from marsupial.mission.rebuild import Moment, moment_at
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
@@ -42,13 +41,7 @@ def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | N
 
 def moment_files(moment: Moment) -> dict[str, str]:
     """Return the files of a moment, by name."""
-    situation = moment.survey().situation
-    name = f"{moment.mission.scenario}-{moment.t_ms}"
-    return {
-        "situation.json": situation_to_json(situation),
-        "domain.pddl": domain_text(),
-        "problem.pddl": problem_text(situation, name=name),
-    }
+    return situation_files(moment.survey().situation, f"{moment.mission.scenario}-{moment.t_ms}")
 
 
 def _is_log(source: str) -> bool:
@@ -61,23 +54,15 @@ def _is_log(source: str) -> bool:
         return f'"{FORMAT}"'.encode() in file.read(200)
 
 
-class _Recorder(Observer):
-    def __init__(self) -> None:
-        self.events: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.events.append(event)
-
-
 def _events_up_to(
     at_ms: int, source: str, carriers: int | None, rovers: int | None, seed: int
 ) -> Sequence[MissionEvent]:
     """Run a scenario until something happens after `at_ms`, or to its end."""
     scenario, _ = load_scenario(source, carriers, rovers)
-    recorder = _Recorder()
+    recorder = Recorder()
     simulate(
         scenario,
-        strategy_name="temporal",
+        strategy="temporal",
         planner="greedy",
         budget=BUDGET,
         seed=seed,

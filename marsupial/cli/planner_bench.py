@@ -14,9 +14,9 @@ from marsupial.bench.planners import BUDGETS_S, Contender, Round, contenders, pl
 from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.cli.display.messages import say
-from marsupial.cli.inputs import about, read_text
 from marsupial.cli.outputs import write_file
 from marsupial.errors import InputError, UsageError
+from marsupial.formats.inputs import about, read_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,6 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-import marsupial
 from marsupial.errors import InternalError
 
 
@@ -21,7 +20,7 @@ def pddl_folder() -> Traversable:
     InternalError
         If marsupial was installed without it.
     """
-    checkout = Path(marsupial.__file__).resolve().parent.parent / "pddl"
+    checkout = Path(__file__).resolve().parents[2] / "pddl"
     for folder in (files("marsupial") / "data" / "pddl", checkout):
         if (folder / "domain.pddl").is_file():
             return folder

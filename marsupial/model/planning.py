@@ -68,11 +68,11 @@ class EngineInfo:
     """What `marsupial planners` shows of an engine; `missing` is why it can't be used here, or None."""
 
     name: str
-    summary: str
-    licence: str
-    anytime: bool
-    proves_optimality: bool
-    deterministic_steps: bool
+    summary: str = ""
+    licence: str = "not known"
+    anytime: bool = False
+    proves_optimality: bool = False
+    deterministic_steps: bool = False
     objectives: tuple[ObjectiveName, ...] = (ObjectiveName.MAKESPAN,)
     missing: str | None = None
 

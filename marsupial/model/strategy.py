@@ -61,10 +61,10 @@ class PlanningReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
-    """The plan to follow from now on (times from now) and how it was found."""
+    """The plan to follow from now on (times from now) and, where somebody was asked for it, how that went."""
 
     plan: Plan
-    report: PlanningReport
+    report: PlanningReport = PlanningReport(planner="none", outcome=Outcome.SATISFICING, wall_s=0.0)
 
 
 class Strategy(Protocol):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from marsupial import extensions
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.planning import Budget, Engine, EngineInfo
 from marsupial.planning.auto import auto
 from marsupial.planning.branch_and_bound.engine import Exact
+from marsupial.planning.extensions import extension_engine, extension_infos
 from marsupial.planning.external import commands
 from marsupial.planning.external.aries import aries, load_aries
 from marsupial.planning.external.commands import PREFIX, External
@@ -60,14 +62,17 @@ def engine(name: str) -> Engine:
     """
     if name.startswith(PREFIX):
         return External(name)
-    if name not in ENGINES:
-        known = ", ".join(sorted(ENGINES))
+    found = ENGINES[name]() if name in ENGINES else extension_engine(name, ENGINES)
+    if found is None:
+        known = ", ".join(engine_names())
         raise UsageError(f"unknown planner {name!r}; there are {known}, and '{PREFIX}<command> {{domain}} {{problem}}'")
-    return ENGINES[name]()
+    return found
 
 
-def mission_engine(name: str, budget: Budget) -> Engine:
+def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
     """Return the engine as missions use it: able to keep a budget of that kind, and splitting what is too big for it.
+
+    An engine instead of a name is taken as it is, if it can keep such a budget.
 
     Raises
     ------
@@ -76,7 +81,8 @@ def mission_engine(name: str, budget: Budget) -> Engine:
     EngineUnavailable
         If it is not installed here.
     """
-    found = engine(name)
+    found = engine(planner) if isinstance(planner, str) else planner
+    name = found.info.name
     if found.info.missing is not None:
         raise EngineUnavailable(f"planner {name}: {found.info.missing}")
     if budget.steps is not None and not found.info.deterministic_steps:
@@ -84,6 +90,11 @@ def mission_engine(name: str, budget: Budget) -> Engine:
     return Decomposed(found, *PART_SIZES[name]) if name in PART_SIZES else found
 
 
+def engine_names() -> tuple[str, ...]:
+    """Return the names of all engines: ours first, then those that installed packages bring along."""
+    return (*sorted(ENGINES), *extensions.extension_names(extensions.ENGINES, ENGINES))
+
+
 def engine_infos() -> tuple[EngineInfo, ...]:
-    """Return what there is to say of every engine, in the order of their names."""
-    return tuple(ENGINES[name]().info for name in sorted(ENGINES))
+    """Return what there is to say of every engine: ours first, then those of installed packages, usable or not."""
+    return (*(ENGINES[name]().info for name in sorted(ENGINES)), *extension_infos(ENGINES))

@@ -18,7 +18,6 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.errors import InternalError
 from marsupial.maps.footprint import disc
-from marsupial.maps.sight import Sight
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
@@ -26,6 +25,7 @@ from marsupial.model.world import News, RobotReport
 from marsupial.native import native
 from marsupial.paths.kernels import SQRT2
 from marsupial.paths.routes import passing_times_ms
+from marsupial.sim.sensors import Checked, FieldOfView, Sensor
 
 
 class _Doing(StrEnum):
@@ -66,6 +66,8 @@ class SimulatedWorld:
         The team at time 0; every robot on the ground sees its surroundings at once (`advance` tells).
     failures
         Mission time in ms at which a robot is lost, by name.
+    sensor
+        What robots see; None for the exact field of view.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class SimulatedWorld:
         kinds: Mapping[str, RobotType],
         robots: Sequence[PlacedRobot],
         failures: Mapping[str, int] | None = None,
+        sensor: Sensor | None = None,
     ) -> None:
         self._truth = truth.solid()
         self._known = np.full_like(self._truth.cells, UNKNOWN)
@@ -83,7 +86,7 @@ class SimulatedWorld:
             origin_m=truth.origin_m,
             terrains=truth.terrains,
         )
-        self._sight = Sight(self._truth.cells, self._truth.opaque_codes())
+        self._sensor = FieldOfView() if sensor is None else Checked(sensor)
         self._contact = {k.name: disc(k.radius_m / truth.resolution_m + 1.0 + 1e-6) for k in kinds.values()}
         self._robots = {r.name: _Robot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots}
         self._now_ms = 0
@@ -253,7 +256,7 @@ class SimulatedWorld:
 
     def _sense(self, robot: _Robot, cell: Cell) -> Ints:
         """Reveal what `robot` sees from `cell`; return the row-major indices of what is new."""
-        seen = self._sight.visible(cell, robot.kind.sensor_range_m / self._grid.resolution_m)
+        seen = self._sensor.visible(self._truth, robot.kind, cell)
         fresh = np.empty(len(seen) + len(self._contact[robot.kind.name]), dtype=np.int64)
         count = _reveal(seen, self._contact[robot.kind.name], cell.x, cell.y, self._truth.cells, self._known, fresh)
         return np.sort(fresh[:count])

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from marsupial.errors import UsageError
-from marsupial.model.planning import Budget
+from marsupial import extensions
+from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.extensions import Extension
+from marsupial.model.planning import Budget, Engine
 from marsupial.model.strategy import Strategy
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.heuristic import Heuristic
@@ -13,7 +15,7 @@ from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.one_step import OneStep
 from marsupial.strategies.temporal import Temporal
 
-STRATEGIES: Mapping[str, Callable[[str, Budget], Strategy]] = {
+STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Strategy]] = {
     "temporal": lambda planner, budget: Temporal(mission_engine(planner, budget), budget),
     "heuristic": lambda planner, budget: Heuristic(),
     "heuristic-plus": lambda planner, budget: HeuristicPlus(),
@@ -23,16 +25,76 @@ STRATEGIES: Mapping[str, Callable[[str, Budget], Strategy]] = {
 FORMER_NAMES: Mapping[str, str] = {"greedy": "assignment"}
 """What strategies were called once, and what they are called now; `greedy` is a planner."""
 
+PLANNING_STRATEGIES = frozenset({"temporal"})
+"""Those that ask a planner."""
 
-def strategy(name: str, *, planner: str, budget: Budget) -> Strategy:
+
+def strategy_names() -> tuple[str, ...]:
+    """Return the names of all strategies: ours first, then those that installed packages bring along."""
+    return (*STRATEGIES, *extensions.extension_names(extensions.STRATEGIES, STRATEGIES))
+
+
+def asks_planner(name: str) -> bool:
+    """Say whether the strategy of that name asks a planner; one that doesn't exist asks none.
+
+    Raises
+    ------
+    EngineUnavailable
+        If it is of an installed package and can't be loaded.
+    """
+    name = FORMER_NAMES.get(name, name)
+    if name in STRATEGIES:
+        return name in PLANNING_STRATEGIES
+    found = _extension(name)
+    return found is not None and _asks(_loaded(found))
+
+
+def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
     """Return a fresh strategy, by its name or former name; those that ask no planner ignore `planner` and `budget`.
+
+    What an installed package names is called without arguments, or with engine and budget where it has a true attribute
+    `asks_planner`.
 
     Raises
     ------
     UsageError
         If there is no strategy of that name.
+    EngineUnavailable
+        If it is of an installed package and can't be used, or its planner can't.
     """
     name = FORMER_NAMES.get(name, name)
-    if name not in STRATEGIES:
-        raise UsageError(f"unknown strategy {name!r}; there are {', '.join(STRATEGIES)}")
-    return STRATEGIES[name](planner, budget)
+    if name in STRATEGIES:
+        return STRATEGIES[name](planner, budget)
+    found = _extension(name)
+    if found is None:
+        raise UsageError(f"unknown strategy {name!r}; there are {', '.join(strategy_names())}")
+    return _made(found, planner, budget)
+
+
+def _extension(name: str) -> Extension | None:
+    return extensions.extension(extensions.STRATEGIES, name, STRATEGIES)
+
+
+def _asks(make: object) -> bool:
+    return bool(getattr(make, "asks_planner", False))
+
+
+def _loaded(found: Extension) -> Callable[..., Strategy]:
+    try:
+        make: Callable[..., Strategy] = found.load()
+    except EngineUnavailable as error:
+        raise EngineUnavailable(f"strategy {found.name}: {error}") from error
+    return make
+
+
+def _made(found: Extension, planner: str | Engine, budget: Budget) -> Strategy:
+    make = _loaded(found)
+    arguments = (mission_engine(planner, budget), budget) if _asks(make) else ()
+    try:
+        made = make(*arguments)
+        if not callable(made.decide):
+            raise TypeError("no strategy: `decide` must be a method")
+    except Exception as error:  # other people's code
+        said = f"{type(error).__name__}: {error}"
+        raise EngineUnavailable(f"strategy {found.name} of {found.package} can't be made: {said}") from error
+    return made

@@ -17,14 +17,13 @@ from http import HTTPStatus
 from typing import Any
 from urllib.parse import urlsplit
 
-from marsupial.bench.simulate import MissionSummary, PlanningStats
 from marsupial.errors import UsageError
 from marsupial.formats.missionlog import decode_event
+from marsupial.library.metrics import Summary
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.mission import MissionEnded
 from marsupial.model.planning import Budget
-from marsupial.model.robots import Role
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial_service.missions.documents import report_of
@@ -168,13 +167,13 @@ def simulate_by(
     client: Client,
     scenario: Scenario,
     *,
-    strategy_name: str,
+    strategy: str,
     planner: str,
     budget: Budget,
     seed: int,
     observer: Observer,
     cancelled: Callable[[], bool],
-) -> MissionSummary:
+) -> Summary:
     """Run one mission in the simulator here, planned by a service, and return its summary.
 
     Raises
@@ -185,7 +184,7 @@ def simulate_by(
         If the team can't be placed.
     """
     began = time.perf_counter()
-    asked = mission_document(scenario, strategy=strategy_name, planner=planner, budget=budget, seed=seed)
+    asked = mission_document(scenario, strategy=strategy, planner=planner, budget=budget, seed=seed)
     try:
         path = client.ask("POST", "/v1/missions", asked, {"Idempotency-Key": uuid.uuid4().hex})["links"]["self"]
         ended, reports = _drive(client, path, scenario, seed, observer, cancelled)
@@ -193,18 +192,13 @@ def simulate_by(
         raise UsageError(str(error)) from error
     finally:
         client.close()
-    kinds = {kind.name: kind for kind in scenario.robot_types}
-    roles = [kinds[robot.type].role for robot in scenario.team]
-    return MissionSummary(
-        scenario=scenario.name,
-        strategy=strategy_name,
+    return Summary.of(
+        scenario,
+        strategy=strategy,
         planner=planner,
-        carriers=roles.count(Role.CARRIER),
-        rovers=roles.count(Role.ROVER),
         seed=seed,
         ended=ended,
-        planning=PlanningStats.of(reports),
-        refused=sum(report.refused for report in reports),
+        reports=reports,
         wall_s=time.perf_counter() - began,
     )
 

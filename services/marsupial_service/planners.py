@@ -1,4 +1,4 @@
-"""The planners that clients can name: ours, and the command lines that the operator has given names.
+"""The planners that clients can name: ours, those of installed packages, and command lines the operator has named.
 
 Clients hear those names only, never a command line.
 """
@@ -10,12 +10,12 @@ from dataclasses import replace
 
 from marsupial.errors import UsageError
 from marsupial.model.planning import EngineInfo
-from marsupial.planning.engines import ENGINES, engine
+from marsupial.planning.engines import engine, engine_names
 
 
 def planner_names(commands: Mapping[str, str]) -> list[str]:
-    """Return the names of all planners: ours first, then those of `commands`."""
-    return [*sorted(ENGINES), *sorted(commands)]
+    """Return the names of all planners: ours first, then those of installed packages, then those of `commands`."""
+    return [*engine_names(), *sorted(commands)]
 
 
 def planner_info(name: str, commands: Mapping[str, str]) -> EngineInfo:
@@ -29,9 +29,9 @@ def planner_infos(commands: Mapping[str, str]) -> tuple[EngineInfo, ...]:
     Raises
     ------
     UsageError
-        If a command is called like a planner of ours, or has no places for the files.
+        If a command is called like another planner, or has no places for the files.
     """
-    taken = sorted(ENGINES.keys() & commands.keys())
+    taken = sorted(commands.keys() & set(engine_names()))
     if taken:
         raise UsageError(f"--planner: {taken[0]} is a planner already, give the command another name")
     return tuple(planner_info(name, commands) for name in planner_names(commands))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from situations import one_room
+from up_problem import up_validate
 
 from marsupial.bench.suite.best import (
     Best,
@@ -29,7 +30,6 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.up_problem import up_validate
 
 BEST = known_best()
 SMALL = [name for name, instance in INSTANCES.items() if instance.team in ("1x1", "1x2", "2x1", "2x2", "3x2")]

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from situations import SOLVABLE, bring_them_home, one_room, situations
+from up_problem import up_validate
 
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Budget, Improved
@@ -16,7 +17,6 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, Situation, SituationGoal
 from marsupial.planning.checker import ViolationKind, check
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
-from marsupial.planning.up_problem import up_validate
 
 
 def with_action(actions: tuple[Action, ...], i: int, **changes: object) -> tuple[Action, ...]:

@@ -84,13 +84,13 @@ def explore(server: Server, planner: str, reports: Reports, cancelled: Callable[
     return simulate_by(
         Client(server.url),
         builtin_scenario("lobby"),
-        strategy_name="temporal",
+        strategy="temporal",
         planner=planner,
         budget=Budget(seconds=0.4),
         seed=1,
         observer=reports,
         cancelled=cancelled,
-    ).ended.status
+    ).status
 
 
 def test_a_job_is_given_a_valid_plan(http: httpx.Client, planner: str) -> None:

@@ -13,8 +13,8 @@ from hypothesis import given
 from situations import carrier, door, hall, relay, room, rover, situation_of
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot, torn_briefings
 
-from marsupial.bench.simulate import simulate
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import simulate
 from marsupial.model.mission import Status
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
@@ -122,8 +122,7 @@ def test_something_is_explored_whenever_a_planner_could(strategy: Strategy, brie
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_mission_where_rovers_can_drive_everywhere_completes(strategy: Strategy, seed: int) -> None:
-    summary = simulate(
-        builtin_scenario("rooms"), strategy_name=strategy.name, planner="greedy", budget=Budget(steps=1), seed=seed
+    ended = simulate(
+        builtin_scenario("rooms"), strategy=strategy.name, planner="greedy", budget=Budget(steps=1), seed=seed
     )
-    ended = summary.ended
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from marsupial.bench.simulate import simulate
 from marsupial.errors import UsageError
 from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
@@ -136,7 +136,7 @@ def undisturbed(seed: int) -> list[str]:
 def _run(run: Callable[..., object], seed: int, lines: Lines) -> None:
     run(
         builtin_scenario(SCENARIO),
-        strategy_name=STRATEGY,
+        strategy=STRATEGY,
         planner=PLANNER,
         budget=_STEPS,
         seed=seed,

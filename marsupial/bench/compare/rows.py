@@ -9,10 +9,11 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Generic, TypeVar
 
 from marsupial.bench.compare.plan import Case, Contender, Trial
+from marsupial.library.metrics import METRICS, Metric, Summary
 from marsupial.model.mission import Status
 
 ERROR, CRASHED = "error", "crashed"
@@ -150,40 +151,28 @@ def _numbers(text: str) -> tuple[int, ...]:
     return tuple(map(int, text.split()))
 
 
-ROWS = Format(
-    Row,
-    {
-        "status": str,
-        "reason": str,
-        "exploration_time_s": float,
-        "mission_time_s": float,
-        "coverage": float,
-        "explored_area_m2": float,
-        "reachable_area_m2": float,
-        "distance_m": float,
-        "quality": float,
-        "energy_j": float,
-        "replans": int,
-        "plans_invalid": int,
-        "plans_refused": int,
-        "deployments": int,
-        "retrievals": int,
-        "aboard": int,
-        "remaining": int,
-    },
-)
+METRIC_BY_COLUMN = {metric.column: metric for metric in METRICS.values()}
 
-TIMINGS = Format(
-    Timing,
-    {
-        "wall_s": float,
-        "cpu_s": float,
-        "planning_median_s": float,
-        "planning_p95_s": float,
-        "planning_max_s": float,
-        "planning_total_s": float,
-        "first_plan_s": float,
-    },
-)
+
+def _metrics_of(record: type) -> dict[str, Metric]:
+    """Return the metrics that a kind of record has, by column."""
+    return {each.name: METRIC_BY_COLUMN[each.name] for each in fields(record) if each.name in METRIC_BY_COLUMN}
+
+
+ROWS = Format(Row, {"status": str, "reason": str, **{name: one.read for name, one in _metrics_of(Row).items()}})
+
+TIMINGS = Format(Timing, {each.name: float for each in fields(Timing) if each.name != "trial"})
 
 CURVES = Format(Curve, {"every_s": float, "known": _numbers})
+
+
+def row_of(trial: Trial, summary: Summary) -> Row:
+    """Return the row of a mission."""
+    metrics: dict[str, Any] = {name: one.cell(summary) for name, one in _metrics_of(Row).items()}
+    return Row(trial=trial, status=str(summary.status), reason=summary.reason, **metrics)
+
+
+def timing_of(trial: Trial, summary: Summary, cpu_s: float) -> Timing:
+    """Return the wall-clock times of a mission that took the processors `cpu_s` seconds."""
+    metrics: dict[str, Any] = {name: one.cell(summary) for name, one in _metrics_of(Timing).items()}
+    return Timing(trial=trial, cpu_s=round(cpu_s, 4), **metrics)

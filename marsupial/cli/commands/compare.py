@@ -54,8 +54,9 @@ def compare(
     """
     from marsupial.bench.compare.plan import Comparison
     from marsupial.cli import comparing
-    from marsupial.cli.missions import budget_of, limits_of
+    from marsupial.cli.missions import limits_of
     from marsupial.errors import UsageError
+    from marsupial.library.missions import budget_of
 
     if report is not None:
         if scenarios or out is not None:

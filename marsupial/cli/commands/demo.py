@@ -36,11 +36,11 @@ def demo(
         log = out / f"{strategy}.jsonl"
         summaries.append(carry_out(replace(request, strategy=strategy, log=log)))
         logs.append(log)
-        if summaries[-1].ended.status == "cancelled":
+        if summaries[-1].status == "cancelled":
             break
     print_comparison(summaries)
     page = out / "replay.html"
     write_replay(logs[0], page)
     for path in (*logs, page):
         say(f"wrote {path}")
-    raise typer.Exit(max(MISSION_CODES[summary.ended.status] for summary in summaries))
+    raise typer.Exit(max(MISSION_CODES[summary.status] for summary in summaries))

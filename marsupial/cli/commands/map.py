@@ -36,10 +36,10 @@ def describe_map(
 
 
 def _description(file: str) -> MapDescription:
-    from marsupial.cli.sources import load_scenario
     from marsupial.formats.mapfiles.read import read_map
     from marsupial.formats.scenario import is_scenario_file
     from marsupial.generators.builtin import SCENARIOS
+    from marsupial.library.scenarios import load_scenario
     from marsupial.maps.describe import describe
     from marsupial.model.robots import default_types
 

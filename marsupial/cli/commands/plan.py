@@ -30,18 +30,22 @@ def plan(
     Example: marsupial plan situation.json --budget 5 -o plan.txt
     """
     from marsupial.cli.display.tables import print_json, print_text
-    from marsupial.cli.missions import DEFAULT_PLANNER, budget_of
     from marsupial.cli.outputs import write_file
-    from marsupial.cli.planning import read_situation, search, search_json
+    from marsupial.cli.planning import exit_code, search, search_json
     from marsupial.formats.pddl.plantext import write_plan_text
+    from marsupial.library.missions import DEFAULT_PLANNER, budget_of
+    from marsupial.library.situations import situation_of
 
     limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
-    found = search(read_situation(situation), planner or DEFAULT_PLANNER, limit)
-    text = "" if found.plan is None else write_plan_text(found.plan, found.situation)
+    asked = planner or DEFAULT_PLANNER
+    found = search(situation_of(situation), asked, limit)
+    text = "" if found.best is None else write_plan_text(found.best, found.situation)
     if output is not None and text:
         write_file(output, text)
     if json:
-        print_json({**search_json(found), "plan": text or None, "output": str(output) if output and text else None})
+        print_json(
+            {**search_json(found, asked), "plan": text or None, "output": str(output) if output and text else None}
+        )
     elif output is None:
         print_text(text)
-    raise typer.Exit(found.exit_code)
+    raise typer.Exit(exit_code(found))

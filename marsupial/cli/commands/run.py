@@ -41,7 +41,7 @@ def run(
 
     Example: marsupial run office --seed 2 --log office.jsonl
     """
-    from marsupial.cli.display.report import print_summary, summary_json
+    from marsupial.cli.display.report import print_summary
     from marsupial.cli.display.tables import print_json
     from marsupial.cli.missions import Request, carry_out
 
@@ -61,7 +61,7 @@ def run(
     )
     summary = carry_out(request)
     if json:
-        print_json(summary_json(summary, log))
+        print_json(summary.as_dict())
     else:
-        print_summary(summary, log)
-    raise typer.Exit(MISSION_CODES[summary.ended.status])
+        print_summary(summary)
+    raise typer.Exit(MISSION_CODES[summary.status])

@@ -22,8 +22,8 @@ def validate(
     Example: marsupial validate domain.pddl problem.pddl plan.txt
     """
     from marsupial.cli.display.tables import print_text
-    from marsupial.cli.inputs import about, read_text
     from marsupial.errors import PlanTextError, SituationError
+    from marsupial.formats.inputs import about, read_text
     from marsupial.formats.pddl.plantext import read_plan_text
     from marsupial.formats.pddl.text import check_domain, read_problem
     from marsupial.planning.checker import check

@@ -13,12 +13,12 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from marsupial.bench.simulate import reachable_area
 from marsupial.cli.display.messages import say
 from marsupial.cli.display.picture import Picture, printable
-from marsupial.cli.display.tables import clock
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
+from marsupial.library.metrics import clock
+from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned

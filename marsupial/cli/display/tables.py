@@ -56,13 +56,6 @@ def print_json(value: Any) -> None:
     print_text(json.dumps(value, indent=2, allow_nan=False, default=_plain) + "\n")
 
 
-def clock(seconds: float) -> str:
-    """Return a time as ``1:02:03`` or ``2:03``."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-
-
 def _plain(value: Any) -> Any:
     if isinstance(value, frozenset):
         return sorted(value)

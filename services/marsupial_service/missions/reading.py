@@ -19,7 +19,7 @@ from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.robots import TeamMember
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
-from marsupial.strategies.registry import STRATEGIES, strategy
+from marsupial.strategies.registry import strategy, strategy_names
 from marsupial_service.intake import check_count, read_budget, refuse, refusing
 from marsupial_service.intake_map import check_radii
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
@@ -55,8 +55,8 @@ def read_brief(body: Mapping[str, Any], limits: Limits, commands: Mapping[str, s
 
 def _read_planner(body: Mapping[str, Any], commands: Mapping[str, str]) -> str:
     name: str = body.get("planner", "auto")
-    if body.get("strategy", "temporal") not in STRATEGIES:
-        raise refuse("/strategy", f"there is none of that name; there are {', '.join(STRATEGIES)}")
+    if body.get("strategy", "temporal") not in strategy_names():
+        raise refuse("/strategy", f"there is none of that name; there are {', '.join(strategy_names())}")
     if name in commands:
         return commands[name]
     if ":" in name:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from marsupial.bench.simulate import reachable_area
+from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray
 from marsupial.model.mission import PlacedRobot

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from up_problem import up_problem, up_validate
 
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
 from marsupial.formats.resources import pddl_folder
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial.planning.up_problem import up_problem, up_validate
 
 EXAMPLES = Path(str(pddl_folder())) / "examples"
 PLANS = sorted(str(path.relative_to(EXAMPLES)) for path in EXAMPLES.glob("*/*.plan"))

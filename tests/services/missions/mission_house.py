@@ -12,9 +12,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from marsupial.bench.simulate import simulate
 from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.mission import MissionEvent
@@ -45,9 +45,7 @@ class Lines(Observer):
 def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
     """Return the log of a mission in this process, one step a plan."""
     seen = Lines()
-    simulate(
-        builtin_scenario(scenario), strategy_name=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen
-    )
+    simulate(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen)
     return "".join(f"{line}\n" for line in seen.lines)
 
 

@@ -15,10 +15,10 @@ import pytest
 from mission_house import STEPS, Lines, body, undisturbed
 from mission_server import Server
 
-from marsupial.bench.simulate import MissionSummary
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.metrics import Summary
 from marsupial.model.mission import Status
 from marsupial_service.client import Client, simulate_by
 
@@ -38,11 +38,11 @@ def mission(server: Server) -> Iterator[str]:
     server.ask("POST", created["links"]["cancel"])
 
 
-def explore(url: str, lines: Lines, cancelled: Any = lambda: False) -> MissionSummary:
+def explore(url: str, lines: Lines, cancelled: Any = lambda: False) -> Summary:
     return simulate_by(
         Client(url),
         builtin_scenario("lobby"),
-        strategy_name="temporal",
+        strategy="temporal",
         planner="greedy",
         budget=STEPS,
         seed=1,
@@ -194,7 +194,7 @@ def stream(server: Server, mission: str, last: int = 0) -> str:
 
 def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server) -> None:
     asked = iter([False] * 9)
-    ended = explore(server.url, Lines(), lambda: next(asked, True)).ended
+    ended = explore(server.url, Lines(), lambda: next(asked, True))
     assert ended.status is Status.CANCELLED
     assert ended.remaining
 

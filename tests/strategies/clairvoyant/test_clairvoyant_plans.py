@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from marsupial.bench.simulate import simulate
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.planning import Budget
 from marsupial.planning.checker import check
@@ -90,9 +90,9 @@ def test_more_rounds_are_never_worse(ground: Ground) -> None:
 
 def test_the_time_a_plan_is_rated_by_is_that_of_the_simulated_mission(ground: Ground) -> None:
     scenario = builtin_scenario("lobby")
-    ended = simulate(scenario, strategy_name="clairvoyant", planner="none", budget=Budget(steps=2), seed=1).ended
+    flown = simulate(scenario, strategy="clairvoyant", planner="none", budget=Budget(steps=2), seed=1)
     outline = best_outline(Ground(scenario.grid, scenario.robot_types, place_team(scenario, 1)), lambda n: n / 3, 1)
     assert outline.missed == 0
-    assert ended.exploration_ms is not None
+    assert flown.exploration_time_s is not None
     # a plan has a millisecond between a robot's actions, a mission has none
-    assert outline.complete_ms - len(outline.plan.actions) <= ended.exploration_ms <= outline.complete_ms
+    assert outline.complete_ms - len(outline.plan.actions) <= 1000 * flown.exploration_time_s <= outline.complete_ms

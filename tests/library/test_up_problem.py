@@ -11,16 +11,17 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from situations import SOLVABLE, in_flight, one_hall, one_room, situations
+from up_problem import from_up_plan, up_problem, up_validate
 
 from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.plantext import write_plan_text
 from marsupial.formats.pddl.text import domain_text, problem_text
+from marsupial.library.up_engine import to_up_plan
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.up_problem import from_up_plan, to_up_plan, up_problem, up_validate
 
 MOVE = Action(name=ActionName.MOVE, start_ms=0, duration_ms=10_000, robot="c1", origin="c1_start", place="m1")
 UNDOCK = Action(name=ActionName.UNDOCK, start_ms=10_001, duration_ms=5_000, robot="r1", carrier="c1", place="m1")

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from marsupial.cli.first_use import prepare
+from marsupial.library.first_use import prepare
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.planning import engines
@@ -44,6 +44,6 @@ def test_an_engine_that_fails_at_that_is_left_for_whoever_asks_it_in_earnest(mon
 @pytest.mark.parametrize("name", ["aries", "cmd:plan {domain} {problem}"])
 def test_an_engine_with_processes_has_the_launcher_ready(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     calls = []
-    monkeypatch.setattr("marsupial.cli.first_use.warm_up", lambda wait=True, preload=(): calls.append(wait))
+    monkeypatch.setattr("marsupial.library.first_use.warm_up", lambda wait=True, preload=(): calls.append(wait))
     prepare(name)()
     assert calls == [False, True]

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from simulated_missions import STEP, drawn_scenario, team_at, watched
 from small_missions import ANNEX, TWO_ANNEXES, kinds_of
 
-from marsupial.bench.simulate import PlanningStats, reachable_area, simulate
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.metrics import PlanningTimes
+from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid
 from marsupial.model.mission import MissionStarted, Status
@@ -30,7 +31,7 @@ EVERYBODY = [*STRATEGIES, CLAIRVOYANT]
 
 LOG = """
 import sys
-from marsupial.bench.simulate import simulate
+from marsupial.library.missions import simulate
 from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
@@ -40,7 +41,7 @@ class Printer(Observer):
     def event(self, event):
         print(encode_event(event))
 
-simulate(builtin_scenario("lobby"), strategy_name=sys.argv[1], planner="greedy", budget=Budget(steps=2), seed=4,
+simulate(builtin_scenario("lobby"), strategy=sys.argv[1], planner="greedy", budget=Budget(steps=2), seed=4,
          observer=Printer())
 """
 
@@ -50,13 +51,13 @@ def report(wall_s: float, first_plan_s: float | None = None) -> PlanningReport:
 
 
 def test_planning_statistics_are_over_all_replannings() -> None:
-    stats = PlanningStats.of([report(1.0, 0.5), report(3.0), report(2.0, 1.5)])
+    stats = PlanningTimes.of([report(1.0, 0.5), report(3.0), report(2.0, 1.5)])
     assert (stats.median, stats.max, stats.total, stats.first_plan) == (2.0, 3.0, 6.0, 1.0)
     assert stats.p95 == pytest.approx(2.9)
 
 
 def test_without_any_replanning_all_statistics_are_zero() -> None:
-    stats = PlanningStats.of([])
+    stats = PlanningTimes.of([])
     assert (stats.median, stats.p95, stats.max, stats.total, stats.first_plan) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -68,11 +69,11 @@ def test_the_area_to_explore_is_what_some_robot_of_the_team_can_get_to() -> None
 
 
 def test_the_summary_says_what_was_run() -> None:
-    summary = simulate(drawn_scenario(*ANNEX), strategy_name="heuristic", planner="greedy", budget=STEP, seed=3)
+    summary = simulate(drawn_scenario(*ANNEX), strategy="heuristic", planner="greedy", budget=STEP, seed=3)
     assert (summary.scenario, summary.strategy, summary.planner, summary.seed) == ("drawn", "heuristic", "greedy", 3)
-    assert (summary.carriers, summary.rovers) == (1, 1)
-    assert summary.ended.status is Status.COMPLETE
-    assert 0 < summary.planning.total < summary.wall_s
+    assert (summary.carriers, summary.rovers, summary.robots) == (1, 1, 2)
+    assert summary.status is Status.COMPLETE
+    assert 0 < summary.planning_s.total < summary.wall_s
 
 
 def test_a_mission_starts_with_what_is_fixed_and_ends_with_its_report() -> None:
@@ -87,15 +88,15 @@ def test_a_mission_starts_with_what_is_fixed_and_ends_with_its_report() -> None:
 
 def test_a_team_without_room_is_refused() -> None:
     with pytest.raises(ScenarioError, match="no room"):
-        simulate(drawn_scenario("###", "#.#", "###", team=uniform_team(2, 0)), strategy_name="temporal",
+        simulate(drawn_scenario("###", "#.#", "###", team=uniform_team(2, 0)), strategy="temporal",
                  planner="greedy", budget=STEP, seed=1)  # fmt: skip
 
 
 def test_unknown_strategies_and_planners_are_refused() -> None:
     with pytest.raises(UsageError, match="unknown strategy 'nope'"):
-        simulate(drawn_scenario(*ANNEX), strategy_name="nope", planner="greedy", budget=STEP, seed=1)
+        simulate(drawn_scenario(*ANNEX), strategy="nope", planner="greedy", budget=STEP, seed=1)
     with pytest.raises(UsageError, match="unknown planner 'nope'"):
-        simulate(drawn_scenario(*ANNEX), strategy_name="temporal", planner="nope", budget=STEP, seed=1)
+        simulate(drawn_scenario(*ANNEX), strategy="temporal", planner="nope", budget=STEP, seed=1)
 
 
 @pytest.mark.parametrize("strategy", EVERYBODY)

@@ -1,4 +1,4 @@
-"""The canonical problem for the unified-planning library, plans both ways, and that library's verdict on a plan.
+"""The canonical problem built for the unified-planning library, plans read back, and that library's verdict on a plan.
 
 The problem is built directly from a situation and equals what the library reads from our PDDL text; times are exact
 fractions of seconds. The library takes two seconds to import and prints credits: both are dealt with here, on first
@@ -21,7 +21,7 @@ from typing import Any
 from marsupial.errors import InvalidPlanError
 from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES, Fact, problem_facts
 from marsupial.formats.pddl.names import encode_name
-from marsupial.formats.pddl.plansteps import Step, plan_of, steps_of
+from marsupial.formats.pddl.plansteps import Step, plan_of
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
@@ -54,34 +54,6 @@ def up_problem(situation: Situation, *, name: str = "exploration", records: bool
     return _problem(situation, name, records, _library())
 
 
-def to_up_plan(plan: Plan, problem: Any, situation: Situation) -> Any:
-    """Return a plan for `situation` as a time-triggered plan of its canonical `problem`.
-
-    Raises
-    ------
-    InvalidPlanError
-        If PDDL can't say it: a name that the situation doesn't have or of the wrong type, or a start before the robot
-        is free.
-    """
-    timed = []
-    for step in steps_of(plan, situation):
-        action, objects = problem.action(step.name), [_object(problem, word, step) for word in step.args]
-        for parameter, thing in zip(action.parameters, objects, strict=True):
-            if not parameter.type.is_compatible(thing.type):
-                raise InvalidPlanError(
-                    f"({' '.join((step.name, *step.args))}): {thing.name} is no {parameter.type.name}"
-                )
-        args = tuple(problem.environment.expression_manager.ObjectExp(thing) for thing in objects)
-        timed.append((step.start, _library().plans.ActionInstance(action, args), step.duration))
-    return _library().plans.TimeTriggeredPlan(timed, problem.environment)
-
-
-def _object(problem: Any, word: str, step: Step) -> Any:
-    if not problem.has_object(word):
-        raise InvalidPlanError(f"({' '.join((step.name, *step.args))}): there is no {word}")
-    return problem.object(word)
-
-
 def from_up_plan(plan: Any, situation: Situation) -> Plan:
     """Return the plan that a time-triggered plan of the canonical problem means, in whole ms.
 
@@ -108,6 +80,8 @@ def up_validate(situation: Situation, plan: Plan) -> UpVerdict:
 
     A plan that can't be said in PDDL (see `to_up_plan`) is invalid.
     """
+    from marsupial.library.up_engine import to_up_plan
+
     library = _library()
     problem = _problem(situation, "validation", False, library, unknown_numbers=0)
     try:

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from marsupial.cli.sources import load_scenario
 from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.scenario import write_scenario
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.scenarios import load_scenario
 
 SQUARE = "type octile\nheight 4\nwidth 4\nmap\n....\n....\n....\n....\n"
 

@@ -1,8 +1,10 @@
-"""What SCENARIO on the command line means: a built-in name, a scenario file, or a map with the default team."""
+"""What names a scenario: a built-in name, or the path of a scenario file or of a map, which gets the default team."""
 
 from __future__ import annotations
 
 import difflib
+import warnings
+from os import PathLike
 from pathlib import Path
 
 from marsupial.errors import ScenarioError
@@ -18,11 +20,14 @@ from marsupial.generators.builtin import (
 from marsupial.model.scenario import Scenario
 
 
-def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> tuple[Scenario, list[str]]:
-    """Return the scenario that `source` names, and warnings about its map.
+def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rovers: int | None = None) -> Scenario:
+    """Return a scenario as ``marsupial run`` takes it; what is odd about its map is warned of.
 
     Parameters
     ----------
+    name_or_path
+        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml`` or a
+        MovingAI ``.map``.
     carriers, rovers
         Another team: carriers, and rovers for each of them; None keeps what the scenario says (2 and 2 without one).
 
@@ -31,6 +36,14 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     ScenarioError, MapError
         If there is no such scenario or it can't be used.
     """
+    found, oddities = load_scenario(str(name_or_path), carriers, rovers)
+    for text in oddities:
+        warnings.warn(text, stacklevel=2)
+    return found
+
+
+def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> tuple[Scenario, list[str]]:
+    """Return the scenario that `source` names, and warnings about its map; see `scenario`."""
     path = Path(source)
     if source in SCENARIOS:
         return builtin_scenario(source, *_team(carriers, rovers)), []
@@ -39,8 +52,8 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     if is_scenario_file(path):
         return with_team(read_scenario(path), carriers, rovers), []
     reading = read_map(path)
-    warnings = [f"{path}: {text}" for text in reading.warnings]
-    return bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers)), warnings
+    oddities = [f"{path}: {text}" for text in reading.warnings]
+    return bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers)), oddities
 
 
 def _team(carriers: int | None, rovers: int | None) -> tuple[int, int]:

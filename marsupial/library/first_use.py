@@ -12,7 +12,6 @@ from threading import Thread
 
 import numpy as np
 
-from marsupial.cli.display.messages import say
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
@@ -26,8 +25,8 @@ FALLBACK = "greedy"
 _SILENT_S = 2.0
 
 
-def prepare(planner: str) -> Callable[[], None]:
-    """Begin to get a planner ready and return what waits until it is."""
+def prepare(planner: str, say: Callable[[str], None] = lambda text: None) -> Callable[[], None]:
+    """Begin to get a planner ready and return what waits until it is; `say` is told if that takes long."""
     has_processes = planner in PROCESSES or planner.startswith(PREFIX)
     if has_processes:
         warm_up(wait=False, preload=PRELOAD)
@@ -37,16 +36,12 @@ def prepare(planner: str) -> Callable[[], None]:
     def wait() -> None:
         if has_processes:
             warm_up()
-        _wait(trial)
+        trial.join(_SILENT_S)
+        if trial.is_alive():
+            say("compiling the planner, which is done once on a machine ...")
+            trial.join()
 
     return wait
-
-
-def _wait(trial: Thread) -> None:
-    trial.join(_SILENT_S)
-    if trial.is_alive():
-        say("compiling the planner, which is done once on a machine ...")
-        trial.join()
 
 
 def _try_out(planner: str) -> None:

@@ -1,0 +1,159 @@
+"""`marsupial.explore`: one mission, and all there is of it afterwards."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass, field, fields
+from functools import cache
+from html import escape
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from marsupial.library.first_use import prepare
+from marsupial.library.metrics import METRICS, Summary
+from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, budget_of, planner_for, simulate
+from marsupial.library.recording import LogFile, Recorder
+from marsupial.library.scenarios import scenario as named_scenario
+from marsupial.mission.observer import Observer, Observers
+from marsupial.mission.rebuild import moment_at
+from marsupial.model.mission import MissionEvent
+from marsupial.model.planning import Engine
+from marsupial.model.scenario import Scenario
+from marsupial.model.situation import Situation
+from marsupial.model.strategy import Strategy
+from marsupial.sim.sensors import Sensor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHOWN = (
+    "exploration_time_s", "mission_time_s", "coverage", "distance_m", "quality", "energy_j", "deployments",
+    "retrievals", "replans", "planning_s.median", "planning_s.total",
+)  # fmt: skip
+"""The metrics that a notebook shows of a result."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Exploration(Summary):
+    """What came of a mission: its summary, and everything that happened in it.
+
+    Its attributes are the keys of ``marsupial run --json``; `marsupial.METRICS` says what each metric means.
+
+    Parameters
+    ----------
+    events
+        All events in order, as a mission log has them.
+    """
+
+    events: tuple[MissionEvent, ...] = field(default=())
+
+    def plot(self) -> Figure:
+        """Return a drawing of the mission: what was explored, where robots drove, met and parted.
+
+        It is a figure of matplotlib, apart from pyplot: nothing has to be closed. Notebooks show it, `savefig` writes
+        it.
+        """
+        from marsupial.library.picture import mission_figure
+
+        return mission_figure(self.events, self)
+
+    def save_replay(self, path: str | PathLike[str]) -> Path:
+        """Write one HTML page that replays the mission and needs nothing else; return its path."""
+        from marsupial.replay.page import replay_page
+
+        page = Path(path)
+        page.write_text(replay_page(self.events), encoding="utf-8", newline="\n")
+        return page
+
+    def situation(self, at_s: float = 0.0) -> Situation:
+        """Return what there was to plan for `at_s` seconds into the mission.
+
+        Raises
+        ------
+        UsageError
+            If the mission was over before.
+        """
+        return moment_at(self.events, round(1000 * at_s)).survey().situation
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{METRICS[key].title} {METRICS[key].shown(self)}" for key in SHOWN[:4])
+        return f"<{self.scenario} by {self.strategy} ({self.planner}), seed {self.seed}: {self.status}, {told}>"
+
+    def _repr_html_(self) -> str:
+        head = f"{self.scenario} by {self.strategy} ({self.planner}), seed {self.seed}: {self.status}"
+        rows = "".join(
+            f"<tr><th style='text-align: left'>{metric.title}</th><td>{escape(metric.shown(self))}</td></tr>"
+            for metric in map(METRICS.__getitem__, SHOWN)
+        )
+        return f"<table><caption>{escape(head)}</caption>{rows}</table>"
+
+
+def explore(
+    scenario: Scenario | str | PathLike[str],
+    strategy: str | Strategy = "temporal",
+    planner: str | Engine = DEFAULT_PLANNER,
+    seed: int = 1,
+    budget: float | None = None,
+    steps: int | None = None,
+    log: str | PathLike[str] | None = None,
+    *,
+    sensor: Sensor | None = None,
+) -> Exploration:
+    """Let a team explore a scenario in the simulator, as ``marsupial run`` does, and return what came of it.
+
+    The same arguments give the same log, byte for byte, if planning is counted in `steps`.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, or what `marsupial.scenario` takes.
+    strategy
+        The name of a strategy, or an object with a method `decide` (see `marsupial.Strategy`).
+    planner
+        The name of an engine, ``cmd:COMMAND {domain} {problem}``, or an object with a method `solve` (see
+        `marsupial.Engine`). Strategies that ask no planner ignore it, and so do objects.
+    seed
+        Draws the starts of the robots that have none.
+    budget, steps
+        For each planning: wall-clock seconds, or counted steps; 1 s if neither is given.
+    log
+        Where to write the mission log.
+    sensor
+        What robots see; None for the exact field of view (see `marsupial.Sensor`).
+
+    Raises
+    ------
+    ScenarioError, MapError
+        If there is no such scenario, or the team can't be placed in it.
+    EngineUnavailable, UsageError
+        If strategy, planner, budget or sensor can't be used as asked.
+    """
+    place = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
+    limit = budget_of(budget, steps)
+    asked = planner_for(strategy, planner)
+    if isinstance(asked, str) and asked != NO_PLANNER:
+        _prepared(asked)
+    recorder = Recorder()
+    with ExitStack() as stack:
+        observers: list[Observer] = [recorder]
+        if log is not None:
+            observers.append(stack.enter_context(LogFile(Path(log))))
+        summary = simulate(
+            place,
+            strategy=strategy,
+            planner=asked,
+            budget=limit,
+            seed=seed,
+            observer=Observers(observers),
+            sensor=sensor,
+        )
+    told = {each.name: getattr(summary, each.name) for each in fields(Summary)}
+    told["log"] = None if log is None else Path(log)
+    return Exploration(**told, events=tuple(recorder.events))
+
+
+@cache
+def _prepared(planner: str) -> None:
+    """Get a planner ready once in this process, so that no budget pays for it."""
+    prepare(planner)()

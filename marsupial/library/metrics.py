@@ -1,0 +1,280 @@
+"""What is told of a mission that is over, and the one table of its metrics.
+
+Every field of `Summary` is a key of ``marsupial run --json`` and stands in its order. A metric is named here only: what
+it is called, its unit and definition, how it is read off a mission, how it is rounded in CSV and shown to people.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from enum import StrEnum
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from marsupial.model.mission import MissionEnded, Remaining, Status
+from marsupial.model.robots import Role
+from marsupial.model.scenario import Scenario
+from marsupial.model.strategy import PlanningReport
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metric:
+    """A number that says how a mission went.
+
+    Parameters
+    ----------
+    key
+        The attribute of a `Summary`, which is the key in JSON; ``planning_s.median`` is one of an object in it.
+    title, unit, definition
+        For people; the unit is empty for counts.
+    text
+        Writes a value with its unit.
+    better
+        1 where more is better, -1 where less is, 0 where neither.
+    decimals
+        Kept in CSV; None for whole numbers, and where names are listed their number is kept.
+    column
+        Its name in CSV.
+    """
+
+    key: str = ""
+    title: str
+    unit: str
+    definition: str
+    text: Callable[[Any], str] = str
+    better: int = 0
+    decimals: int | None = None
+    column: str = ""
+
+    def of(self, summary: Summary) -> Any:
+        """Return its value, None where the mission has none."""
+        return attrgetter(self.key)(summary)
+
+    def shown(self, summary: Summary) -> str:
+        """Return its value as people read it."""
+        return self.text(self.of(summary))
+
+    def cell(self, summary: Summary) -> float | int | None:
+        """Return its value as CSV has it."""
+        value = self.of(summary)
+        if isinstance(value, tuple):
+            return len(value)
+        return value if value is None or self.decimals is None else round(value, self.decimals)
+
+    def read(self, text: str) -> float | int:
+        """Return the value that CSV has."""
+        return int(text) if self.decimals is None else float(text)
+
+
+def clock(seconds: float) -> str:
+    """Return a time as ``1:02:03`` or ``2:03``."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def _clock_or_never(seconds: float | None) -> str:
+    return "never done" if seconds is None else clock(seconds)
+
+
+def _digits(count: int, unit: str = "") -> Callable[[float], str]:
+    return f"{{:.{count}f}}{f' {unit}' if unit else ''}".format
+
+
+def _metric(title: str, unit: str, definition: str, **rest: Any) -> Any:
+    """Return a field that is a metric."""
+    return field(metadata={"metric": Metric(title=title, unit=unit, definition=definition, **rest)})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningTimes:
+    """Wall-clock seconds spent planning, over the replannings of one mission; 0 where there was none."""
+
+    median: float = _metric(
+        "planning, median", "s", "wall-clock time from a situation to the decision, median over all replannings",
+        text=_digits(3, "s"), better=-1, decimals=6, column="planning_median_s",
+    )  # fmt: skip
+    p95: float = _metric(
+        "planning, p95", "s", "its 95th percentile",
+        text=_digits(3, "s"), better=-1, decimals=6, column="planning_p95_s",
+    )  # fmt: skip
+    max: float = _metric(
+        "planning, max", "s", "its maximum",
+        text=_digits(3, "s"), better=-1, decimals=6, column="planning_max_s",
+    )  # fmt: skip
+    total: float = _metric(
+        "planning, total", "s", "its sum",
+        text=_digits(1, "s"), better=-1, decimals=6, column="planning_total_s",
+    )  # fmt: skip
+    first_plan: float = _metric(
+        "first plan", "s", "median of the wall-clock times to an engine's first plan",
+        text=_digits(3, "s"), better=-1, decimals=6, column="first_plan_s",
+    )  # fmt: skip
+
+    @classmethod
+    def of(cls, reports: Sequence[PlanningReport]) -> PlanningTimes:
+        """Return the statistics of these reports."""
+        walls = np.array([report.wall_s for report in reports] or [0.0])
+        firsts = [report.first_plan_s for report in reports if report.first_plan_s is not None]
+        return cls(
+            median=float(np.median(walls)),
+            p95=float(np.percentile(walls, 95)),
+            max=float(walls.max()),
+            total=float(walls.sum()) if reports else 0.0,
+            first_plan=float(np.median(firsts)) if firsts else 0.0,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Summary:
+    """A mission's end together with what it was and what it cost in wall-clock time."""
+
+    status: Status
+    reason: str
+    scenario: str
+    strategy: str
+    planner: str
+    carriers: int
+    rovers: float
+    robots: int
+    seed: int
+    exploration_time_s: float | None = _metric(
+        "exploration time", "s", "simulated time at which the last target was gone; none if targets are left",
+        text=_clock_or_never, better=-1, decimals=3,
+    )  # fmt: skip
+    mission_time_s: float = _metric(
+        "mission time", "s", "simulated time at which the mission ended",
+        text=clock, better=-1, decimals=3,
+    )  # fmt: skip
+    coverage: float = _metric(
+        "coverage", "", "known share of the reachable area, 0 to 1",
+        text="{:.1%}".format, better=1, decimals=6,
+    )  # fmt: skip
+    explored_area_m2: float = _metric(
+        "explored area", "m²", "known part of the reachable area",
+        text=_digits(1, "m2"), better=1, decimals=6,
+    )  # fmt: skip
+    reachable_area_m2: float = _metric(
+        "reachable area", "m²",
+        "area of the cells that some robot of the team can come to stand on, in the true map",
+        text=_digits(1, "m2"), decimals=6,
+    )  # fmt: skip
+    distance_m: float = _metric(
+        "distance", "m", "metres driven by all robots themselves; being carried does not count",
+        text=_digits(1, "m"), better=-1, decimals=3,
+    )  # fmt: skip
+    distance_m_per_robot: Mapping[str, float]
+    quality: float = _metric(
+        "quality Q", "m²/m", "explored part of the reachable area over the sum of all distances",
+        text=_digits(3, "m2/m"), better=1, decimals=6,
+    )  # fmt: skip
+    energy_j: float = _metric(
+        "energy", "J", "idle power times mission time plus drive power times the time driven, of all robots",
+        text=lambda joules: f"{joules / 1000:.1f} kJ", better=-1, decimals=3,
+    )  # fmt: skip
+    energy_j_per_robot: Mapping[str, float]
+    replans: int = _metric("replans", "", "plans followed")
+    plans_valid: int = _metric("valid plans", "", "plans of the strategy that the checker accepted")
+    plans_invalid: int = _metric(
+        "invalid plans", "", "plans of the strategy that the checker refused; one of them ends the mission", better=-1
+    )
+    plans_refused: int = _metric("refused plans", "", "plans of engines that the checker did not let through")
+    planning_s: PlanningTimes
+    deployments: int = _metric("deployments", "", "undockings that were carried out")
+    retrievals: int = _metric("retrievals", "", "dockings that were carried out")
+    aboard: tuple[str, ...] = _metric("aboard", "", "rovers aboard at the end")
+    remaining: tuple[Remaining, ...] = _metric("remaining", "", "frontiers left at the end, each with its reason")
+    log: Path | None = None
+    wall_s: float = _metric("wall-clock time", "s", "wall-clock time of the whole mission", decimals=4)
+
+    @classmethod
+    def of(
+        cls,
+        scenario: Scenario,
+        *,
+        strategy: str,
+        planner: str,
+        seed: int,
+        ended: MissionEnded,
+        reports: Sequence[PlanningReport],
+        wall_s: float,
+    ) -> Summary:
+        """Return the summary of a mission in `scenario` from its last event and what was reported of its plannings."""
+        roles = [scenario.type_of(member).role for member in scenario.team]
+        carriers, rovers = roles.count(Role.CARRIER), roles.count(Role.ROVER)
+        driven = sum(metres for _, metres in ended.distance_m)
+        return cls(
+            status=ended.status,
+            reason=ended.reason,
+            scenario=scenario.name,
+            strategy=strategy,
+            planner=planner,
+            carriers=carriers,
+            rovers=_per_carrier(rovers, carriers),
+            robots=carriers + rovers,
+            seed=seed,
+            exploration_time_s=None if ended.exploration_ms is None else ended.exploration_ms / 1000,
+            mission_time_s=ended.t_ms / 1000,
+            coverage=ended.coverage,
+            explored_area_m2=ended.explored_area_m2,
+            reachable_area_m2=ended.reachable_area_m2,
+            distance_m=round(driven, 3),
+            distance_m_per_robot=dict(ended.distance_m),
+            quality=ended.explored_area_m2 / driven if driven else 0.0,
+            energy_j=round(sum(joules for _, joules in ended.energy_j), 3),
+            energy_j_per_robot=dict(ended.energy_j),
+            replans=ended.replans,
+            plans_valid=ended.plans_valid,
+            plans_invalid=ended.plans_invalid,
+            plans_refused=sum(report.refused for report in reports),
+            planning_s=PlanningTimes.of(reports),
+            deployments=ended.deployments,
+            retrievals=ended.retrievals,
+            aboard=ended.aboard,
+            remaining=ended.remaining,
+            wall_s=wall_s,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``marsupial run --json`` prints; metres, seconds and joules, every number finite."""
+        return {each.name: _plain(getattr(self, each.name)) for each in fields(Summary)}
+
+
+def _per_carrier(rovers: int, carriers: int) -> float:
+    """Return the rovers per carrier, as `--rovers` counts them; a fraction where carriers bring different numbers."""
+    if carriers == 0:
+        return rovers
+    share = rovers / carriers
+    return int(share) if share.is_integer() else round(share, 3)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON can say it."""
+    if isinstance(value, StrEnum | Path):
+        return str(value)
+    if isinstance(value, Mapping):
+        return dict(value)
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    if is_dataclass(value):
+        return {each.name: _plain(getattr(value, each.name)) for each in fields(value)}
+    return value
+
+
+def _metrics(kind: type, prefix: str = "") -> list[Metric]:
+    found = []
+    for each in fields(kind):
+        if each.name == "planning_s":
+            found += _metrics(PlanningTimes, "planning_s.")
+        elif "metric" in each.metadata:
+            metric: Metric = each.metadata["metric"]
+            found.append(replace(metric, key=prefix + each.name, column=metric.column or each.name))
+    return found
+
+
+METRICS: Mapping[str, Metric] = {metric.key: metric for metric in _metrics(Summary)}
+"""Every metric by its key, in the order of the JSON."""

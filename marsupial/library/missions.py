@@ -1,0 +1,180 @@
+"""One mission from a scenario: world, team, strategy and planner put together.
+
+What `marsupial.explore`, ``marsupial run`` and every comparison call.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from marsupial.errors import UsageError
+from marsupial.library.metrics import Summary
+from marsupial.maps.territory import Territory
+from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.observer import Observer, Observers
+from marsupial.mission.placement import place_team
+from marsupial.model.grid import Mask
+from marsupial.model.mission import MissionStarted, PlacedRobot
+from marsupial.model.planning import Budget, Engine
+from marsupial.model.scenario import PlanningTime, Scenario
+from marsupial.model.strategy import PlanningReport, Strategy
+from marsupial.sim.sensors import Sensor
+from marsupial.sim.world import SimulatedWorld
+from marsupial.strategies import registry
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.clairvoyant.strategy import Clairvoyant
+
+DEFAULT_PLANNER = "auto"
+
+NO_PLANNER = "none"
+"""The planner of strategies that ask none."""
+
+DEFAULT_BUDGET_S = 1.0
+"""For each planning."""
+
+
+def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:
+    """Return the budget for each planning; `default_s` seconds where neither is given.
+
+    Raises
+    ------
+    UsageError
+        If both are given, or one that is not positive and finite.
+    """
+    if seconds is not None and not math.isfinite(seconds):
+        raise UsageError(f"a budget must be finite, got {seconds}")
+    if seconds is None and steps is None:
+        return Budget(seconds=default_s)
+    return Budget(seconds=seconds, steps=steps)
+
+
+def planner_for(strategy: str | Strategy, planner: str | Engine) -> str | Engine:
+    """Return the planner that a strategy asks: `planner`, or `NO_PLANNER` if it asks none by that way.
+
+    Raises
+    ------
+    EngineUnavailable
+        If the strategy is of an installed package and can't be loaded.
+    """
+    return planner if isinstance(strategy, str) and registry.asks_planner(strategy) else NO_PLANNER
+
+
+def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
+    """Return the cells (height, width) that a robot of the team could come to stand on, knowing the whole map.
+
+    Carriers from their starts, rovers from theirs and from wherever a carrier can set them down.
+    """
+    reach = Territory(scenario.grid.solid(), scenario.robot_types).reach(robots)
+    return np.logical_or.reduce(list(reach.by_type.values()))
+
+
+def simulate(
+    scenario: Scenario,
+    *,
+    strategy: str | Strategy,
+    planner: str | Engine,
+    budget: Budget,
+    seed: int,
+    observer: Observer | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    sensor: Sensor | None = None,
+) -> Summary:
+    """Run one mission in the simulator and return its summary.
+
+    Besides the strategies there is the clairvoyant (`marsupial.strategies.clairvoyant`), which is given the truth.
+
+    Parameters
+    ----------
+    strategy, planner
+        By name, or an object. One that is asked for by name is fresh for this mission.
+    sensor
+        What robots see; None for the exact field of view.
+
+    Raises
+    ------
+    ScenarioError
+        If the team can't be placed.
+    EngineUnavailable, UsageError
+        If the strategy or planner can't be used as asked.
+    """
+    began = perf_counter()
+    robots = place_team(scenario, seed)
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    decider = None if strategy == CLAIRVOYANT else _strategy(strategy, planner, budget)
+    if decider is None and sensor is not None:
+        raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
+    reports = _Reports()
+    watcher = Observers([reports] if observer is None else [reports, observer])
+    started = _started(scenario, robots, strategy=_name(strategy), planner=_planner_name(planner), seed=seed)
+    watcher.event(started)
+    reachable = reachable_area(scenario, robots)
+    order = MissionOrder(
+        goal=scenario.goal,
+        limits=scenario.limits,
+        planning_time=scenario.planning_time,
+        reachable=reachable,
+    )
+    world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
+    if decider is None:
+        order = replace(order, planning_time=PlanningTime.INSTANT)
+        insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
+        ended = Mission(world, kinds, insider, order, watcher, insider).run(cancelled)
+    else:
+        ended = Mission(world, kinds, decider, order, watcher).run(cancelled)
+    return Summary.of(
+        scenario,
+        strategy=started.strategy,
+        planner=started.planner,
+        seed=seed,
+        ended=ended,
+        reports=reports.reports,
+        wall_s=perf_counter() - began,
+    )
+
+
+def _strategy(wanted: str | Strategy, planner: str | Engine, budget: Budget) -> Strategy:
+    if isinstance(wanted, type):
+        raise UsageError(f"a strategy must be a name or an object, not the class {wanted.__name__}")
+    return registry.strategy(wanted, planner=planner, budget=budget) if isinstance(wanted, str) else wanted
+
+
+def _name(wanted: str | Strategy) -> str:
+    return wanted if isinstance(wanted, str) else wanted.name
+
+
+def _planner_name(planner: str | Engine) -> str:
+    return planner if isinstance(planner, str) else planner.info.name
+
+
+class _Reports(Observer):
+    def __init__(self) -> None:
+        self.reports: list[PlanningReport] = []
+
+    def planned(self, report: PlanningReport) -> None:
+        self.reports.append(report)
+
+
+def _started(
+    scenario: Scenario, robots: tuple[PlacedRobot, ...], *, strategy: str, planner: str, seed: int
+) -> MissionStarted:
+    grid = scenario.grid
+    return MissionStarted(
+        t_ms=0,
+        scenario=scenario.name,
+        strategy=strategy,
+        planner=planner,
+        seed=seed,
+        width=grid.width,
+        height=grid.height,
+        resolution_m=grid.resolution_m,
+        origin_m=grid.origin_m,
+        terrains=grid.terrains,
+        types=scenario.robot_types,
+        robots=robots,
+        goal=scenario.goal,
+    )

@@ -1,0 +1,146 @@
+"""`marsupial.plan`: an engine is asked, and every plan that gets better and that the checker accepts is handed on."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+from marsupial.library.first_use import prepare
+from marsupial.library.missions import DEFAULT_PLANNER, budget_of
+from marsupial.library.situations import situation_of
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.situation import Situation
+from marsupial.planning.engines import engine
+from marsupial.planning.incumbent import Incumbent
+from marsupial.planning.local_search.bounds import makespan_bound_ms
+from marsupial.planning.local_search.encoding import encode
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """One plan of an engine: when it came, what the checker has against it, and whether it is the best so far."""
+
+    plan: Plan
+    elapsed_s: float
+    violation: str | None
+    best: bool
+
+
+class Plans(Iterator[Plan]):
+    """The improving plans of one search, as they come; leaving it early, or `close`, ends the engine.
+
+    Attributes
+    ----------
+    situation
+        What is planned for.
+    proposals
+        Every plan of the engine so far, those included that the checker refuses.
+    finished
+        How the engine ended; "no plan" until it has.
+    """
+
+    def __init__(self, situation: Situation, engine: Engine, budget: Budget) -> None:
+        self.situation = situation
+        self.proposals: list[Proposal] = []
+        self.finished = Finished(outcome=Outcome.NO_PLAN)
+        self._incumbent = Incumbent(situation)
+        self._search = self._run(engine, budget)
+
+    def __next__(self) -> Plan:
+        """Return the next plan that is better than all before it."""
+        return next(proposal.plan for proposal in self._search if proposal.best)
+
+    def __repr__(self) -> str:
+        best = "no plan yet" if self.best is None else f"makespan {self.best.makespan_ms / 1000:g} s"
+        return f"<{len(self.proposals)} plans so far: {best}>"
+
+    def all(self) -> Iterator[Proposal]:
+        """Yield every plan that is still to come, better or not, accepted or not."""
+        return self._search
+
+    def close(self) -> None:
+        """End the engine."""
+        self._search.close()
+
+    @property
+    def best(self) -> Plan | None:
+        """The best plan so far that the checker accepts."""
+        return self._incumbent.plan
+
+    @property
+    def bound_ms(self) -> int | None:
+        """A time that no plan ends before, as far as known: by the engine's proof, or by any situation's."""
+        proven = self.finished.lower_bound_ms
+        if self.best is None:
+            return proven
+        bounds = (proven, makespan_bound_ms(encode(self.situation)))
+        return max((bound for bound in bounds if bound is not None and bound <= self.best.makespan_ms), default=0)
+
+    @property
+    def gap(self) -> float | None:
+        """What the best makespan has above the lower bound, as a share of the makespan: 0 where it is optimal."""
+        bound = self.bound_ms
+        if self.best is None or bound is None:
+            return None
+        return (self.best.makespan_ms - bound) / max(1, self.best.makespan_ms)
+
+    def _run(self, engine: Engine, budget: Budget) -> Generator[Proposal]:
+        with closing(_asked(engine, self.situation, budget)) as events:
+            for event in events:
+                if isinstance(event, Finished):
+                    self.finished = event
+                else:
+                    self.proposals.append(self._weighed(event))
+                    yield self.proposals[-1]
+
+    def _weighed(self, event: Improved) -> Proposal:
+        best = self._incumbent.take(event.plan)
+        violation = self._incumbent.violation
+        return Proposal(
+            plan=event.plan,
+            elapsed_s=event.elapsed_s,
+            violation=None if violation is None else str(violation),
+            best=best,
+        )
+
+
+def plan(
+    situation: Situation | Mapping[str, Any] | str | PathLike[str],
+    planner: str | Engine = DEFAULT_PLANNER,
+    budget: float | None = 1.0,
+    *,
+    steps: int | None = None,
+) -> Plans:
+    """Return an iterator of plans for a situation, each better than those before it and accepted by the checker.
+
+    Parameters
+    ----------
+    situation
+        A situation; what its JSON says, as a dict; or the path of a ``situation.json`` or ``problem.pddl``.
+    planner
+        The name of an engine, ``cmd:COMMAND {domain} {problem}``, or an object (see `marsupial.Engine`).
+    budget, steps
+        Wall-clock seconds, or counted steps instead.
+
+    Raises
+    ------
+    SituationError
+        If the situation can't be planned for as written, with every problem found.
+    EngineUnavailable, UsageError
+        If the planner or budget can't be used as asked; when the first plan is asked for.
+    """
+    limit = budget_of(budget if steps is None else None, steps)
+    found = engine(planner) if isinstance(planner, str) else planner
+    wanted = situation_of(situation)
+    if isinstance(planner, str) and found.info.missing is None:
+        prepare(planner)()
+    return Plans(wanted, found, limit)
+
+
+def _asked(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:
+    """Ask an engine; closing this ends the engine."""
+    yield from engine.solve(situation, budget)

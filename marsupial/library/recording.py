@@ -1,0 +1,42 @@
+"""Observers that keep a mission's events: in memory, or as a mission log."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+
+from marsupial.formats.missionlog import LogWriter
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import MissionEvent
+
+
+class Recorder(Observer):
+    """Keeps every event."""
+
+    def __init__(self) -> None:
+        self.events: list[MissionEvent] = []
+
+    def event(self, event: MissionEvent) -> None:
+        """Keep an event."""
+        self.events.append(event)
+
+
+class LogFile(Observer):
+    """Writes the log as the mission goes; the file is not touched before the mission starts."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._stack = ExitStack()
+        self._writer: LogWriter | None = None
+
+    def __enter__(self) -> LogFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def event(self, event: MissionEvent) -> None:
+        """Write an event."""
+        if self._writer is None:
+            self._writer = self._stack.enter_context(LogWriter(self.path))
+        self._writer.write(event)

@@ -1,0 +1,48 @@
+"""Situations in and out: read from what names one, written as files that any PDDL planner takes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from marsupial.errors import SituationError
+from marsupial.formats.inputs import about, read_text
+from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
+from marsupial.formats.situation import situation_from_json, situation_to_json
+from marsupial.model.situation import Situation
+
+
+def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) -> Situation:
+    """Return a situation as it is, from what its JSON says, or read from a file (PDDL if its name ends in ``.pddl``).
+
+    Raises
+    ------
+    SituationError
+        With every problem found.
+    """
+    if isinstance(source, Situation):
+        return source
+    if isinstance(source, Mapping):
+        return situation_from_json(json.dumps(source))
+    path = Path(source)
+    text = read_text(path, SituationError)
+    with about(path):
+        return read_problem(text) if path.suffix.lower() == ".pddl" else situation_from_json(text)
+
+
+def situation_files(situation: Situation, name: str = "exploration") -> dict[str, str]:
+    """Return a situation as ``marsupial export`` writes it: the texts of its files, by their names.
+
+    Parameters
+    ----------
+    name
+        Of the PDDL problem.
+    """
+    return {
+        "situation.json": situation_to_json(situation),
+        "domain.pddl": domain_text(),
+        "problem.pddl": problem_text(situation, name=name),
+    }

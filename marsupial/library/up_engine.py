@@ -1,0 +1,200 @@
+"""Our planners as an engine of the unified-planning library, for problems of marsupial's domain.
+
+Such problems are what its `PDDLReader` makes of ``pddl/domain.pddl`` and a problem of that domain. Only that domain's:
+our planners know what carriers and rovers do, they don't read actions.
+
+unified-planning imports this module once the engine is registered (`register_with_unified_planning`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from fractions import Fraction
+from typing import IO, Any
+
+import unified_planning as up
+from unified_planning.engines import Engine, OptimalityGuarantee
+from unified_planning.engines.mixins import AnytimePlannerMixin, OneshotPlannerMixin
+from unified_planning.engines.mixins.anytime_planner import AnytimeGuarantee
+from unified_planning.engines.results import PlanGenerationResult
+from unified_planning.engines.results import PlanGenerationResultStatus as Status
+from unified_planning.exceptions import UPUsageError
+from unified_planning.io import PDDLReader
+from unified_planning.model import ProblemKind
+from unified_planning.plans import ActionInstance, TimeTriggeredPlan
+
+from marsupial.errors import InvalidPlanError, SituationError
+from marsupial.formats.pddl.plansteps import Step, steps_of
+from marsupial.formats.pddl.text import domain_text, read_problem
+from marsupial.library.plans import Plans
+from marsupial.library.plans import plan as plans_for
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Outcome
+from marsupial.model.situation import Situation
+
+DEFAULT_S = 10.0
+"""How long to plan where nobody says."""
+
+FEATURES = frozenset(
+    {
+        "ACTION_BASED", "CONTINUOUS_TIME", "DECREASE_EFFECTS", "FLAT_TYPING", "HIERARCHICAL_TYPING",
+        "INCREASE_EFFECTS", "INT_FLUENTS", "INT_TYPE_DURATIONS", "MAKESPAN", "REAL_FLUENTS", "REAL_TYPE_DURATIONS",
+        "SIMPLE_NUMERIC_PLANNING", "STATIC_FLUENTS_IN_DURATIONS", "UNDEFINED_INITIAL_NUMERIC",
+    }
+)  # fmt: skip
+"""What problems of the domain have, as unified-planning calls it."""
+
+WITHOUT_PLAN = {
+    Outcome.UNSOLVABLE: Status.UNSOLVABLE_PROVEN,
+    Outcome.TIMEOUT: Status.TIMEOUT,
+    Outcome.MEMORY: Status.MEMOUT,
+    Outcome.UNSUPPORTED: Status.UNSUPPORTED_PROBLEM,
+    Outcome.CRASHED: Status.INTERNAL_ERROR,
+    Outcome.KILLED: Status.INTERNAL_ERROR,
+}
+
+
+class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
+    """An engine for problems of marsupial's domain.
+
+    Parameters
+    ----------
+    planner
+        Which of marsupial's planners (``marsupial planners`` lists them).
+    steps
+        Plan for so many counted steps, which is reproducible; None for until the timeout.
+    """
+
+    def __init__(self, planner: str = "auto", steps: int | None = None) -> None:
+        Engine.__init__(self)
+        OneshotPlannerMixin.__init__(self)
+        AnytimePlannerMixin.__init__(self)
+        self._planner = planner
+        self._steps = steps
+
+    @property
+    def name(self) -> str:
+        """Its name in the factory."""
+        return "marsupial"
+
+    @staticmethod
+    def supported_kind() -> ProblemKind:
+        """Return the kind of the domain's problems; whether a problem is of the domain shows when it is solved."""
+        return ProblemKind(FEATURES, version=3)
+
+    @staticmethod
+    def supports(problem_kind: ProblemKind) -> bool:
+        """Say whether a problem of that kind may be of the domain."""
+        return bool(problem_kind <= MarsupialEngine.supported_kind())
+
+    @staticmethod
+    def satisfies(optimality_guarantee: OptimalityGuarantee) -> bool:
+        """Say whether plans are that good: no plan is promised to be the best."""
+        return bool(optimality_guarantee == OptimalityGuarantee.SATISFICING)
+
+    @staticmethod
+    def ensures(anytime_guarantee: AnytimeGuarantee) -> bool:
+        """Say whether plans come like that: each is better than those before it."""
+        return bool(anytime_guarantee == AnytimeGuarantee.INCREASING_QUALITY)
+
+    def _solve(
+        self,
+        problem: Any,
+        heuristic: Callable[..., Any] | None = None,
+        timeout: float | None = None,
+        output_stream: IO[str] | None = None,
+    ) -> PlanGenerationResult:
+        """Return the best plan within the timeout."""
+        return list(self._get_solutions(problem, timeout, output_stream))[-1]
+
+    def _get_solutions(
+        self, problem: Any, timeout: float | None = None, output_stream: IO[str] | None = None
+    ) -> Iterator[PlanGenerationResult]:
+        """Yield each better plan as it comes, then the best again with what is proven of it, or why there is none."""
+        situation = situation_of_problem(problem)
+        with closing(plans_for(situation, self._planner, timeout or DEFAULT_S, steps=self._steps)) as plans:
+            for plan in plans:
+                yield self._result(Status.INTERMEDIATE, to_up_plan(plan, problem, situation), plans)
+        yield self._last(plans, problem)
+
+    def _last(self, plans: Plans, problem: Any) -> PlanGenerationResult:
+        outcome, best = plans.finished.outcome, plans.best
+        if best is None:
+            return self._result(WITHOUT_PLAN.get(outcome, Status.UNSOLVABLE_INCOMPLETELY), None, plans)
+        optimal = outcome is Outcome.OPTIMAL and best.makespan_ms == plans.bound_ms
+        status = Status.SOLVED_OPTIMALLY if optimal else Status.SOLVED_SATISFICING
+        return self._result(status, to_up_plan(best, problem, plans.situation), plans)
+
+    def _result(self, status: Status, plan: TimeTriggeredPlan | None, plans: Plans) -> PlanGenerationResult:
+        metrics = {} if plans.best is None else {"makespan_s": f"{plans.best.makespan_ms / 1000:g}"}
+        return PlanGenerationResult(status, plan, self.name, metrics)
+
+
+def situation_of_problem(problem: Any) -> Situation:
+    """Return the situation that a problem of unified-planning describes.
+
+    Raises
+    ------
+    UPUsageError
+        If it is not of marsupial's domain, with every problem found.
+    """
+    domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
+    if set(problem.actions) != set(domain.actions):
+        raise UPUsageError("marsupial plans for problems of its own domain only: the actions of pddl/domain.pddl")
+    facts = [_fact(fact, value) for fact, value in problem.explicit_initial_values.items()]
+    goals = [_atom(part) for goal in problem.goals for part in (goal.args if goal.is_and() else (goal,))]
+    text = "\n".join(
+        [
+            "(define (problem given) (:domain marsupial) (:objects",
+            *(f"{each.name} - {each.type.name}" for each in problem.all_objects),
+            ") (:init",
+            *filter(None, facts),
+            f") (:goal (and {' '.join(goals)})))",
+        ]
+    )
+    try:
+        return read_problem(text)
+    except SituationError as error:
+        raise UPUsageError(f"not a problem of marsupial's domain: {error}") from error
+
+
+def _fact(fact: Any, value: Any) -> str:
+    """Return a fact as text; nothing for what is not so."""
+    if value.is_bool_constant():
+        return _atom(fact) if value.is_true() else ""
+    return f"(= {_atom(fact)} {Fraction(value.constant_value())})"
+
+
+def _atom(fact: Any) -> str:
+    if not fact.is_fluent_exp():
+        raise UPUsageError(f"not a problem of marsupial's domain, whose goals are facts: {fact}")
+    return f"({' '.join([fact.fluent().name, *(str(arg) for arg in fact.args)])})"
+
+
+def to_up_plan(plan: Plan, problem: Any, situation: Situation) -> TimeTriggeredPlan:
+    """Return a plan for `situation` as a time-triggered plan of its `problem`.
+
+    Raises
+    ------
+    InvalidPlanError
+        If PDDL can't say it: a name that the situation doesn't have or of the wrong type, or a start before the robot
+        is free.
+    """
+    timed = []
+    for step in steps_of(plan, situation):
+        action, objects = problem.action(step.name), [_object(problem, word, step) for word in step.args]
+        for parameter, thing in zip(action.parameters, objects, strict=True):
+            if not parameter.type.is_compatible(thing.type):
+                raise InvalidPlanError(
+                    f"({' '.join((step.name, *step.args))}): {thing.name} is no {parameter.type.name}"
+                )
+        args = tuple(problem.environment.expression_manager.ObjectExp(thing) for thing in objects)
+        timed.append((step.start, ActionInstance(action, args), step.duration))
+    return TimeTriggeredPlan(timed, problem.environment)
+
+
+def _object(problem: Any, word: str, step: Step) -> up.model.Object:
+    if not problem.has_object(word):
+        raise InvalidPlanError(f"({' '.join((step.name, *step.args))}): there is no {word}")
+    return problem.object(word)

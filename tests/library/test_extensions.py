@@ -1,0 +1,142 @@
+"""Strategies and engines of installed packages, known by name wherever ours are."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from packages import install
+
+import marsupial
+from marsupial.cli.main import main
+from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.model.planning import Budget
+from marsupial.planning.engines import ENGINES, engine, engine_infos, engine_names, mission_engine
+from marsupial.strategies.registry import STRATEGIES, asks_planner, strategy, strategy_names
+
+STEP = Budget(steps=1)
+
+
+@pytest.fixture(autouse=True)
+def _package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    groups = {
+        "marsupial.strategies": {
+            "plain": "others:Plain",
+            "asking": "others:Asking",
+            "gone": "others:Gone",
+            "failing": "others:fails",
+            "heuristic": "others:Plain",
+        },
+        "marsupial.engines": {
+            "copy": "others:Copy",
+            "lost": "nowhere_at_all:Engine",
+            "half": "others:Half",
+            "failing": "others:fails",
+            "greedy": "others:Copy",
+        },
+    }
+    monkeypatch.syspath_prepend(install(tmp_path / "site", "others", groups))
+
+
+def test_names_are_listed_after_ours_without_those_that_are_taken() -> None:
+    assert strategy_names() == (*STRATEGIES, "asking", "failing", "gone", "plain")
+    assert engine_names() == (*sorted(ENGINES), "copy", "failing", "half", "lost")
+
+
+def test_an_engine_is_found_by_its_name() -> None:
+    assert engine("copy").info.licence == "MIT"
+    assert mission_engine("copy", STEP).info.deterministic_steps
+
+
+def test_our_own_engine_keeps_its_name() -> None:
+    assert type(engine("greedy")).__module__.startswith("marsupial.")
+
+
+def test_engines_that_cannot_be_used_say_why_and_break_no_other() -> None:
+    missing = {info.name: info.missing for info in engine_infos()}
+    assert missing["copy"] is None
+    assert missing["lost"] == "can't be loaded from others: ModuleNotFoundError: No module named 'nowhere_at_all'"
+    assert "no engine" in str(missing["half"])
+    assert missing["failing"] == "can't be made: RuntimeError: out of order"
+    assert missing["greedy (others)"] == "others can't take this name: it is one of marsupial's own"
+    with pytest.raises(EngineUnavailable, match="planner lost: can't be loaded from others"):
+        mission_engine("lost", STEP)
+    with pytest.raises(EngineUnavailable, match="out of order"):
+        next(iter(engine("failing").solve(None, STEP)))  # type: ignore[arg-type]
+
+
+def test_a_name_that_two_packages_give_is_nobodys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = {"marsupial.engines": {"copy": "more:Copy"}}
+    monkeypatch.syspath_prepend(install(tmp_path / "more", "more", other))
+    with pytest.raises(EngineUnavailable, match="named more than once, by more and others"):
+        mission_engine("copy", STEP)
+
+
+def test_strategies_are_made_with_a_planner_if_they_ask_one() -> None:
+    assert (asks_planner("plain"), asks_planner("asking"), asks_planner("nobody")) == (False, True, False)
+    assert strategy("plain", planner="none", budget=STEP).name == "plain"
+    made = strategy("asking", planner="copy", budget=STEP)
+    assert made.engine.info.name == "copy"  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("gone", "strategy gone: can't be loaded from others: AttributeError"),
+        ("failing", "strategy failing of others can't be made: RuntimeError: out of order"),
+    ],
+)
+def test_a_strategy_that_cannot_be_used_says_why(name: str, reason: str) -> None:
+    with pytest.raises(EngineUnavailable, match=reason):
+        strategy(name, planner="greedy", budget=STEP)
+
+
+def test_an_unknown_name_gets_the_list_of_all() -> None:
+    with pytest.raises(UsageError, match=r"unknown strategy 'nope'; there are .*plain"):
+        strategy("nope", planner="greedy", budget=STEP)
+    with pytest.raises(UsageError, match=r"unknown planner 'nope'; there are .*copy"):
+        engine("nope")
+
+
+def test_python_and_the_command_line_know_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = marsupial.explore("lobby", strategy="asking", planner="copy", steps=1, log=tmp_path / "python.jsonl")
+    assert (result.status, result.strategy, result.planner) == ("complete", "asking", "copy")
+    command = ["run", "lobby", "--strategy", "asking", "--planner", "copy", "--steps", "1"]
+    assert main([*command, "--log", str(tmp_path / "shell.jsonl")]) == 0
+    assert (tmp_path / "python.jsonl").read_bytes() == (tmp_path / "shell.jsonl").read_bytes()
+    assert main(["run", "lobby", "--strategy", "gone", "--steps", "1"]) == 2
+    assert "strategy gone: can't be loaded from others" in capsys.readouterr().err
+
+
+def test_the_command_line_lists_planners_that_are_there_and_those_that_are_not(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["planners", "--json"]) == 0
+    listed = {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
+    assert listed["copy"]["available"] is True
+    assert listed["lost"]["available"] is False
+
+
+def test_a_comparison_has_them_beside_ours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    contenders = "plain,temporal:copy,heuristic"
+    out = tmp_path / "out"
+    command = ["compare", "lobby", "--strategies", contenders, "--runs", "1", "--steps", "1", "--workers", "1"]
+    assert main([*command, "--out", str(out)]) == 0
+    lines = (out / "rows.csv").read_text().splitlines()
+    assert [line.split(",")[1:3] for line in lines[1:]] == [
+        ["plain", "none"],
+        ["temporal", "copy"],
+        ["heuristic", "none"],
+    ]
+    assert all(",complete," in line for line in lines[1:])
+
+
+def test_the_service_offers_them(tmp_path: Path) -> None:
+    from marsupial_service.planners import planner_infos
+
+    infos = {info.name: info for info in planner_infos({})}
+    assert infos["copy"].missing is None
+    assert infos["half"].missing is not None
+    with pytest.raises(UsageError, match="copy is a planner already"):
+        planner_infos({"copy": "cmd:plan {domain} {problem}"})

@@ -1,0 +1,86 @@
+"""marsupial as an engine of unified-planning."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from situations import SOLVABLE, one_room, out_of_reach
+from unified_planning.engines.results import PlanGenerationResultStatus
+from unified_planning.exceptions import UPUsageError
+from up_problem import from_up_plan, up_problem, up_validate
+
+import marsupial
+from marsupial.formats.pddl.text import domain_text, problem_text
+from marsupial.library.up_engine import situation_of_problem
+from marsupial.planning.checker import check
+
+
+@pytest.fixture(scope="module")
+def up() -> Any:
+    import unified_planning.shortcuts as shortcuts
+
+    shortcuts.get_environment().credits_stream = None
+    marsupial.register_with_unified_planning()
+    marsupial.register_with_unified_planning()  # once more does no harm
+    return shortcuts
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_a_problem_is_read_back_into_its_situation(name: str) -> None:
+    situation = SOLVABLE[name]()
+    assert situation_of_problem(up_problem(situation)) == situation
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_problems_of_the_domain_are_solved(up: Any, name: str) -> None:
+    from unified_planning.io import PDDLReader
+
+    situation = SOLVABLE[name]()
+    problem = PDDLReader().parse_problem_string(domain_text(), problem_text(situation))
+    with up.OneshotPlanner(name="marsupial", params={"planner": "greedy", "steps": 1}) as planner:
+        result = planner.solve(problem)
+    assert result.status is PlanGenerationResultStatus.SOLVED_SATISFICING
+    plan = from_up_plan(result.plan, situation)
+    assert check(situation, plan).valid
+    assert up_validate(situation, plan).valid
+
+
+def test_better_plans_come_one_after_the_other_and_the_last_may_be_proven_best(up: Any) -> None:
+    with up.AnytimePlanner(name="marsupial", params={"steps": 20}) as planner:
+        results = list(planner.get_solutions(up_problem(one_room())))
+    assert {result.status for result in results[:-1]} == {PlanGenerationResultStatus.INTERMEDIATE}
+    assert results[-1].status is PlanGenerationResultStatus.SOLVED_OPTIMALLY
+    spans = [float(result.metrics["makespan_s"]) for result in results]
+    assert spans == sorted(spans, reverse=True)
+
+
+def test_a_problem_without_a_plan_has_none(up: Any) -> None:
+    with up.OneshotPlanner(name="marsupial", params={"steps": 5}) as planner:
+        result = planner.solve(up_problem(out_of_reach()))
+    assert result.plan is None
+    assert result.status in (
+        PlanGenerationResultStatus.UNSOLVABLE_PROVEN,
+        PlanGenerationResultStatus.UNSOLVABLE_INCOMPLETELY,
+    )
+
+
+def test_the_engine_is_found_by_the_kind_of_problem(up: Any) -> None:
+    assert "marsupial" in up.get_all_applicable_engines(up_problem(one_room()).kind)
+
+
+def test_problems_of_another_domain_are_refused(up: Any) -> None:
+    problem = up_problem(one_room())
+    problem.clear_actions()
+    with (
+        up.OneshotPlanner(name="marsupial") as planner,
+        pytest.raises(UPUsageError, match="its own domain only"),
+    ):
+        planner.solve(problem)
+
+
+def test_what_contradicts_itself_is_told(up: Any) -> None:
+    problem = up_problem(one_room())
+    problem.set_initial_value(problem.fluent("num_docked")(problem.object("c1")), 7)
+    with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match="rovers are on c1, not 7"):
+        planner.solve(problem)
