@@ -51,6 +51,11 @@ class Notes:
         """Note a problem with a field, or with the part itself where `key` is empty."""
         self.problems.append(Problem(self.at(key) if key else self.path, message))
 
+    def take(self, error: InputError) -> None:
+        """Note the problems of an error, whose paths begin here."""
+        for problem in error.problems:
+            self.wrong(problem.path, problem.message)
+
     def check(self, error: type[InputError]) -> None:
         """Raise an error with all problems, if there are any."""
         if self.problems:

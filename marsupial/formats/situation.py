@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.fields import Fields, Notes, shown, unknown
+from marsupial.formats.fields import Fields, Notes, shown, suggestion
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
 from marsupial.model.situation import (
@@ -286,7 +286,7 @@ def travel_tables(
     names = [kind.name for kind in types]
     for kind in travel:
         if kind not in names:
-            notes.wrong(kind, unknown("robot type", kind, names))
+            notes.wrong(kind, f"unknown field{suggestion(kind, names)}")
     tables = {}
     for kind in names:
         rows = travel.get(kind)

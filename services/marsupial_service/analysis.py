@@ -18,13 +18,12 @@ from marsupial.mission.survey import Survey, placed
 from marsupial.model.grid import Cell, Grid
 from marsupial_service.mapstate import MapState
 from marsupial_service.outlines import polygons
+from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
 
 INCLUDE = ("places", "reach", "frontiers", "costs")
 
-Feature = dict[str, Any]
 
-
-def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[dict[str, Any] | InputError]:
+def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[AnalysisAnswer | InputError]:
     """Yield the analysis, or what is wrong with the map state."""
     state, include = argument
     try:
@@ -33,7 +32,7 @@ def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[dict[str, Any
         yield error
 
 
-def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:
+def analysis(state: MapState, include: frozenset[str]) -> AnalysisAnswer:
     """Return the feature collection of a map state.
 
     Parameters
@@ -42,7 +41,7 @@ def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:
         Which of `INCLUDE` are told.
     """
     survey = state.survey()
-    features: list[Feature] = []
+    features: list[FeatureAnswer] = []
     if "places" in include:
         features += _places(state.grid, survey)
     if "frontiers" in include:
@@ -51,23 +50,16 @@ def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:
         features += _reach(state)
     if "costs" in include:
         features += _costs(state.grid, survey)
-    return {
-        "type": "FeatureCollection",
-        "features": features,
-        "situation": json.loads(situation_to_json(survey.situation)),
-    }
+    situation = json.loads(situation_to_json(survey.situation))
+    return AnalysisAnswer(type="FeatureCollection", features=features, situation=situation)
 
 
-def _feature(identity: str, geometry: str, coordinates: object, **properties: object) -> Feature:
-    return {
-        "type": "Feature",
-        "id": identity,
-        "geometry": {"type": geometry, "coordinates": coordinates},
-        "properties": properties,
-    }
+def _feature(identity: str, geometry: Geometry, coordinates: list[Any], **properties: object) -> FeatureAnswer:
+    shape = GeometryAnswer(type=geometry, coordinates=coordinates)
+    return FeatureAnswer(type="Feature", id=identity, geometry=shape, properties=properties)
 
 
-def _places(grid: Grid, survey: Survey) -> list[Feature]:
+def _places(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
     """Return a point for each robot type at each place: types may stand at different cells of it."""
     kinds = {target.name: "target" for target in survey.targets} | {m.name: "meeting" for m in survey.meetings}
     kinds |= dict.fromkeys(survey.situation.homes, "home")
@@ -86,7 +78,7 @@ def _places(grid: Grid, survey: Survey) -> list[Feature]:
     return found
 
 
-def _frontiers(grid: Grid, survey: Survey) -> list[Feature]:
+def _frontiers(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
     return [
         _feature(
             f"{target.name}/frontier",
@@ -100,7 +92,7 @@ def _frontiers(grid: Grid, survey: Survey) -> list[Feature]:
     ]
 
 
-def _reach(state: MapState) -> list[Feature]:
+def _reach(state: MapState) -> list[FeatureAnswer]:
     reach = Territory(state.grid, state.kinds).reach(placed(state.robots))
     return [
         _feature(
@@ -115,7 +107,7 @@ def _reach(state: MapState) -> list[Feature]:
     ]
 
 
-def _costs(grid: Grid, survey: Survey) -> list[Feature]:
+def _costs(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
     """Return a straight line for each drive there is, with the time it takes on the way the robot really goes."""
     situation, found = survey.situation, []
     for kind in (one.name for one in situation.types):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 from importlib.metadata import version
@@ -15,17 +15,18 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from marsupial.errors import MarsupialError
+from marsupial.errors import InputError, MarsupialError, Problem
 from marsupial.processes import launcher as processes
 from marsupial_service import openapi
 from marsupial_service.edge import Edge
-from marsupial_service.jobs import Jobs, JobSettings, UnknownJob
+from marsupial_service.jobs import Jobs, JobSettings, QueueFull, UnknownJob
 from marsupial_service.jobs import service as jobs_service
 from marsupial_service.keys import KeyFile
 from marsupial_service.missions import service as missions_service
-from marsupial_service.missions.records import MissionSettings, UnknownMission
+from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.records import MissionSettings, TooMany, UnknownMission
 from marsupial_service.missions.service import Missions
-from marsupial_service.pointers import of_location
+from marsupial_service.pointers import of_location, of_path
 from marsupial_service.problems import KINDS, Detail, HttpProblem, answer, kind_of
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.settings import Settings
@@ -122,12 +123,28 @@ def _problem(request: Request, error: Exception) -> Response:
 
 
 def _refused(request: Request, error: Exception) -> Response:
-    """Answer what the library raises."""
+    """Answer what the library raises; input is the body of the request."""
     assert isinstance(error, MarsupialError)
     kind = kind_of(error)
     if KINDS[kind].status >= 500:
         raise error
-    return answer(HttpProblem(kind, str(error)), request.url.path)
+    details = _details(error.problems, request) if isinstance(error, InputError) else ()
+    return answer(HttpProblem(kind, "" if details else str(error), errors=details), request.url.path)
+
+
+def _conflict(request: Request, error: Exception) -> Response:
+    assert isinstance(error, Conflict)
+    return answer(HttpProblem("conflict", errors=_details(error.problems, request)), request.url.path)
+
+
+def _details(problems: Iterable[Problem], request: Request) -> list[Detail]:
+    body = getattr(request.state, "json", None)
+    return [Detail(where="pointer", name=of_path(problem.path, body), text=problem.message) for problem in problems]
+
+
+def _too_many(request: Request, error: Exception) -> Response:
+    retry_after_s = error.retry_after_s if isinstance(error, QueueFull) else 1
+    return answer(HttpProblem("too-many", str(error), headers={"Retry-After": str(retry_after_s)}), request.url.path)
 
 
 def _misshaped(request: Request, error: Exception) -> Response:
@@ -186,4 +203,7 @@ _HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
     UnknownMission: _unknown,
     KeyReused: _key_reused,
     StoreError: _store_fails,
+    Conflict: _conflict,
+    TooMany: _too_many,
+    QueueFull: _too_many,
 }

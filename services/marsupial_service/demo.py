@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 
 from marsupial.formats.situation import situation_to_json
 from marsupial_service.jobs.warm import tiny
@@ -19,7 +19,7 @@ BUDGET_S = 2.0
 class Demo:
     """A request; `kind` is the field that holds what is asked."""
 
-    kind: str
+    kind: Literal["situation", "map_state"]
     summary: str
     load: Callable[[], dict[str, Any]]
 

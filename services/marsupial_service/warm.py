@@ -5,11 +5,11 @@ See `marsupial_service.jobs.warm`, which does so for planners.
 
 from __future__ import annotations
 
-import json
-
 from marsupial_service import analysis
 from marsupial_service.demo import DEMOS
-from marsupial_service.intake_map import read_map_state
-from marsupial_service.settings import Limits
+from marsupial_service.intake_map import map_state_of
+from marsupial_service.schemas.mapstates import MapStateBody
+from marsupial_service.settings import ServiceLimits
 
-json.dumps(analysis.analysis(read_map_state(DEMOS["yard"].request(), Limits()), frozenset(analysis.INCLUDE)))
+_yard = map_state_of(MapStateBody.model_validate(DEMOS["yard"].load()), ServiceLimits())
+analysis.analysis(_yard, frozenset(analysis.INCLUDE))

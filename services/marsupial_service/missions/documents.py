@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from marsupial.model.grid import Cell, Grid
@@ -49,18 +50,8 @@ def commands(
 
 def decision(decision: Decision) -> str:
     """Return a plan as it was decided on (times from then on), and how it was found."""
-    report = decision.report
-    return line(
-        {
-            "planner": report.planner,
-            "outcome": report.outcome,
-            "wall_s": report.wall_s,
-            "first_plan_s": report.first_plan_s,
-            "refused": report.refused,
-            "detail": report.detail,
-            "actions": [action_document(action) for action in decision.plan.actions],
-        }
-    )
+    actions = [action_document(action) for action in decision.plan.actions]
+    return line({**asdict(decision.report), "actions": actions})
 
 
 def decision_of(text: str) -> Decision:
@@ -71,14 +62,8 @@ def decision_of(text: str) -> Decision:
 
 def report_of(fields: dict[str, Any]) -> PlanningReport:
     """Return how a decision was found, from its document."""
-    return PlanningReport(
-        planner=fields["planner"],
-        outcome=Outcome(fields["outcome"]),
-        wall_s=fields["wall_s"],
-        first_plan_s=fields["first_plan_s"],
-        refused=fields["refused"],
-        detail=fields["detail"],
-    )
+    report = {key: value for key, value in fields.items() if key != "actions"}
+    return PlanningReport(**{**report, "outcome": Outcome(fields["outcome"])})
 
 
 def state(wish: Wish, t_ms: int) -> str:

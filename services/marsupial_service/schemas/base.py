@@ -1,9 +1,12 @@
-"""What all models have in common: strict types, no unknown fields, fields that may be absent but never null."""
+"""What all models have in common: strict types, no unknown fields, fields that may be absent but never null.
+
+Numbers lie within `marsupial.model.bounds`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -18,8 +21,7 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-LONGEST_MS = 10**12
-MOST = 1e15
+from marsupial.model.bounds import BOUNDS, LONGEST_NAME, LONGEST_TEXT
 
 T = TypeVar("T")
 
@@ -33,14 +35,16 @@ class Request(BaseModel):
 class Answer(BaseModel):
     """A part of an answer's body."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
+
+    @classmethod
+    def of(cls, value: object) -> Self:
+        """Return what is told of a value that has all of the fields as attributes."""
+        return cls.model_validate(value)
 
 
-class _NotNull:
-    """Refuses null where a field is given."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(_refuse_null, handler(source))
+class _NeverNull:
+    """Describes a field that may be absent as one that is never null."""
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         schema = handler(core)
@@ -50,22 +54,37 @@ class _NotNull:
         return {**schema, "anyOf": variants} if variants else schema
 
 
+class _RefuseNull(_NeverNull):
+    """Refuses null where a field is given."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(_refuse_null, handler(source))
+
+
 def _refuse_null(value: object) -> object:
     if value is None:
         raise PydanticCustomError("null", "must not be null; leave the field out")
     return value
 
 
-Maybe = Annotated[T | None, _NotNull()]
-"""A field that may be left out, with None as its default."""
+def within(name: str) -> Any:
+    """Return the constraint that a number lies within the bound of that name."""
+    bound = BOUNDS[name]
+    return Field(gt=bound.least, le=bound.most) if bound.above else Field(ge=bound.least, le=bound.most)
 
-Name = Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=r"\S")]
-RobotName = Annotated[str, StringConstraints(max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
-Milliseconds = Annotated[int, Field(ge=0, le=LONGEST_MS)]
-Seconds = Annotated[float, Field(ge=0, le=1e9)]
-Metres = Annotated[float, Field(ge=-MOST, le=MOST)]
+
+Maybe = Annotated[T | None, _RefuseNull()]
+"""A field of a request that may be left out, with None as its default."""
+
+Absent = Annotated[T | None, Field(exclude_if=lambda value: value is None), _NeverNull()]
+"""A field of an answer that is left out where it is None."""
+
+Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_TEXT, pattern=r"\S")]
+RobotName = Annotated[str, StringConstraints(max_length=LONGEST_NAME, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
+Milliseconds = Annotated[int, within("duration_ms")]
+Metres = Annotated[float, within("coordinate_m")]
 PointM = Annotated[list[Metres], Field(min_length=2, max_length=2)]
-CellXY = Annotated[list[Annotated[int, Field(ge=0, le=10**9)]], Field(min_length=2, max_length=2)]
+CellXY = Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)]
 
 
 def one_of(*keys: str) -> dict[str, Any]:

@@ -6,18 +6,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from marsupial_service.schemas.base import CellXY, Maybe, Milliseconds, Name, PointM, Request, RobotName
+from marsupial_service.schemas.base import CellXY, Maybe, Milliseconds, Name, PointM, Request, RobotName, within
 from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypeBody, TerrainBody
 from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
-RunsBody = list[Annotated[int, Field(ge=0, le=10**9)]]
+RunsBody = list[Annotated[int, within("cell")]]
 """(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
 
-Side = Annotated[int, Field(ge=1, le=10**6)]
+Side = Annotated[int, within("side")]
 Reason = Annotated[str, StringConstraints(max_length=1000)]
-Identity = Annotated[int, Field(ge=1, le=10**12)]
-Distance = Annotated[float, Field(ge=0, le=1e12)]
+Identity = Annotated[int, within("command")]
+Distance = Annotated[float, within("distance_m")]
 
 
 class FrameBody(Request):
@@ -47,9 +47,9 @@ class MissionBody(Request):
     planner: Name = "auto"
     budget: Maybe[BudgetBody] = None
     planning_time: Literal["instant", "charged"] = "instant"
-    time_limit_ms: Annotated[int, Field(ge=1, le=10**12)] = 4 * 3600 * 1000
+    time_limit_ms: Annotated[int, within("time_limit_ms")] = 4 * 3600 * 1000
     area: Maybe[RunsBody] = None
-    seed: Annotated[int, Field(ge=0, le=10**12)] = 0
+    seed: Annotated[int, within("seed")] = 0
 
 
 class RevealedBody(Request):
@@ -93,7 +93,7 @@ class LostBody(Request):
 class ReportBody(Request):
     """What happened up to a moment of mission time; `n` counts a mission's reports from 1."""
 
-    n: Annotated[int, Field(ge=1, le=10**9)]
+    n: Annotated[int, within("report")]
     t_ms: Milliseconds
     revealed: list[RevealedBody] = Field(default=[])
     map: Maybe[MapRunsBody] = None

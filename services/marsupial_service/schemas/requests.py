@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, RootModel, StringConstraints
+from pydantic import RootModel, StringConstraints
 
-from marsupial_service.schemas.base import LONGEST_MS, Maybe, Milliseconds, Name, Request, by_key, variant
+from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, by_key, variant, within
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.situations import SituationBody
 
@@ -14,13 +14,13 @@ from marsupial_service.schemas.situations import SituationBody
 class SecondsBudget(Request):
     """Wall-clock seconds a planner may think."""
 
-    seconds: float = Field(gt=0, le=1e6)
+    seconds: Annotated[float, within("budget_s")]
 
 
 class StepsBudget(Request):
     """Steps a planner may take: the same plan each time."""
 
-    steps: int = Field(ge=1, le=10**12)
+    steps: Annotated[int, within("budget_steps")]
 
 
 BudgetBody = Annotated[
@@ -72,7 +72,7 @@ class ActionBody(Request):
     carrier: Maybe[Name] = None
     origin: Maybe[Name] = None
     place: Name
-    start_ms: Annotated[int, Field(ge=-LONGEST_MS, le=LONGEST_MS)]
+    start_ms: Annotated[int, within("start_ms")]
     duration_ms: Milliseconds
 
 

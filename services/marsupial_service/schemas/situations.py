@@ -6,9 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from marsupial_service.schemas.base import MOST, Maybe, Milliseconds, Name, Request, one_of
-
-PLACES = 10**6
+from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, one_of, within
 
 
 class PlanningTypeBody(Request):
@@ -16,7 +14,7 @@ class PlanningTypeBody(Request):
 
     name: Name
     role: Literal["carrier", "rover"]
-    capacity: int = Field(0, ge=0, le=PLACES)
+    capacity: Annotated[int, within("capacity")] = 0
     dock_ms: Milliseconds = 0
     undock_ms: Milliseconds = 0
 
@@ -39,7 +37,7 @@ class TargetBody(Request):
 
     name: Name
     explorers: list[Name]
-    reveal_m2: float = Field(0, ge=0, le=MOST)
+    reveal_m2: Annotated[float, within("reveal_m2")] = 0
 
 
 class GoalBody(Request):

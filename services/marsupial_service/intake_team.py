@@ -1,0 +1,214 @@
+"""From the bodies of robots to a team: terrains, robot types, where robots are free next and when, their homes.
+
+A running docking or undocking keeps both of its robots busy. The rover is where it will be at the end: docking it
+counts as aboard, undocking it stands on the ground already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from marsupial.formats.fields import Notes, unknown
+from marsupial.formats.scenario.map import add_terrain, free_code
+from marsupial.formats.scenario.read import drivable
+from marsupial.formats.scenario.team import Entry, check_carriers, check_names, standing_fault
+from marsupial.model.grid import TERRAINS, Cell, Grid, Terrain
+from marsupial.model.mission import MapMeeting
+from marsupial.model.robots import EnergyModel, RobotType, Role, TeamMember
+from marsupial.model.situation import SituationGoal
+from marsupial.model.world import RobotReport
+from marsupial_service.schemas.mapstates import (
+    CarrierTypeBody,
+    DockBody,
+    DriveBody,
+    MeetingBody,
+    PlacedBody,
+    RobotBody,
+    RobotTypeBody,
+    TerrainBody,
+    UndockBody,
+)
+from marsupial_service.schemas.missions import RobotNoteBody
+
+MOST_RADIUS_CELLS = 200
+"""Of a robot: what the cells under its footprint cost goes with the square."""
+
+Types = Mapping[str, RobotType]
+Posed = PlacedBody | RobotNoteBody
+
+
+def terrains_of(bodies: Sequence[TerrainBody], notes: Notes) -> tuple[Terrain, ...]:
+    """Return the classes in ``terrains`` after those that every map has."""
+    terrains = list(TERRAINS)
+    for i, body in enumerate(bodies):
+        code = free_code(terrains) if body.code is None else body.code
+        terrain = Terrain(code=code, name=body.name, blocks_sight=body.blocks_sight)
+        add_terrain(terrains, terrain, notes.below(f"terrains[{i}]"))
+    return tuple(terrains)
+
+
+def types_of(
+    bodies: Sequence[RobotTypeBody], terrains: tuple[Terrain, ...], resolution_m: float | None, notes: Notes
+) -> dict[str, RobotType]:
+    """Return ``robot_types`` by name; none may be too big for the cells of the map, where their size is known."""
+    types: dict[str, RobotType] = {}
+    for i, body in enumerate(bodies):
+        part = notes.below(f"robot_types[{i}]")
+        if body.name.lower() in {name.lower() for name in types}:
+            part.wrong("name", f"{body.name!r} is used twice")
+        if resolution_m is not None and body.radius_m > MOST_RADIUS_CELLS * resolution_m:
+            part.wrong("radius_m", f"must be at most {MOST_RADIUS_CELLS} cells of the map")
+        types[body.name] = _type(body, terrains, part)
+    return types
+
+
+def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> RobotType:
+    if isinstance(body, CarrierTypeBody):
+        own = {"capacity": body.capacity}
+    else:
+        own = {"dock_ms": round(1000 * body.dock_s), "undock_ms": round(1000 * body.undock_s)}
+    return RobotType(
+        name=body.name,
+        role=Role(body.role),
+        speed_mps=body.speed_mps,
+        sensor_range_m=body.sensor_range_m,
+        radius_m=body.radius_m,
+        terrains=drivable(body.terrains, terrains, notes),
+        energy=EnergyModel() if body.energy is None else EnergyModel(**dict(body.energy)),
+        **own,
+    )
+
+
+def entries_of(bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: Notes) -> list[Entry]:
+    """Return robots with their places on the map; `notes` are those on the list."""
+    entries = []
+    for i, body in enumerate(bodies):
+        part = notes.below(f"[{i}]")
+        if body.type not in types:
+            part.wrong("type", unknown("robot type", body.type, types))
+        cell = cell_of(body, grid, part)
+        entries.append(Entry(part, TeamMember(name=body.name, type=body.type, start=cell, carrier=body.carrier)))
+    check_names(entries)
+    check_carriers(entries, types)
+    return entries
+
+
+def pose_of(origin_m: Sequence[float] | None) -> tuple[float, float, float]:
+    """Return the pose of a map in its frame: x, y, yaw."""
+    x, y, yaw = origin_m or (0.0, 0.0, 0.0)
+    return x, y, yaw
+
+
+def cell_of(body: Posed, grid: Grid, notes: Notes) -> Cell | None:
+    """Return where a robot is: its cell, or that of its pose; None if it has neither, or (noted) off the map."""
+    if body.pose_m is not None:
+        return _on_map("pose_m", body.pose_m, grid.cell_at_m(*body.pose_m), grid, notes)
+    return None if body.cell is None else _on_map("cell", body.cell, Cell(*body.cell), grid, notes)
+
+
+def _on_map(key: str, given: Sequence[float], cell: Cell, grid: Grid, notes: Notes) -> Cell | None:
+    if grid.contains(cell):
+        return cell
+    x, y = given
+    notes.wrong(key, f"[{x:g}, {y:g}] is outside the map")
+    return None
+
+
+def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Notes) -> tuple[RobotReport, ...]:
+    """Return ``robots``, with the time in ms from now at which each is free."""
+    entries = entries_of(bodies, types, grid, notes.below("robots"))
+    roles = {body.name: types[body.type].role for body in bodies if body.type in types}
+    free_at_ms: dict[str, int] = dict.fromkeys(roles, 0)
+    for body, entry in zip(bodies, entries, strict=True):
+        kind, cell = types.get(body.type), entry.member.start
+        if kind is not None and cell is not None:
+            _check_standing("cell" if body.pose_m is None else "pose_m", kind, cell, grid, entry.notes)
+        _read_action(body, roles, free_at_ms, entry.notes.below("action"))
+    return tuple(
+        RobotReport(
+            name=entry.member.name,
+            type=entry.member.type,
+            cell=entry.member.start,
+            carrier=entry.member.carrier,
+            free_at_ms=free_at_ms.get(entry.member.name, 0),
+        )
+        for entry in entries
+    )
+
+
+def _check_standing(key: str, kind: RobotType, cell: Cell, grid: Grid, notes: Notes) -> None:
+    fault = standing_fault(grid, kind, cell)
+    if fault:
+        notes.wrong(key, f"a {kind.name} can't stand at cell [{cell.x}, {cell.y}]: {fault}")
+
+
+def _read_action(body: RobotBody, roles: Mapping[str, Role], free_at_ms: dict[str, int], notes: Notes) -> None:
+    """Enter until when what a robot is doing keeps it and its partner busy."""
+    action = body.action
+    if action is None:
+        return
+    busy = [body.name]
+    if not isinstance(action, DriveBody) and roles.get(body.name) is not Role.ROVER:
+        notes.wrong("name", f"{body.name!r} is no rover: only rovers {action.name}")
+    elif not isinstance(action, DockBody) and body.carrier is not None:
+        notes.wrong("name", f"a robot aboard a carrier can't {action.name}; a rover that is undocking has a pose")
+    elif isinstance(action, DockBody) and body.carrier is None:
+        notes.wrong("name", "a rover that is docking has the carrier it docks on in place of a pose")
+    elif isinstance(action, DockBody) and body.carrier is not None:
+        busy.append(body.carrier)
+    elif isinstance(action, UndockBody) and roles.get(action.carrier) is not Role.CARRIER:
+        notes.wrong("carrier", f"there is no carrier {action.carrier!r}")
+    elif isinstance(action, UndockBody):
+        busy.append(action.carrier)
+    for robot in busy:
+        free_at_ms[robot] = max(free_at_ms.get(robot, 0), round(1000 * action.remaining_s))
+
+
+def homes_of(
+    bodies: Sequence[RobotBody], types: Types, grid: Grid, goal: SituationGoal, notes: Notes
+) -> dict[str, Cell]:
+    """Return where carriers have to end: all of them say so if the goal asks for their return."""
+    homes: dict[str, Cell] = {}
+    for i, body in enumerate(bodies):
+        part, kind = notes.below(f"robots[{i}]"), types.get(body.type)
+        given = [key for key in ("home_m", "home_cell") if getattr(body, key) is not None]
+        if kind is None or kind.role is not Role.CARRIER:
+            for key in given:
+                part.wrong(key, "only carriers have a home")
+        elif len(given) > 1:
+            part.wrong("home_cell", "give home_m or home_cell, not both")
+        elif given:
+            cell = grid.cell_at_m(*body.home_m) if body.home_m is not None else Cell(*body.home_cell or (0, 0))
+            if _on_map(given[0], getattr(body, given[0]), cell, grid, part) is not None:
+                _check_standing(given[0], kind, cell, grid, part)
+                homes[body.name] = cell
+        elif goal.return_home:
+            part.wrong("home_m", "missing: the goal asks for carriers to return home")
+    return homes
+
+
+def meetings_of(bodies: Sequence[MeetingBody], types: Types, grid: Grid, notes: Notes) -> tuple[MapMeeting, ...]:
+    """Return ``meetings``: the meeting points in use."""
+    for i, body in enumerate(bodies):
+        part = notes.below(f"meetings[{i}]")
+        _on_map("carrier_cell", body.carrier_cell, Cell(*body.carrier_cell), grid, part)
+        _on_map("rover_cell", body.rover_cell, Cell(*body.rover_cell), grid, part)
+        _check_role("carrier_type", body.carrier_type, Role.CARRIER, types, part)
+        _check_role("rover_type", body.rover_type, Role.ROVER, types, part)
+    return tuple(
+        MapMeeting(
+            name=body.name,
+            carrier_cell=Cell(*body.carrier_cell),
+            rover_cell=Cell(*body.rover_cell),
+            carrier_type=body.carrier_type,
+            rover_type=body.rover_type,
+        )
+        for body in bodies
+    )
+
+
+def _check_role(key: str, name: str, role: Role, types: Types, notes: Notes) -> None:
+    if name not in types:
+        notes.wrong(key, unknown("robot type", name, types))
+    elif types[name].role is not role:
+        notes.wrong(key, f"{name!r} is no {role}")
