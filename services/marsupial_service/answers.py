@@ -3,32 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
-from typing import TypeVar
 
 from starlette.responses import Response
 
-from marsupial.model.planning import EngineInfo
-from marsupial.planning.checker import Verdict
 from marsupial_service.jobs import FINAL, JobRecord, PlanRecord
-from marsupial_service.jobs.documents import line, timestamp
+from marsupial_service.jobs.documents import line
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.schemas.answers import (
-    ActionAnswer,
-    BudgetAnswer,
     JobAnswer,
     JobLinksAnswer,
     JobSummaryAnswer,
     MissionAnswer,
     MissionLinksAnswer,
     PlanAnswer,
-    PlannerAnswer,
-    VerdictAnswer,
-    ViolationAnswer,
 )
-from marsupial_service.schemas.base import Answer
-
-L = TypeVar("L", JobLinksAnswer, MissionLinksAnswer)
+from marsupial_service.schemas.base import Answer, timestamp
 
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -40,14 +29,7 @@ def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | No
 
 def plan_answer(record: PlanRecord) -> PlanAnswer:
     """Return a revision."""
-    return PlanAnswer(
-        revision=record.revision,
-        makespan_ms=record.makespan_ms,
-        found_after_ms=record.found_after_ms,
-        found_at=timestamp(record.at_ms),
-        actions=[ActionAnswer.of(action) for action in record.plan.actions],
-        ipc=record.ipc,
-    )
+    return PlanAnswer.of(record, found_at=timestamp(record.at_ms), actions=record.plan.actions)
 
 
 def job_path(job: str) -> str:
@@ -57,35 +39,17 @@ def job_path(job: str) -> str:
 
 def summary_answer(job: JobRecord) -> JobSummaryAnswer:
     """Return a job without its plan."""
-    return JobSummaryAnswer.model_validate(_summary(job))
+    return JobSummaryAnswer.of(job, **_more(job))
 
 
 def job_answer(job: JobRecord) -> JobAnswer:
     """Return a job with its best plan."""
-    return JobAnswer.model_validate({**_summary(job), "best": None if job.best is None else plan_answer(job.best)})
+    return JobAnswer.of(job, best=None if job.best is None else plan_answer(job.best), **_more(job))
 
 
-def _summary(job: JobRecord) -> dict[str, object]:
-    path = job_path(job.id)
-    return {
-        "id": job.id,
-        "state": job.state,
-        "outcome": job.outcome,
-        "detail": job.detail,
-        "planner": job.planner,
-        "budget": BudgetAnswer.of(job.budget),
-        "attempts": job.attempts,
-        "created_at": timestamp(job.created_at_ms),
-        "queued_at": timestamp(job.queued_at_ms),
-        "started_at": _moment(job.started_at_ms),
-        "first_plan_at": _moment(job.first_plan_at_ms),
-        "finished_at": _moment(job.finished_at_ms),
-        "plans": job.plans,
-        "makespan_ms": None if job.best is None else job.best.makespan_ms,
-        "lower_bound_ms": job.lower_bound_ms,
-        "gap": job.gap,
-        "links": _links(JobLinksAnswer, path),
-    }
+def _more(job: JobRecord) -> dict[str, object]:
+    makespan_ms = None if job.best is None else job.best.makespan_ms
+    return {"makespan_ms": makespan_ms, "links": _links(JobLinksAnswer, job_path(job.id))}
 
 
 def is_over(job: JobRecord) -> bool:
@@ -100,38 +64,8 @@ def mission_path(mission: str) -> str:
 
 def mission_answer(record: MissionRecord) -> MissionAnswer:
     """Return a mission."""
-    return MissionAnswer(
-        id=record.id,
-        name=record.name,
-        state=record.state.value,
-        status=record.status,
-        reason=record.reason,
-        strategy=record.strategy,
-        planner=record.planner,
-        n=record.n,
-        t_ms=record.t_ms,
-        revision=record.revision,
-        created_at=timestamp(record.created_at_ms),
-        finished_at=_moment(record.finished_at_ms),
-        links=_links(MissionLinksAnswer, mission_path(record.id)),
-    )
+    return MissionAnswer.of(record, links=_links(MissionLinksAnswer, mission_path(record.id)))
 
 
-def verdict_answer(verdict: Verdict, actions: int) -> VerdictAnswer:
-    """Return what the checker says of a plan of so many actions."""
-    found = verdict.violation
-    violation = None if found is None else ViolationAnswer.of(found)
-    return VerdictAnswer(valid=verdict.valid, violation=violation, makespan_ms=verdict.makespan_ms, actions=actions)
-
-
-def planner_answer(info: EngineInfo) -> PlannerAnswer:
-    """Return what a planner can do."""
-    return PlannerAnswer.model_validate({**asdict(info), "available": info.missing is None})
-
-
-def _moment(ms: int | None) -> str | None:
-    return None if ms is None else timestamp(ms)
-
-
-def _links(links: type[L], path: str) -> L:
+def _links(links: type[Answer], path: str) -> Answer:
     return links.model_validate({word: path if word == "self" else f"{path}/{word}" for word in links.model_fields})

@@ -10,13 +10,12 @@ from marsupial.errors import InputError, PlanTextError, Problem, SituationError
 from marsupial.formats.fields import Notes
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import check_places, travel_tables
-from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial.model.robots import Role
-from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
+from marsupial.model.situation import Situation, SituationGoal
 from marsupial_service.problems import Detail, HttpProblem
-from marsupial_service.schemas.requests import ActionsPlan, SecondsBudget, StepsBudget, TextPlan
-from marsupial_service.schemas.situations import GoalBody, SituationBody
+from marsupial_service.schemas.requests import ActionsPlan, TextPlan
+from marsupial_service.schemas.situations import SituationBody
 from marsupial_service.settings import ServiceLimits
 
 
@@ -59,30 +58,24 @@ def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
     places = [*starts, *(target.name for target in body.targets), *body.meetings, *body.homes]
     if body.places is not None:
         check_places(body.places, places, notes)
-    types = [PlanningType(**{**dict(kind), "role": Role(kind.role)}) for kind in body.types]
-    tables = travel_tables(body.travel_ms, types, len(places), notes.below("travel_ms"))
+    tables = travel_tables(body.travel_ms, body.types, len(places), notes.below("travel_ms"))
     notes.check(SituationError)
     try:
         return Situation(
-            types=tuple(types),
-            robots=tuple(RobotState(**dict(robot)) for robot in body.robots),
-            targets=tuple(TargetInfo(**{**dict(one), "explorers": frozenset(one.explorers)}) for one in body.targets),
+            types=tuple(body.types),
+            robots=tuple(body.robots),
+            targets=tuple(body.targets),
             meetings=tuple(body.meetings),
             homes=tuple(body.homes),
             travel_ms=tables,
-            goal=goal_of(body.goal),
+            goal=body.goal or SituationGoal(),
         )
     except SituationError as error:
         notes.take(error)
         raise SituationError(notes.problems) from error
 
 
-def goal_of(body: GoalBody | None) -> SituationGoal:
-    """Return what is asked besides exploring: nothing if it isn't said."""
-    return SituationGoal() if body is None else SituationGoal(**dict(body))
-
-
-def budget_of(body: SecondsBudget | StepsBudget | None, limits: ServiceLimits, default_s: float) -> Budget:
+def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) -> Budget:
     """Return the budget of a request, `default_s` seconds if it says nothing.
 
     Raises
@@ -90,15 +83,14 @@ def budget_of(body: SecondsBudget | StepsBudget | None, limits: ServiceLimits, d
     InputError
         If it is beyond the limits.
     """
-    if body is None:
+    if budget is None:
         return Budget(seconds=min(default_s, limits.budget_s))
-    most: float
-    if isinstance(body, SecondsBudget):
-        budget, key, given, most = Budget(seconds=body.seconds), "seconds", body.seconds, limits.budget_s
-    else:
-        budget, key, given, most = Budget(steps=body.steps), "steps", body.steps, limits.budget_steps
-    if given > most:
-        raise refuse(f"budget.{key}", f"must be at most {most:g}, got {given:g}")
+    for key, given, most in (
+        ("seconds", budget.seconds, limits.budget_s),
+        ("steps", budget.steps, limits.budget_steps),
+    ):
+        if given is not None and given > most:
+            raise refuse(f"budget.{key}", f"must be at most {most:g}, got {given:g}")
     return budget
 
 
@@ -111,7 +103,7 @@ def plan_of(body: ActionsPlan | TextPlan, situation: Situation) -> Plan:
         If its text can't be read.
     """
     if isinstance(body, ActionsPlan):
-        return Plan(actions=tuple(Action(**{**dict(one), "name": ActionName(one.name)}) for one in body.actions))
+        return Plan(actions=tuple(body.actions))
     try:
         return read_plan_text(body.ipc, situation)
     except InputError as error:

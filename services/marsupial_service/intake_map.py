@@ -18,8 +18,9 @@ from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, header_of
 from marsupial.formats.mapfiles.terrain_mask import apply_mask
 from marsupial.formats.scenario.map import drawn_cells, mask_codes
 from marsupial.model.grid import Grid, Terrain
-from marsupial_service.intake import check_count, goal_of
-from marsupial_service.intake_team import homes_of, meetings_of, pose_of, robots_of, terrains_of, types_of
+from marsupial.model.situation import SituationGoal
+from marsupial_service.intake import check_count
+from marsupial_service.intake_team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
 from marsupial_service.mapstate import MapState
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
 from marsupial_service.settings import ServiceLimits
@@ -43,13 +44,14 @@ def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
     kinds = types_of(body.robot_types, terrains, None if grid is None else grid.resolution_m, notes)
     notes.check(ScenarioError)
     assert grid is not None
-    goal = goal_of(body.goal)
+    goal = body.goal or SituationGoal()
+    check_meetings(body.meetings, kinds, grid, notes)
     state = MapState(
         grid=grid,
         kinds=tuple(kinds.values()),
         robots=robots_of(body.robots, kinds, grid, notes),
         homes=homes_of(body.robots, kinds, grid, goal, notes),
-        meetings=meetings_of(body.meetings, kinds, grid, notes),
+        meetings=tuple(body.meetings),
         goal=goal,
     )
     notes.check(ScenarioError)
@@ -69,7 +71,7 @@ def _grid(body: MapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, n
 def _drawn(body: RowsMapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, notes: Notes) -> Grid | None:
     check_count(notes.at("rows"), len(body.rows) * len(body.rows[0]), limits.cells, "cells")
     cells = drawn_cells(body.rows, body.legend or {}, terrains, notes)
-    return Grid(cells=cells, resolution_m=body.resolution_m, origin_m=pose_of(body.origin_m)) if cells.size else None
+    return Grid(cells=cells, resolution_m=body.resolution_m, origin_m=body.origin_m or ORIGIN) if cells.size else None
 
 
 def _pictured(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
@@ -98,7 +100,7 @@ def _header(body: ImageMapBody, notes: Notes) -> Nav2Header | None:
     return Nav2Header(
         image=Path("image"),
         resolution_m=body.resolution_m,
-        origin_m=pose_of(body.origin_m),
+        origin_m=body.origin_m or ORIGIN,
         negate=body.negate,
         free_thresh=free,
         occupied_thresh=occupied,
@@ -122,8 +124,10 @@ def _image(text: str, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
 
 def _masked(grid: Grid, body: MaskBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     before = len(notes.problems)
-    greys = ((name, given if isinstance(given, list) else [given]) for name, given in body.greys.items())
-    codes, image = mask_codes(greys, grid.terrains, notes.below("greys")), _image(body.image, limits, notes)
+    codes, image = (
+        mask_codes(body.greys.items(), grid.terrains, notes.below("greys")),
+        _image(body.image, limits, notes),
+    )
     if image is None or len(notes.problems) > before:
         return None
     try:

@@ -21,7 +21,6 @@ from marsupial_service.schemas.mapstates import (
     CarrierTypeBody,
     DockBody,
     DriveBody,
-    MeetingBody,
     PlacedBody,
     RobotBody,
     RobotTypeBody,
@@ -32,6 +31,9 @@ from marsupial_service.schemas.missions import RobotNoteBody
 
 MOST_RADIUS_CELLS = 200
 """Of a robot: what the cells under its footprint cost goes with the square."""
+
+ORIGIN = (0.0, 0.0, 0.0)
+"""Pose of a map whose origin is not said."""
 
 Types = Mapping[str, RobotType]
 Posed = PlacedBody | RobotNoteBody
@@ -74,7 +76,7 @@ def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> R
         sensor_range_m=body.sensor_range_m,
         radius_m=body.radius_m,
         terrains=drivable(body.terrains, terrains, notes),
-        energy=EnergyModel() if body.energy is None else EnergyModel(**dict(body.energy)),
+        energy=body.energy or EnergyModel(),
         **own,
     )
 
@@ -93,17 +95,11 @@ def entries_of(bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: No
     return entries
 
 
-def pose_of(origin_m: Sequence[float] | None) -> tuple[float, float, float]:
-    """Return the pose of a map in its frame: x, y, yaw."""
-    x, y, yaw = origin_m or (0.0, 0.0, 0.0)
-    return x, y, yaw
-
-
 def cell_of(body: Posed, grid: Grid, notes: Notes) -> Cell | None:
     """Return where a robot is: its cell, or that of its pose; None if it has neither, or (noted) off the map."""
     if body.pose_m is not None:
         return _on_map("pose_m", body.pose_m, grid.cell_at_m(*body.pose_m), grid, notes)
-    return None if body.cell is None else _on_map("cell", body.cell, Cell(*body.cell), grid, notes)
+    return None if body.cell is None else _on_map("cell", body.cell, body.cell, grid, notes)
 
 
 def _on_map(key: str, given: Sequence[float], cell: Cell, grid: Grid, notes: Notes) -> Cell | None:
@@ -178,8 +174,8 @@ def homes_of(
         elif len(given) > 1:
             part.wrong("home_cell", "give home_m or home_cell, not both")
         elif given:
-            cell = grid.cell_at_m(*body.home_m) if body.home_m is not None else Cell(*body.home_cell or (0, 0))
-            if _on_map(given[0], getattr(body, given[0]), cell, grid, part) is not None:
+            cell = body.home_cell if body.home_m is None else grid.cell_at_m(*body.home_m)
+            if cell is not None and _on_map(given[0], getattr(body, given[0]), cell, grid, part):
                 _check_standing(given[0], kind, cell, grid, part)
                 homes[body.name] = cell
         elif goal.return_home:
@@ -187,28 +183,14 @@ def homes_of(
     return homes
 
 
-def meetings_of(bodies: Sequence[MeetingBody], types: Types, grid: Grid, notes: Notes) -> tuple[MapMeeting, ...]:
-    """Return ``meetings``: the meeting points in use."""
-    for i, body in enumerate(bodies):
+def check_meetings(meetings: Sequence[MapMeeting], types: Types, grid: Grid, notes: Notes) -> None:
+    """Note meeting points in use that are off the map, or for types that don't meet."""
+    for i, meeting in enumerate(meetings):
         part = notes.below(f"meetings[{i}]")
-        _on_map("carrier_cell", body.carrier_cell, Cell(*body.carrier_cell), grid, part)
-        _on_map("rover_cell", body.rover_cell, Cell(*body.rover_cell), grid, part)
-        _check_role("carrier_type", body.carrier_type, Role.CARRIER, types, part)
-        _check_role("rover_type", body.rover_type, Role.ROVER, types, part)
-    return tuple(
-        MapMeeting(
-            name=body.name,
-            carrier_cell=Cell(*body.carrier_cell),
-            rover_cell=Cell(*body.rover_cell),
-            carrier_type=body.carrier_type,
-            rover_type=body.rover_type,
-        )
-        for body in bodies
-    )
-
-
-def _check_role(key: str, name: str, role: Role, types: Types, notes: Notes) -> None:
-    if name not in types:
-        notes.wrong(key, unknown("robot type", name, types))
-    elif types[name].role is not role:
-        notes.wrong(key, f"{name!r} is no {role}")
+        for role in Role:
+            cell, name = getattr(meeting, f"{role}_cell"), getattr(meeting, f"{role}_type")
+            _on_map(f"{role}_cell", cell, cell, grid, part)
+            if name not in types:
+                part.wrong(f"{role}_type", unknown("robot type", name, types))
+            elif types[name].role is not role:
+                part.wrong(f"{role}_type", f"{name!r} is no {role}")

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import json
-from datetime import UTC, datetime
 from typing import Any
 
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial_service.schemas.answers import ActionAnswer
-
-
-def timestamp(ms: int) -> str:
-    """Return a moment (ms since 1970) as RFC 3339 text, UTC, with milliseconds."""
-    moment = datetime.fromtimestamp(ms // 1000, UTC)
-    return f"{moment:%Y-%m-%dT%H:%M:%S}.{ms % 1000:03d}Z"
+from marsupial_service.schemas.base import timestamp
 
 
 def line(document: object) -> str:

@@ -13,8 +13,8 @@ from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, PlanningTime
 from marsupial.model.scenario import Limits as MissionLimits
 from marsupial.strategies.registry import STRATEGIES, strategy
-from marsupial_service.intake import budget_of, check_count, goal_of, refuse
-from marsupial_service.intake_team import Types, cell_of, entries_of, pose_of, terrains_of, types_of
+from marsupial_service.intake import budget_of, check_count, refuse
+from marsupial_service.intake_team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
 from marsupial_service.schemas.missions import FrameBody, MemberBody, MissionBody, ReportBody, RobotNoteBody
 from marsupial_service.settings import ServiceLimits
@@ -37,7 +37,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     check_count("frame", body.frame.width * body.frame.height, limits.cells, "cells")
     budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
     grid, types = _field(body)
-    notes, goal = Notes(), goal_of(body.goal)
+    notes = Notes()
     brief = Brief(
         name=body.name,
         strategy=body.strategy,
@@ -48,10 +48,10 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
         grid=grid,
         kinds=tuple(types.values()),
         robots=_team(body.team, types, grid, notes.below("team")),
-        goal=Goal(recover_rovers=goal.recover_rovers, return_home=goal.return_home),
+        goal=body.goal or Goal(recover_rovers=False),
         limits=MissionLimits(time_ms=body.time_limit_ms),
         planning_time=PlanningTime(body.planning_time),
-        reachable=None if body.area is None else _mask(tuple(body.area), grid),
+        reachable=None if body.area is None else _mask(body.area, grid),
     )
     notes.check(ScenarioError)
     try:
@@ -82,9 +82,9 @@ def _field(body: MissionBody) -> tuple[Grid, Types]:
 
 def _grid(frame: FrameBody, terrains: tuple[Terrain, ...]) -> Grid:
     return Grid(
-        cells=_cells(tuple(frame.known), (frame.height, frame.width)),
+        cells=_cells(frame.known, (frame.height, frame.width)),
         resolution_m=frame.resolution_m,
-        origin_m=pose_of(frame.origin_m),
+        origin_m=frame.origin_m or ORIGIN,
         terrains=terrains,
     )
 
@@ -129,8 +129,8 @@ def report_of(body: ReportBody, brief: Brief) -> Report:
     return Report(
         n=body.n,
         t_ms=body.t_ms,
-        revealed=tuple((seen.robot, tuple(seen.runs)) for seen in body.revealed),
-        map=None if body.map is None else _cells(tuple(body.map.runs), brief.grid.cells.shape),
+        revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
+        map=None if body.map is None else _cells(body.map.runs, brief.grid.cells.shape),
         robots=robots,
         finished=tuple(body.finished),
         failed=tuple((failed.id, failed.reason) for failed in body.failed),

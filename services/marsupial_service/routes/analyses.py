@@ -10,7 +10,7 @@ from marsupial.errors import InputError
 from marsupial.formats.fields import Notes
 from marsupial.planning.checker import check
 from marsupial_service.analysis import INCLUDE
-from marsupial_service.answers import json_answer, verdict_answer
+from marsupial_service.answers import json_answer
 from marsupial_service.intake import plan_of, situation_of
 from marsupial_service.intake_map import map_state_of
 from marsupial_service.openapi import errors
@@ -56,4 +56,4 @@ async def validate(state: Service, body: ValidationBody) -> Response:
 def _verdict(body: ValidationBody, limits: ServiceLimits) -> answers.VerdictAnswer:
     situation = situation_of(body.situation, limits)
     plan = plan_of(body.plan, situation)
-    return verdict_answer(check(situation, plan), len(plan.actions))
+    return answers.VerdictAnswer.of(check(situation, plan), actions=len(plan.actions))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 
-from marsupial_service.answers import json_answer, planner_answer
+from marsupial_service.answers import json_answer
 from marsupial_service.demo import DEMOS
 from marsupial_service.openapi import errors
 from marsupial_service.planners import planner_infos
@@ -23,7 +23,8 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["catalogue"])
 async def list_planners(state: Service) -> Response:
     """List the planners, and why some can't be used here."""
     infos = planner_infos(state.settings.planners)
-    return json_answer(answers.PlannersAnswer(planners=[planner_answer(info) for info in infos]))
+    found = [answers.PlannerAnswer.of(info, available=info.missing is None) for info in infos]
+    return json_answer(answers.PlannersAnswer(planners=found))
 
 
 @router.get("/demo-data", response_model=answers.DemoListAnswer, responses=errors())

@@ -109,7 +109,7 @@ async def report(state: Service, mission: MissionOfPath, sent: Json, body: Repor
     missions = state.flying()
     read = await asyncio.to_thread(report_of, body, await missions.brief(mission))
     taken = await missions.report(mission, read, digest_of(sent))
-    return json_answer(answers.TakenAnswer(n=read.n, t_ms=read.t_ms, revision=taken.revision))
+    return json_answer(answers.TakenAnswer.of(read, revision=taken.revision))
 
 
 @router.post(
@@ -162,15 +162,7 @@ async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
     missions = state.flying()
     grid, ledger = (await missions.brief(mission)).grid, await missions.ledger(mission)
-    return json_answer(
-        answers.KnownMapAnswer(
-            width=grid.width,
-            height=grid.height,
-            resolution_m=grid.resolution_m,
-            origin_m=list(grid.origin_m),
-            runs=list(runs_in(ledger.cells)),
-        )
-    )
+    return json_answer(answers.KnownMapAnswer.of(grid, runs=runs_in(ledger.cells)))
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:

@@ -5,7 +5,8 @@ Numbers lie within `marsupial.model.bounds`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
@@ -15,6 +16,7 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    GetPydanticSchema,
     StringConstraints,
     Tag,
 )
@@ -22,8 +24,15 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from marsupial.model.bounds import BOUNDS, LONGEST_NAME, LONGEST_TEXT
+from marsupial.model.grid import Cell
 
 T = TypeVar("T")
+
+
+def timestamp(ms: int) -> str:
+    """Return a moment (ms since 1970) as RFC 3339 text, UTC, with milliseconds."""
+    moment = datetime.fromtimestamp(ms // 1000, UTC)
+    return f"{moment:%Y-%m-%dT%H:%M:%S}.{ms % 1000:03d}Z"
 
 
 class Request(BaseModel):
@@ -38,9 +47,19 @@ class Answer(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
 
     @classmethod
-    def of(cls, value: object) -> Self:
-        """Return what is told of a value that has all of the fields as attributes."""
-        return cls.model_validate(value)
+    def of(cls, value: object, **more: object) -> Self:
+        """Return what is told of a value: its attributes that are called like the fields, and `more`.
+
+        Moments become text: `created_at` is told of the attribute `created_at_ms`.
+        """
+        told = dict(more)
+        for name in cls.model_fields.keys() - more.keys():
+            if name.endswith("_at"):
+                ms = getattr(value, f"{name}_ms")
+                told[name] = None if ms is None else timestamp(ms)
+            else:
+                told[name] = getattr(value, name)
+        return cls.model_validate(told)
 
 
 class _NeverNull:
@@ -73,6 +92,21 @@ def within(name: str) -> Any:
     return Field(gt=bound.least, le=bound.most) if bound.above else Field(ge=bound.least, le=bound.most)
 
 
+def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
+    """Let a field be sent in a shape (a model, or a type of JSON) of which a value of the library is made.
+
+    Parameters
+    ----------
+    make
+        Takes the fields of a model by their names, anything else as it is.
+    """
+
+    def value_of(sent: Any) -> Any:
+        return make(**dict(sent)) if isinstance(sent, BaseModel) else make(sent)
+
+    return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(value_of, handler(shape)))
+
+
 Maybe = Annotated[T | None, _RefuseNull()]
 """A field of a request that may be left out, with None as its default."""
 
@@ -83,8 +117,10 @@ Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_TEXT, p
 RobotName = Annotated[str, StringConstraints(max_length=LONGEST_NAME, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
 Milliseconds = Annotated[int, within("duration_ms")]
 Metres = Annotated[float, within("coordinate_m")]
-PointM = Annotated[list[Metres], Field(min_length=2, max_length=2)]
-CellXY = Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)]
+PointM = Annotated[tuple[float, float], made_of(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)]
+CellXY = Annotated[
+    Cell, made_of(Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)], Cell._make)
+]
 
 
 def one_of(*keys: str) -> dict[str, Any]:

@@ -10,6 +10,8 @@ from typing import Annotated, Literal, Self
 from pydantic import ConfigDict, Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
+from marsupial.model.mission import MapMeeting
+from marsupial.model.robots import EnergyModel
 from marsupial_service.schemas.base import (
     CellXY,
     Maybe,
@@ -18,15 +20,18 @@ from marsupial_service.schemas.base import (
     Request,
     RobotName,
     by_key,
+    made_of,
     one_of,
     variant,
     within,
 )
-from marsupial_service.schemas.situations import GoalBody
+from marsupial_service.schemas.situations import Goal
 
 Base64 = Annotated[str, StringConstraints(min_length=4, pattern=r"^[A-Za-z0-9+/]*={0,2}$")]
 Resolution = Annotated[float, within("resolution_m")]
-Origin = Annotated[list[Metres], Field(min_length=3, max_length=3)]
+Origin = Annotated[
+    tuple[float, float, float], made_of(Annotated[list[Metres], Field(min_length=3, max_length=3)], tuple)
+]
 Share = Annotated[float, within("share")]
 Grey = Annotated[int, within("grey")]
 Seconds = Annotated[float, within("remaining_s")]
@@ -34,11 +39,15 @@ Power = Annotated[float, within("power_w")]
 Docking = Annotated[float, within("dock_s")]
 
 
+def _listed(given: int | list[int]) -> list[int]:
+    return given if isinstance(given, list) else [given]
+
+
 class MaskBody(Request):
     """Terrain painted in an image of the map's size: the greys of each terrain."""
 
     image: Base64
-    greys: dict[str, Grey | list[Grey]]
+    greys: dict[str, Annotated[list[int], made_of(Grey | list[Grey], _listed)]]
 
 
 class _Map(Request):
@@ -108,7 +117,7 @@ class _RobotType(Request):
     sensor_range_m: Annotated[float, within("sensor_range_m")]
     radius_m: Annotated[float, within("radius_m")]
     terrains: Annotated[list[RobotName], Field(min_length=1)]
-    energy: Maybe[EnergyBody] = None
+    energy: Maybe[Annotated[EnergyModel, made_of(EnergyBody, EnergyModel)]] = None
 
 
 class CarrierTypeBody(_RobotType):
@@ -199,5 +208,5 @@ class MapStateBody(Request):
     terrains: list[TerrainBody] = Field(default_factory=list)
     robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
     robots: Annotated[list[RobotBody], Field(min_length=1)]
-    meetings: list[MeetingBody] = Field(default_factory=list)
-    goal: Maybe[GoalBody] = None
+    meetings: list[Annotated[MapMeeting, made_of(MeetingBody, MapMeeting)]] = Field(default_factory=list)
+    goal: Maybe[Goal] = None

@@ -6,12 +6,23 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from marsupial_service.schemas.base import CellXY, Maybe, Milliseconds, Name, PointM, Request, RobotName, within
+from marsupial.model.scenario import Goal, Limits
+from marsupial_service.schemas.base import (
+    CellXY,
+    Maybe,
+    Milliseconds,
+    Name,
+    PointM,
+    Request,
+    RobotName,
+    made_of,
+    within,
+)
 from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypeBody, TerrainBody
 from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
-RunsBody = list[Annotated[int, within("cell")]]
+RunsBody = Annotated[tuple[int, ...], made_of(list[Annotated[int, within("cell")]], tuple)]
 """(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
 
 Side = Annotated[int, within("side")]
@@ -27,7 +38,7 @@ class FrameBody(Request):
     height: Side
     resolution_m: Resolution
     origin_m: Maybe[Origin] = None
-    known: RunsBody = Field(default=[])
+    known: RunsBody = ()
 
 
 class MemberBody(PlacedBody):
@@ -42,12 +53,12 @@ class MissionBody(Request):
     terrains: list[TerrainBody] = Field(default=[])
     robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
     team: Annotated[list[MemberBody], Field(min_length=1)]
-    goal: Maybe[GoalBody] = None
+    goal: Maybe[Annotated[Goal, made_of(GoalBody, Goal)]] = None
     strategy: Name = "temporal"
     planner: Name = "auto"
     budget: Maybe[BudgetBody] = None
     planning_time: Literal["instant", "charged"] = "instant"
-    time_limit_ms: Annotated[int, within("time_limit_ms")] = 4 * 3600 * 1000
+    time_limit_ms: Annotated[int, within("time_limit_ms")] = Limits().time_ms
     area: Maybe[RunsBody] = None
     seed: Annotated[int, within("seed")] = 0
 

@@ -6,7 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import RootModel, StringConstraints
 
-from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, by_key, variant, within
+from marsupial.model.plan import Action, ActionName
+from marsupial.model.planning import Budget
+from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, by_key, made_of, variant, within
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.situations import SituationBody
 
@@ -24,8 +26,14 @@ class StepsBudget(Request):
 
 
 BudgetBody = Annotated[
-    Annotated[SecondsBudget, variant("seconds")] | Annotated[StepsBudget, variant("steps")],
-    by_key("seconds", "steps"),
+    Budget,
+    made_of(
+        Annotated[
+            Annotated[SecondsBudget, variant("seconds")] | Annotated[StepsBudget, variant("steps")],
+            by_key("seconds", "steps"),
+        ],
+        Budget,
+    ),
 ]
 
 
@@ -67,7 +75,7 @@ class AnalysisBody(Request):
 class ActionBody(Request):
     """An action of a plan."""
 
-    name: Literal["move", "explore", "dock", "undock"]
+    name: Annotated[ActionName, made_of(Literal["move", "explore", "dock", "undock"], ActionName)]
     robot: Name
     carrier: Maybe[Name] = None
     origin: Maybe[Name] = None
@@ -79,7 +87,7 @@ class ActionBody(Request):
 class ActionsPlan(Request):
     """A plan as a list of actions."""
 
-    actions: list[ActionBody]
+    actions: list[Annotated[Action, made_of(ActionBody, Action)]]
 
 
 class TextPlan(Request):
