@@ -43,35 +43,8 @@ def _tiny() -> dict[str, Any]:
 
 
 def _yard() -> dict[str, Any]:
-    rows = (
-        "????????????????????",
-        "#........#~~~~~~????",
-        "#........#~~~~~~????",
-        "#........~~~~~~~????",
-        "#........#mmmmm~????",
-        "#........#mmmmm~????",
-        "#........####mm#####",
-        "#..................?",
-        "#..................?",
-        "#..................?",
-        "####################",
-    )
-    carrier = {"name": "carrier", "role": "carrier", "speed_mps": 1.0, "sensor_range_m": 10.0, "radius_m": 0.4}
-    rover = {"name": "rover", "role": "rover", "speed_mps": 0.5, "sensor_range_m": 5.0, "radius_m": 0.1}
-    return {
-        "map": {"rows": list(rows), "resolution_m": 0.5, "origin_m": [10.0, 5.0, 0.0], "legend": {"m": "mud"}},
-        "terrains": [{"name": "mud"}],
-        "robot_types": [
-            {**carrier, "terrains": ["floor"], "capacity": 2},
-            {**rover, "terrains": ["floor", "rough", "mud"], "dock_s": 10.0, "undock_s": 5.0},
-        ],
-        "robots": [
-            {"name": "mother", "type": "carrier", "pose_m": [11.75, 6.25]},
-            {"name": "joey1", "type": "rover", "carrier": "mother"},
-            {"name": "joey2", "type": "rover", "carrier": "mother"},
-        ],
-        "goal": {"recover_rovers": True},
-    }
+    state: dict[str, Any] = json.loads((files("marsupial_service") / "yard.json").read_bytes())
+    return state
 
 
 DEMOS: Mapping[str, Demo] = {

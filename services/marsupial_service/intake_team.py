@@ -81,44 +81,53 @@ def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> R
     )
 
 
-def entries_of(bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: Notes) -> list[Entry]:
-    """Return robots with their places on the map; `notes` are those on the list."""
+def entries_of(
+    bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: Notes, *, standing: bool = False
+) -> list[Entry]:
+    """Return robots with their places on the map, where they can stand as far as it is known if `standing` is asked.
+
+    `notes` are those on the list.
+    """
     entries = []
     for i, body in enumerate(bodies):
-        part = notes.below(f"[{i}]")
-        if body.type not in types:
+        part, kind = notes.below(f"[{i}]"), types.get(body.type)
+        if kind is None:
             part.wrong("type", unknown("robot type", body.type, types))
-        cell = cell_of(body, grid, part)
+        cell = cell_of(body, grid, part, kind if standing else None)
         entries.append(Entry(part, TeamMember(name=body.name, type=body.type, start=cell, carrier=body.carrier)))
     check_names(entries)
     check_carriers(entries, types)
     return entries
 
 
-def cell_of(body: Posed, grid: Grid, notes: Notes) -> Cell | None:
+def cell_of(body: Posed, grid: Grid, notes: Notes, kind: RobotType | None = None) -> Cell | None:
     """Return where a robot is: its cell, or that of its pose; None if it has neither, or (noted) off the map."""
     if body.pose_m is not None:
-        return _on_map("pose_m", body.pose_m, grid.cell_at_m(*body.pose_m), grid, notes)
-    return None if body.cell is None else _on_map("cell", body.cell, body.cell, grid, notes)
+        return _on_map("pose_m", body.pose_m, grid, notes, kind)
+    return None if body.cell is None else _on_map("cell", body.cell, grid, notes, kind)
 
 
-def _on_map(key: str, given: Sequence[float], cell: Cell, grid: Grid, notes: Notes) -> Cell | None:
-    if grid.contains(cell):
-        return cell
-    x, y = given
-    notes.wrong(key, f"[{x:g}, {y:g}] is outside the map")
-    return None
+def _on_map(
+    key: str, point: tuple[float, float], grid: Grid, notes: Notes, kind: RobotType | None = None
+) -> Cell | None:
+    """Return the cell that a field gives (as such or in metres), on which a robot of that kind, if any, can stand."""
+    cell = point if isinstance(point, Cell) else grid.cell_at_m(*point)
+    where = f"[{point[0]:g}, {point[1]:g}]"
+    if not grid.contains(cell):
+        notes.wrong(key, f"{where} is outside the map")
+        return None
+    fault = None if kind is None else standing_fault(grid, kind, cell)
+    if kind is not None and fault is not None:
+        notes.wrong(key, f"a {kind.name} can't stand at {where}: {fault}")
+    return cell
 
 
 def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Notes) -> tuple[RobotReport, ...]:
     """Return ``robots``, with the time in ms from now at which each is free."""
-    entries = entries_of(bodies, types, grid, notes.below("robots"))
+    entries = entries_of(bodies, types, grid, notes.below("robots"), standing=True)
     roles = {body.name: types[body.type].role for body in bodies if body.type in types}
-    free_at_ms: dict[str, int] = dict.fromkeys(roles, 0)
+    free_at_ms: dict[str, int] = {}
     for body, entry in zip(bodies, entries, strict=True):
-        kind, cell = types.get(body.type), entry.member.start
-        if kind is not None and cell is not None:
-            _check_standing("cell" if body.pose_m is None else "pose_m", kind, cell, grid, entry.notes)
         _read_action(body, roles, free_at_ms, entry.notes.below("action"))
     return tuple(
         RobotReport(
@@ -130,12 +139,6 @@ def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Note
         )
         for entry in entries
     )
-
-
-def _check_standing(key: str, kind: RobotType, cell: Cell, grid: Grid, notes: Notes) -> None:
-    fault = standing_fault(grid, kind, cell)
-    if fault:
-        notes.wrong(key, f"a {kind.name} can't stand at cell [{cell.x}, {cell.y}]: {fault}")
 
 
 def _read_action(body: RobotBody, roles: Mapping[str, Role], free_at_ms: dict[str, int], notes: Notes) -> None:
@@ -174,10 +177,8 @@ def homes_of(
         elif len(given) > 1:
             part.wrong("home_cell", "give home_m or home_cell, not both")
         elif given:
-            cell = body.home_cell if body.home_m is None else grid.cell_at_m(*body.home_m)
-            if cell is not None and _on_map(given[0], getattr(body, given[0]), cell, grid, part):
-                _check_standing(given[0], kind, cell, grid, part)
-                homes[body.name] = cell
+            cell = _on_map(given[0], getattr(body, given[0]), grid, part, kind)
+            homes |= {} if cell is None else {body.name: cell}
         elif goal.return_home:
             part.wrong("home_m", "missing: the goal asks for carriers to return home")
     return homes
@@ -188,8 +189,8 @@ def check_meetings(meetings: Sequence[MapMeeting], types: Types, grid: Grid, not
     for i, meeting in enumerate(meetings):
         part = notes.below(f"meetings[{i}]")
         for role in Role:
-            cell, name = getattr(meeting, f"{role}_cell"), getattr(meeting, f"{role}_type")
-            _on_map(f"{role}_cell", cell, cell, grid, part)
+            _on_map(f"{role}_cell", getattr(meeting, f"{role}_cell"), grid, part)
+            name = getattr(meeting, f"{role}_type")
             if name not in types:
                 part.wrong(f"{role}_type", unknown("robot type", name, types))
             elif types[name].role is not role:

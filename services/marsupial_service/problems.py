@@ -38,20 +38,20 @@ class Kind:
 
 
 KINDS: Mapping[str, Kind] = {
-    "bad-json": Kind(400, "The body is not JSON as it should be"),
+    "bad-json": Kind(400, "The body is not valid JSON"),
     "no-key": Kind(401, "An API key is needed"),
     "no-scope": Kind(403, "The API key does not allow this"),
-    "not-found": Kind(404, "There is nothing here"),
-    "no-method": Kind(405, "This can't be done here"),
-    "not-acceptable": Kind(406, "The answer can't be given in that form"),
+    "not-found": Kind(404, "Not found"),
+    "no-method": Kind(405, "The method is not allowed here"),
+    "not-acceptable": Kind(406, "The answer is not available in that format"),
     "conflict": Kind(409, "The request contradicts what is known"),
     "too-slow": Kind(408, "The body did not arrive in time"),
     "too-large": Kind(413, "The request is too large"),
     "media-type": Kind(415, "The body has to be JSON"),
-    "misdirected": Kind(421, "This service is not of that name"),
-    "invalid": Kind(422, "The request is well-formed but wrong"),
+    "misdirected": Kind(421, "The request is for another host"),
+    "invalid": Kind(422, "The request is not valid"),
     "key-reused": Kind(422, "The idempotency key was used for another request"),
-    "too-many": Kind(429, "Too much at a time"),
+    "too-many": Kind(429, "Too many at a time"),
     "internal": Kind(500, "Something went wrong in the service"),
     "not-ready": Kind(503, "The service is not ready"),
 }

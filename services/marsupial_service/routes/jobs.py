@@ -136,7 +136,7 @@ async def get_job(job: JobOfPath) -> Response:
 
 @router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
 async def cancel_job(state: Service, job: JobOfPath) -> Response:
-    """End a job early; it keeps its best plan. A job that is over stays as it is."""
+    """End a job early; it keeps its best plan. A job that has ended does not change."""
     return json_answer(job_answer(await state.running().cancel(job.id)))
 
 

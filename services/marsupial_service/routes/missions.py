@@ -1,4 +1,4 @@
-"""Missions with robots that are not ours: created, reported to, followed, paused, resumed, cancelled."""
+"""Missions with the clients' own robots: created, reported to, followed, paused, resumed, cancelled."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ async def get_mission(mission: MissionOfPath) -> Response:
     responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
 )
 async def report(state: Service, mission: MissionOfPath, sent: Json, body: ReportBody) -> Response:
-    """Take in what has happened. A report that is sent again changes nothing; one that is refused neither."""
+    """Store a report of what has happened. Sending it again changes nothing; nor does a report that is refused."""
     missions = state.flying()
     read = await asyncio.to_thread(report_of, body, await missions.brief(mission))
     taken = await missions.report(mission, read, digest_of(sent))
@@ -116,7 +116,7 @@ async def report(state: Service, mission: MissionOfPath, sent: Json, body: Repor
     "/{mission}/pause", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
 )
 async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
-    """Let the robots that drive stop, and give no commands until the mission is resumed."""
+    """Stop all driving robots and give no commands until the mission is resumed."""
     return await _wish(state, mission, Wish.PAUSE)
 
 
@@ -124,7 +124,7 @@ async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
     "/{mission}/resume", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
 )
 async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
-    """Let a paused mission go on."""
+    """Resume a paused mission."""
     return await _wish(state, mission, Wish.RESUME)
 
 
@@ -132,7 +132,7 @@ async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
     "/{mission}/cancel", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
 )
 async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
-    """End a mission, with its stop report. One that is over stays as it is."""
+    """End a mission with its final report. A mission that has ended does not change."""
     return await _wish(state, mission, Wish.CANCEL)
 
 
@@ -147,13 +147,13 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
 async def follow_mission(
     state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
-    """Stream what a mission commands and decides as it comes, what is stored first; ends after `end`."""
+    """Stream the commands and decisions of a mission as they come, stored ones first, up to the event `end`."""
     return stream(state, owner, state.flying().follow(mission.id, int(last_event_id or 0)))
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
 async def get_log(state: Service, mission: MissionOfPath) -> Response:
-    """Return the mission log so far, as `marsupial replay` reads it; of a changed map, since the change."""
+    """Return the mission log so far, as `marsupial replay` reads it. If the map changed, it begins at the change."""
     return LogAnswer(await state.flying().log(mission), headers={"Cache-Control": "no-store"})
 
 

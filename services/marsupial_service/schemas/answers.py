@@ -48,7 +48,7 @@ class ProblemAnswer(Answer):
 
 
 class ActionAnswer(Answer):
-    """An action of a plan; times in ms from the moment that was sent."""
+    """An action of a plan; times are ms from the moment of the situation."""
 
     name: Literal["move", "explore", "dock", "undock"]
     robot: str

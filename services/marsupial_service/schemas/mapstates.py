@@ -139,14 +139,14 @@ RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="
 
 
 class DockBody(Request):
-    """The rover is being docked on the carrier it is given on, which is busy as long."""
+    """The rover is docking on its `carrier`; both are busy for `remaining_s`."""
 
     name: Literal["dock"]
     remaining_s: Seconds
 
 
 class UndockBody(Request):
-    """The rover is being set down by a carrier, which is busy as long."""
+    """A carrier is setting the rover down; both are busy for `remaining_s`."""
 
     name: Literal["undock"]
     carrier: RobotName
@@ -154,7 +154,7 @@ class UndockBody(Request):
 
 
 class DriveBody(Request):
-    """The robot drives, and is free at its pose so much later."""
+    """The robot is driving, and will be free at its pose after `remaining_s`."""
 
     name: Literal["drive"]
     remaining_s: Seconds

@@ -77,7 +77,7 @@ class MapRunsBody(Request):
 
 
 class RobotNoteBody(Request):
-    """Where a robot is; of one that drives, where it would be, and when, if it were told to stop."""
+    """Where a robot is; for a driving robot, where and when it would stop if told to."""
 
     name: RobotName
     pose_m: Maybe[PointM] = None
@@ -95,7 +95,7 @@ class FailedBody(Request):
 
 
 class LostBody(Request):
-    """A robot that does nothing any more."""
+    """A robot that has failed for good."""
 
     robot: RobotName
     reason: Reason = ""

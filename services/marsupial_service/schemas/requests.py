@@ -97,7 +97,7 @@ class TextPlan(Request):
 
 
 class ValidationBody(Request):
-    """A situation and a plan that somebody made for it."""
+    """A situation, and a plan to be checked for it."""
 
     situation: SituationBody
     plan: Annotated[
