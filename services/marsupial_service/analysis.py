@@ -16,6 +16,7 @@ from marsupial.formats.situation import situation_to_json
 from marsupial.maps.territory import Territory
 from marsupial.mission.survey import Survey, placed
 from marsupial.model.grid import Cell, Grid
+from marsupial_service.jobs.documents import rounded
 from marsupial_service.mapstate import MapState
 from marsupial_service.outlines import polygons
 from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
@@ -69,7 +70,7 @@ def _places(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
         for kind, cell in sorted(poses.items()):
             more = {"reveal_m2": float(reveal[place])} if place in reveal else {}
             what = kinds.get(place, "start")
-            point = _point(grid, cell)
+            point = rounded(grid.centre_m(cell))
             found.append(
                 _feature(
                     f"{place}/{kind}", "Point", point, what=what, name=place, robot_type=kind, cell=list(cell), **more
@@ -83,7 +84,7 @@ def _frontiers(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
         _feature(
             f"{target.name}/frontier",
             "MultiPoint",
-            [_point(grid, Cell(int(i) % grid.width, int(i) // grid.width)) for i in target.cells],
+            [rounded(grid.centre_m(Cell(int(i) % grid.width, int(i) // grid.width))) for i in target.cells],
             what="frontier",
             name=target.name,
             explorers=sorted(target.viewpoints),
@@ -94,11 +95,12 @@ def _frontiers(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
 
 def _reach(state: MapState) -> list[FeatureAnswer]:
     reach = Territory(state.grid, state.kinds).reach(placed(state.robots))
+    point_m = state.grid.point_m
     return [
         _feature(
             f"reach/{kind}",
             "MultiPolygon",
-            [[[_corner(state.grid, corner) for corner in ring] for ring in polygon] for polygon in polygons(mask)],
+            [[[rounded(point_m(*corner)) for corner in ring] for ring in polygon] for polygon in polygons(mask)],
             what="reach",
             robot_type=kind,
             area_m2=float(np.count_nonzero(mask) * state.grid.cell_area_m2),
@@ -115,7 +117,7 @@ def _costs(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
             for goal in situation.places:
                 travel_ms = situation.travel(kind, origin, goal) if origin != goal else None
                 if travel_ms is not None:
-                    ends = [_point(grid, survey.poses[place][kind]) for place in (origin, goal)]
+                    ends = [rounded(grid.centre_m(survey.poses[place][kind])) for place in (origin, goal)]
                     identity = f"cost/{kind}/{origin}/{goal}"
                     found.append(
                         _feature(
@@ -130,14 +132,3 @@ def _costs(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
                         )
                     )
     return found
-
-
-def _point(grid: Grid, cell: Cell) -> list[float]:
-    return [round(value, 6) for value in grid.centre_m(cell)]
-
-
-def _corner(grid: Grid, corner: tuple[int, int]) -> list[float]:
-    x0, y0, yaw = grid.origin_m
-    dx, dy = corner[0] * grid.resolution_m, corner[1] * grid.resolution_m
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return [round(float(x0 + cos * dx - sin * dy), 6), round(float(y0 + sin * dx + cos * dy), 6)]

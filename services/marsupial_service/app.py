@@ -27,8 +27,9 @@ from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings, TooMany, UnknownMission
 from marsupial_service.missions.service import Missions
 from marsupial_service.pointers import of_location, of_path
-from marsupial_service.problems import KINDS, Detail, HttpProblem, answer, kind_of
+from marsupial_service.problems import KINDS, HttpProblem, answer, kind_of
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
+from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.settings import Settings
 from marsupial_service.state import State, state_of
 from marsupial_service.store import KeyReused, Store, StoreError
@@ -137,9 +138,9 @@ def _conflict(request: Request, error: Exception) -> Response:
     return answer(HttpProblem("conflict", errors=_details(error.problems, request)), request.url.path)
 
 
-def _details(problems: Iterable[Problem], request: Request) -> list[Detail]:
+def _details(problems: Iterable[Problem], request: Request) -> list[ProblemDetailAnswer]:
     body = getattr(request.state, "json", None)
-    return [Detail(where="pointer", name=of_path(problem.path, body), text=problem.message) for problem in problems]
+    return [ProblemDetailAnswer(pointer=of_path(problem.path, body), detail=problem.message) for problem in problems]
 
 
 def _too_many(request: Request, error: Exception) -> Response:
@@ -154,13 +155,14 @@ def _misshaped(request: Request, error: Exception) -> Response:
     return answer(HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()]), request.url.path)
 
 
-def _detail(error: dict[str, Any], body: object) -> Detail:
+def _detail(error: dict[str, Any], body: object) -> ProblemDetailAnswer:
     place, *location = error["loc"]
     text = str(error["msg"])
     if place == "body":
-        return Detail(where="pointer", name=of_location(location, body), text=text)
+        return ProblemDetailAnswer(pointer=of_location(location, body), detail=text)
     name = str(location[0]) if location else ""
-    return Detail(where=place if place in ("query", "header", "path") else "query", name=name, text=text)
+    where = place if place in ("query", "header", "path") else "query"
+    return ProblemDetailAnswer.model_validate({where: name, "detail": text})
 
 
 def _http(request: Request, error: Exception) -> Response:

@@ -13,7 +13,8 @@ from marsupial.formats.situation import check_places, travel_tables
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation, SituationGoal
-from marsupial_service.problems import Detail, HttpProblem
+from marsupial_service.problems import HttpProblem
+from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 from marsupial_service.schemas.situations import SituationBody
 from marsupial_service.settings import ServiceLimits
@@ -35,7 +36,7 @@ def check_count(path: str, count: int, limit: int, noun: str) -> None:
     if count > limit:
         text = f"has {count} {noun}, more than the limit of {limit}"
         pointer = "/" + path.replace(".", "/")
-        raise HttpProblem("too-large", errors=[Detail(where="pointer", name=pointer, text=text)])
+        raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=pointer, detail=text)])
 
 
 def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:

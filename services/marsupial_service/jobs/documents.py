@@ -15,6 +15,11 @@ def line(document: object) -> str:
     return json.dumps(document, separators=(",", ":"), allow_nan=False)
 
 
+def rounded(point_m: tuple[float, float]) -> list[float]:
+    """Return a point in metres to the micrometre."""
+    return [round(metres, 6) for metres in point_m]
+
+
 def action_document(action: Action) -> dict[str, Any]:
     """Return an action's fields; those that don't apply are left out."""
     return ActionAnswer.of(action).model_dump()
