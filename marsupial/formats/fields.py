@@ -1,7 +1,7 @@
 """Reading a tree of fields so that everything wrong with it is reported at once.
 
-A `Fields` wraps one mapping, its path in the file and the list of problems that all of them share. Its methods take
-one field each: they check it, note what is wrong, and hand back a placeholder of the right type so that reading goes
+`Notes` gather what is wrong, each problem with its path. `Fields` are notes on one mapping of a file: their methods
+take one field each, check it, note what is wrong, and hand back a placeholder of the right type so that reading goes
 on. Whoever started the reading raises at the end if there are problems, so that no placeholder ever gets out.
 A boolean is not a number, and a number has to be finite.
 """
@@ -15,10 +15,8 @@ import reprlib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from marsupial.errors import Problem
-
-MOST = 1e15
-"""Numbers beyond this are as good as infinite for anything measured in metres, seconds or cells."""
+from marsupial.errors import InputError, Problem
+from marsupial.model.bounds import BOUNDS, LONGEST_NAME, MOST, Bound
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxlong = 60
@@ -26,7 +24,45 @@ _SHORT.maxstring = _SHORT.maxlong = 60
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 
-class Fields:
+class Notes:
+    """What is wrong with one part of a file or request.
+
+    Parameters
+    ----------
+    path
+        Where the part stands, empty for the whole of it.
+    problems
+        What was found wrong so far; shared by all parts.
+    """
+
+    def __init__(self, path: str = "", problems: list[Problem] | None = None) -> None:
+        self.path = path
+        self.problems: list[Problem] = [] if problems is None else problems
+
+    def at(self, key: str) -> str:
+        """Return the path of a field."""
+        return f"{self.path}.{key}" if self.path and not key.startswith("[") else f"{self.path}{key}"
+
+    def below(self, key: str) -> Notes:
+        """Return the notes on a field."""
+        return Notes(self.at(key), self.problems)
+
+    def wrong(self, key: str, message: str) -> None:
+        """Note a problem with a field, or with the part itself where `key` is empty."""
+        self.problems.append(Problem(self.at(key) if key else self.path, message))
+
+    def take(self, error: InputError) -> None:
+        """Note the problems of an error, whose paths begin here."""
+        for problem in error.problems:
+            self.wrong(problem.path, problem.message)
+
+    def check(self, error: type[InputError]) -> None:
+        """Raise an error with all problems, if there are any."""
+        if self.problems:
+            raise error(self.problems)
+
+
+class Fields(Notes):
     """One mapping of a file, read field by field.
 
     A field whose method is given a default may be absent; without one it is required.
@@ -42,58 +78,47 @@ class Fields:
     """
 
     def __init__(self, data: Mapping[Any, Any], path: str, problems: list[Problem]) -> None:
+        super().__init__(path, problems)
         self.data = data
-        self.path = path
-        self.problems = problems
         self._known: set[str] = set()
-
-    def at(self, key: str) -> str:
-        """Return the path of a field."""
-        return f"{self.path}.{key}" if self.path else key
-
-    def wrong(self, key: str, message: str) -> None:
-        """Note a problem with a field, or with the mapping itself where `key` is empty."""
-        self.problems.append(Problem(self.at(key) if key else self.path, message))
 
     def has(self, key: str) -> bool:
         """Say whether a field is present."""
         self._known.add(key)
         return key in self.data
 
-    def number(
-        self,
-        key: str,
-        default: float | None = None,
-        *,
-        above: float | None = None,
-        at_least: float | None = None,
-        at_most: float | None = None,
-    ) -> float:
-        """Take a finite number within the bounds."""
+    def number(self, key: str, default: float | None = None, bound: Bound | None = None) -> float:
+        """Take a finite number within the bound."""
         if not self._present(key, required=default is None):
             return 0.0 if default is None else float(default)
         value = self.data[key]
-        fault = number_fault(value) or _range_fault(value, above=above, at_least=at_least, at_most=at_most)
+        fault = number_fault(value) or (None if bound is None else bound.fault(value))
         if fault:
             self.wrong(key, fault)
             return 0.0
         return float(value)
 
-    def integer(
-        self, key: str, default: int | None = None, *, at_least: int | None = None, at_most: int | None = None
-    ) -> int:
-        """Take an integer within the bounds."""
+    def integer(self, key: str, default: int | None = None, bound: Bound | None = None) -> int:
+        """Take an integer within the bound."""
         if not self._present(key, required=default is None):
             return 0 if default is None else default
         value = self.data[key]
         if isinstance(value, bool) or not isinstance(value, int):
             self.wrong(key, f"must be an integer, got {shown(value)}")
             return 0
-        fault = _range_fault(value, above=None, at_least=at_least, at_most=at_most)
+        fault = None if bound is None else bound.fault(value)
         if fault:
             self.wrong(key, fault)
             return 0
         return value
+
+    def quantity(self, key: str, default: float | None = None) -> float:
+        """Take a number within the bound that has the name of the field."""
+        return self.number(key, default, BOUNDS[key])
+
+    def count(self, key: str, default: int | None = None) -> int:
+        """Take an integer within the bound that has the name of the field."""
+        return self.integer(key, default, BOUNDS[key])
 
     def text(self, key: str, default: str | None = None) -> str:
         """Take a text that is not empty."""
@@ -110,6 +135,9 @@ class Fields:
         value = self.text(key, default)
         if value and not _NAME.match(value):
             self.wrong(key, f"must be a letter followed by letters, digits, '_' or '-', got {shown(value)}")
+            return ""
+        if len(value) > LONGEST_NAME:
+            self.wrong(key, f"must have at most {LONGEST_NAME} characters, has {len(value)}")
             return ""
         return value
 
@@ -130,7 +158,7 @@ class Fields:
         if not value or value in options:
             return value
         if what:
-            self.wrong(key, f"unknown {what} {value!r}{suggestion(value, options)}")
+            self.wrong(key, unknown(what, value, options))
         else:
             self.wrong(key, f"must be {' or '.join(options)}, got {shown(value)}")
         return ""
@@ -200,6 +228,11 @@ class Fields:
         return self.has(key)
 
 
+def unknown(what: str, word: str, options: Iterable[str]) -> str:
+    """Return that `word` is none of `options`, with the one that it may have been meant for."""
+    return f"unknown {what} {word!r}{suggestion(word, options)}"
+
+
 def suggestion(word: str, options: Iterable[str]) -> str:
     """Return ``, did you mean 'speed_mps'?`` where one of `options` is close to `word`, else nothing."""
     close = difflib.get_close_matches(word.lower(), sorted(options), n=1)
@@ -222,14 +255,4 @@ def number_fault(value: object) -> str | None:
         return f"must be a number, got {shown(value)}"
     if abs(value) > MOST or not math.isfinite(value):
         return f"must be finite, got {shown(value)}"
-    return None
-
-
-def _range_fault(value: float, *, above: float | None, at_least: float | None, at_most: float | None) -> str | None:
-    if above is not None and value <= above:
-        return f"must be positive, got {value}" if above == 0 else f"must be more than {above}, got {value}"
-    if at_least is not None and value < at_least:
-        return f"must be {at_least} or more, got {value}"
-    if at_most is not None and value > at_most:
-        return f"must be at most {at_most}, got {value}"
     return None

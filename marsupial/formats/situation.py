@@ -27,7 +27,8 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.fields import Fields, shown
+from marsupial.formats.fields import Fields, Notes, shown, suggestion
+from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
 from marsupial.model.situation import (
     UNREACHABLE,
@@ -41,11 +42,7 @@ from marsupial.model.situation import (
 
 FORMAT, VERSION = "marsupial situation", 1
 
-_LONGEST_MS = 10**12
-"""About 30 years; plans of thousands of such actions still add up without overflow."""
-
-_MOST_PLACES = 10**6
-"""On one carrier."""
+_DURATION = BOUNDS["duration_ms"]
 
 
 def situation_to_json(situation: Situation) -> str:
@@ -146,12 +143,12 @@ def _read(fields: Fields) -> Situation | None:
     robots = tuple(_robot(part) for part in fields.parts("robots"))
     targets = tuple(_target(part) for part in fields.parts("targets"))
     meetings, homes = _names(fields, "meetings"), _names(fields, "homes", required=False)
-    goal = read_goal(fields.part("goal", required=False))
+    goal = _goal(fields.part("goal", required=False))
     starts = [robot.place for robot in robots if robot.place is not None]
     places = [*starts, *(target.name for target in targets), *meetings, *homes]
-    if fields.has("places") and fields.data["places"] != places:
-        fields.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
-    travel = _travel(fields.part("travel_ms"), [kind.name for kind in types], len(places))
+    if fields.has("places"):
+        check_places(fields.data["places"], places, fields)
+    travel = travel_tables(_travel(fields.part("travel_ms")), types, len(places), fields.below("travel_ms"))
     fields.finish()
     if fields.problems:
         return None
@@ -171,9 +168,9 @@ def _type(fields: Fields) -> PlanningType:
     kind = PlanningType(
         name=_name(fields, "name"),
         role=Role(role) if role else Role.ROVER,
-        capacity=fields.integer("capacity", 0, at_least=0, at_most=_MOST_PLACES),
-        dock_ms=fields.integer("dock_ms", 0, at_least=0, at_most=_LONGEST_MS),
-        undock_ms=fields.integer("undock_ms", 0, at_least=0, at_most=_LONGEST_MS),
+        capacity=fields.count("capacity", 0),
+        dock_ms=fields.integer("dock_ms", 0, _DURATION),
+        undock_ms=fields.integer("undock_ms", 0, _DURATION),
     )
     fields.finish()
     return kind
@@ -187,7 +184,7 @@ def _robot(fields: Fields) -> RobotState:
         type=fields.text("type"),
         place=_name(fields, "place", "") or None,
         carrier=fields.text("carrier", "") or None,
-        free_at_ms=fields.integer("free_at_ms", 0, at_least=0, at_most=_LONGEST_MS),
+        free_at_ms=fields.integer("free_at_ms", 0, _DURATION),
         home=fields.text("home", "") or None,
     )
     fields.finish()
@@ -198,13 +195,13 @@ def _target(fields: Fields) -> TargetInfo:
     target = TargetInfo(
         name=_name(fields, "name"),
         explorers=frozenset(_names(fields, "explorers")),
-        reveal_m2=fields.number("reveal_m2", 0.0, at_least=0),
+        reveal_m2=fields.quantity("reveal_m2", 0.0),
     )
     fields.finish()
     return target
 
 
-def read_goal(fields: Fields) -> SituationGoal:
+def _goal(fields: Fields) -> SituationGoal:
     """Read what is asked besides exploring: both flags are false where they are absent."""
     goal = SituationGoal(
         recover_rovers=fields.flag("recover_rovers", False), return_home=fields.flag("return_home", False)
@@ -251,27 +248,60 @@ def _names(fields: Fields, key: str, *, required: bool = True) -> tuple[str, ...
     return tuple(item for item in value if isinstance(item, str))
 
 
-def _travel(fields: Fields, kinds: Sequence[str], size: int) -> dict[str, TravelTable]:
-    tables = {}
-    for kind in kinds:
-        rows = fields.data.get(kind)
-        if not fields.has(kind):
-            fields.wrong(kind, "missing")
-        elif not isinstance(rows, list) or len(rows) != size:
-            fields.wrong(kind, f"must be a list of {size} rows, one per place")
+def _travel(fields: Fields) -> dict[str, list[list[int | None]]]:
+    """Read the tables: rows of times, whatever their lengths."""
+    tables: dict[str, list[list[int | None]]] = {}
+    for kind, rows in fields.data.items():
+        if isinstance(rows, list):
+            tables[str(kind)] = [_row(fields, f"{kind}[{i}]", row) for i, row in enumerate(rows)]
         else:
-            tables[kind] = np.array([_row(fields, f"{kind}[{i}]", row, size) for i, row in enumerate(rows)], np.int64)
-            tables[kind] = tables[kind].reshape(size, size)
-    fields.finish()
+            fields.wrong(str(kind), f"must be a list of rows, got {shown(rows)}")
     return tables
 
 
-def _row(fields: Fields, key: str, row: object, size: int) -> list[int]:
-    if not isinstance(row, list) or len(row) != size:
-        fields.wrong(key, f"must be a list of {size} times, one per place")
-        return [UNREACHABLE] * size
+def _row(fields: Fields, key: str, row: object) -> list[int | None]:
+    if not isinstance(row, list):
+        fields.wrong(key, f"must be a list of times, got {shown(row)}")
+        return []
     for i, ms in enumerate(row):
-        if ms is not None and (isinstance(ms, bool) or not isinstance(ms, int) or not 0 <= ms <= _LONGEST_MS):
+        if ms is not None and (isinstance(ms, bool) or not isinstance(ms, int) or _DURATION.fault(ms)):
             fields.wrong(f"{key}[{i}]", f"must be whole milliseconds, 0 or more, or null for no path, got {shown(ms)}")
-            return [UNREACHABLE] * size
+            return [None] * len(row)
+    return row
+
+
+def check_places(given: object, places: Sequence[str], notes: Notes) -> None:
+    """Check that the places given are those of the tables, in their order."""
+    if given != places:
+        notes.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
+
+
+def travel_tables(
+    travel: Mapping[str, Sequence[Sequence[int | None]]], types: Sequence[PlanningType], size: int, notes: Notes
+) -> dict[str, TravelTable]:
+    """Return the travel tables of `size` places from rows of times, where None is no path.
+
+    A table that is missing, of another size or of no robot type is noted.
+    """
+    names = [kind.name for kind in types]
+    for kind in travel:
+        if kind not in names:
+            notes.wrong(kind, f"unknown field{suggestion(kind, names)}")
+    tables = {}
+    for kind in names:
+        rows = travel.get(kind)
+        if rows is None:
+            notes.wrong(kind, "missing")
+        elif len(rows) != size:
+            notes.wrong(kind, f"must be a list of {size} rows, one per place")
+        else:
+            tables[kind] = np.array([_times(row, size, i, kind, notes) for i, row in enumerate(rows)], np.int64)
+            tables[kind] = tables[kind].reshape(size, size)
+    return tables
+
+
+def _times(row: Sequence[int | None], size: int, i: int, kind: str, notes: Notes) -> list[int]:
+    if len(row) != size:
+        notes.wrong(f"{kind}[{i}]", f"must be a list of {size} times, one per place")
+        return [UNREACHABLE] * size
     return [UNREACHABLE if ms is None else ms for ms in row]

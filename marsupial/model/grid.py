@@ -105,8 +105,12 @@ class Grid:
 
     def centre_m(self, cell: Cell) -> tuple[float, float]:
         """Return the centre of `cell` in the map frame, in metres."""
+        return self.point_m(cell.x + 0.5, cell.y + 0.5)
+
+    def point_m(self, x: float, y: float) -> tuple[float, float]:
+        """Return a point in the map frame, in metres, that is counted in cells from the lower left corner here."""
         x0, y0, yaw = self.origin_m
-        dx, dy = (cell.x + 0.5) * self.resolution_m, (cell.y + 0.5) * self.resolution_m
+        dx, dy = x * self.resolution_m, y * self.resolution_m
         cos, sin = np.cos(yaw), np.sin(yaw)
         return float(x0 + cos * dx - sin * dy), float(y0 + sin * dx + cos * dy)
 

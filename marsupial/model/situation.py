@@ -213,7 +213,7 @@ def _problems(situation: Situation) -> list[Problem]:
     for name in sorted(n for n, times in Counter(everything).items() if times > 1):
         problems.append(Problem("places", f"name {name!r} is used twice"))
     shape = (len(situation.places), len(situation.places))
-    for kind in situation.types:
+    for i, kind in enumerate(situation.types):
         table = situation.travel_ms.get(kind.name)
         if table is None:
             problems.append(Problem(f"travel_ms.{kind.name}", "missing"))
@@ -222,7 +222,7 @@ def _problems(situation: Situation) -> list[Problem]:
         elif table.size and int(np.min(table)) < UNREACHABLE:
             problems.append(Problem(f"travel_ms.{kind.name}", "must hold times of 0 ms or more, or -1"))
         if kind.capacity < 0 or kind.dock_ms < 0 or kind.undock_ms < 0:
-            problems.append(Problem(f"types.{kind.name}", "capacity and times must not be negative"))
+            problems.append(Problem(f"types[{i}]", "capacity and times must not be negative"))
     return problems
 
 
@@ -245,9 +245,8 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
         if robot.home is not None and robot.home not in situation.homes:
             problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
     capacities = {kind.name: kind.capacity for kind in situation.types}
-    for name, count in load.items():
-        if count > capacities[carriers[name].type]:
-            problems.append(
-                Problem(f"robots.{name}", f"carries {count} rovers, capacity {capacities[carriers[name].type]}")
-            )
+    for i, robot in enumerate(situation.robots):
+        if load.get(robot.name, 0) > capacities.get(robot.type, 0):
+            text = f"{robot.name} carries {load[robot.name]} rovers, capacity {capacities[robot.type]}"
+            problems.append(Problem(f"robots[{i}]", text))
     return problems

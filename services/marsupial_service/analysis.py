@@ -17,17 +17,18 @@ from marsupial.maps.survey import Survey, placed
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell, Grid
 from marsupial_service.demo import DEMOS
-from marsupial_service.intake_map import read_map_state
+from marsupial_service.intake_map import map_state_of
+from marsupial_service.jobs.documents import rounded
 from marsupial_service.mapstate import MapState
 from marsupial_service.outlines import polygons
-from marsupial_service.settings import Limits
+from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
+from marsupial_service.schemas.mapstates import MapStateBody
+from marsupial_service.settings import ServiceLimits
 
 INCLUDE = ("places", "reach", "frontiers", "costs")
 
-Feature = dict[str, Any]
 
-
-def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[dict[str, Any] | InputError]:
+def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[AnalysisAnswer | InputError]:
     """Yield the analysis, or what is wrong with the map state."""
     state, include = argument
     try:
@@ -38,11 +39,11 @@ def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[dict[str, Any
 
 def load_analysis() -> None:
     """Analyse a small map."""
-    state = read_map_state(DEMOS["yard"].request(), Limits())
-    json.dumps(analysis(state, frozenset(INCLUDE)))
+    yard = map_state_of(MapStateBody.model_validate(DEMOS["yard"].load()), ServiceLimits())
+    analysis(yard, frozenset(INCLUDE))
 
 
-def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:
+def analysis(state: MapState, include: frozenset[str]) -> AnalysisAnswer:
     """Return the feature collection of a map state.
 
     Parameters
@@ -51,7 +52,7 @@ def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:
         Which of `INCLUDE` are told.
     """
     survey = state.survey()
-    features: list[Feature] = []
+    features: list[FeatureAnswer] = []
     if "places" in include:
         features += _places(state.grid, survey)
     if "frontiers" in include:
@@ -60,23 +61,16 @@ def analysis(state: MapState, include: frozenset[str]) -> dict[str, Any]:
         features += _reach(state)
     if "costs" in include:
         features += _costs(state.grid, survey)
-    return {
-        "type": "FeatureCollection",
-        "features": features,
-        "situation": json.loads(situation_to_json(survey.situation)),
-    }
+    situation = json.loads(situation_to_json(survey.situation))
+    return AnalysisAnswer(type="FeatureCollection", features=features, situation=situation)
 
 
-def _feature(identity: str, geometry: str, coordinates: object, **properties: object) -> Feature:
-    return {
-        "type": "Feature",
-        "id": identity,
-        "geometry": {"type": geometry, "coordinates": coordinates},
-        "properties": properties,
-    }
+def _feature(identity: str, geometry: Geometry, coordinates: list[Any], **properties: object) -> FeatureAnswer:
+    shape = GeometryAnswer(type=geometry, coordinates=coordinates)
+    return FeatureAnswer(type="Feature", id=identity, geometry=shape, properties=properties)
 
 
-def _places(grid: Grid, survey: Survey) -> list[Feature]:
+def _places(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
     """Return a point for each robot type at each place: types may stand at different cells of it."""
     kinds = {target.name: "target" for target in survey.targets} | {m.name: "meeting" for m in survey.meetings}
     kinds |= dict.fromkeys(survey.situation.homes, "home")
@@ -86,7 +80,7 @@ def _places(grid: Grid, survey: Survey) -> list[Feature]:
         for kind, cell in sorted(poses.items()):
             more = {"reveal_m2": float(reveal[place])} if place in reveal else {}
             what = kinds.get(place, "start")
-            point = _point(grid, cell)
+            point = rounded(grid.centre_m(cell))
             found.append(
                 _feature(
                     f"{place}/{kind}", "Point", point, what=what, name=place, robot_type=kind, cell=list(cell), **more
@@ -95,12 +89,12 @@ def _places(grid: Grid, survey: Survey) -> list[Feature]:
     return found
 
 
-def _frontiers(grid: Grid, survey: Survey) -> list[Feature]:
+def _frontiers(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
     return [
         _feature(
             f"{target.name}/frontier",
             "MultiPoint",
-            [_point(grid, Cell(int(i) % grid.width, int(i) // grid.width)) for i in target.cells],
+            [rounded(grid.centre_m(Cell(int(i) % grid.width, int(i) // grid.width))) for i in target.cells],
             what="frontier",
             name=target.name,
             explorers=sorted(target.viewpoints),
@@ -109,13 +103,14 @@ def _frontiers(grid: Grid, survey: Survey) -> list[Feature]:
     ]
 
 
-def _reach(state: MapState) -> list[Feature]:
+def _reach(state: MapState) -> list[FeatureAnswer]:
     reach = Territory(state.grid, state.kinds).reach(placed(state.robots))
+    point_m = state.grid.point_m
     return [
         _feature(
             f"reach/{kind}",
             "MultiPolygon",
-            [[[_corner(state.grid, corner) for corner in ring] for ring in polygon] for polygon in polygons(mask)],
+            [[[rounded(point_m(*corner)) for corner in ring] for ring in polygon] for polygon in polygons(mask)],
             what="reach",
             robot_type=kind,
             area_m2=float(np.count_nonzero(mask) * state.grid.cell_area_m2),
@@ -124,7 +119,7 @@ def _reach(state: MapState) -> list[Feature]:
     ]
 
 
-def _costs(grid: Grid, survey: Survey) -> list[Feature]:
+def _costs(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
     """Return a straight line for each drive there is, with the time it takes on the way the robot really goes."""
     situation, found = survey.situation, []
     for kind in (one.name for one in situation.types):
@@ -132,7 +127,7 @@ def _costs(grid: Grid, survey: Survey) -> list[Feature]:
             for goal in situation.places:
                 travel_ms = situation.travel(kind, origin, goal) if origin != goal else None
                 if travel_ms is not None:
-                    ends = [_point(grid, survey.poses[place][kind]) for place in (origin, goal)]
+                    ends = [rounded(grid.centre_m(survey.poses[place][kind])) for place in (origin, goal)]
                     identity = f"cost/{kind}/{origin}/{goal}"
                     found.append(
                         _feature(
@@ -147,14 +142,3 @@ def _costs(grid: Grid, survey: Survey) -> list[Feature]:
                         )
                     )
     return found
-
-
-def _point(grid: Grid, cell: Cell) -> list[float]:
-    return [round(value, 6) for value in grid.centre_m(cell)]
-
-
-def _corner(grid: Grid, corner: tuple[int, int]) -> list[float]:
-    x0, y0, yaw = grid.origin_m
-    dx, dy = corner[0] * grid.resolution_m, corner[1] * grid.resolution_m
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return [round(float(x0 + cos * dx - sin * dy), 6), round(float(y0 + sin * dx + cos * dy), 6)]

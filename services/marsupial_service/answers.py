@@ -1,33 +1,35 @@
-"""Records as the JSON of answers."""
+"""Answers: the models that the OpenAPI document shows, made of records, and sent as JSON."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from starlette.responses import Response
 
-from marsupial.planning.checker import Verdict
 from marsupial_service.jobs import FINAL, JobRecord, PlanRecord
-from marsupial_service.jobs.documents import action_document, line, timestamp
+from marsupial_service.jobs.documents import line
+from marsupial_service.missions.records import MissionRecord
+from marsupial_service.schemas.answers import (
+    JobAnswer,
+    JobLinksAnswer,
+    JobSummaryAnswer,
+    MissionAnswer,
+    MissionLinksAnswer,
+    PlanAnswer,
+)
+from marsupial_service.schemas.base import Answer, timestamp
 
 
-def json_answer(document: object, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response with a JSON body."""
     fixed = {"Cache-Control": "no-store", **(headers or {})}
-    return Response(line(document).encode(), status_code=status, headers=fixed, media_type="application/json")
+    text = line(body.model_dump())
+    return Response(text.encode(), status_code=status, headers=fixed, media_type="application/json")
 
 
-def plan_document(record: PlanRecord) -> dict[str, Any]:
+def plan_answer(record: PlanRecord) -> PlanAnswer:
     """Return a revision."""
-    return {
-        "revision": record.revision,
-        "makespan_ms": record.makespan_ms,
-        "found_after_ms": record.found_after_ms,
-        "found_at": timestamp(record.at_ms),
-        "actions": [action_document(action) for action in record.plan.actions],
-        "ipc": record.ipc,
-    }
+    return PlanAnswer.of(record, found_at=timestamp(record.at_ms), actions=record.plan.actions)
 
 
 def job_path(job: str) -> str:
@@ -35,34 +37,19 @@ def job_path(job: str) -> str:
     return f"/v1/jobs/{job}"
 
 
-def summary_document(job: JobRecord) -> dict[str, Any]:
+def summary_answer(job: JobRecord) -> JobSummaryAnswer:
     """Return a job without its plan."""
-    budget = {"seconds": job.budget.seconds} if job.budget.seconds is not None else {"steps": job.budget.steps}
-    path = job_path(job.id)
-    return {
-        "id": job.id,
-        "state": job.state.value,
-        "outcome": None if job.outcome is None else job.outcome.value,
-        "detail": job.detail,
-        "planner": job.planner,
-        "budget": budget,
-        "attempts": job.attempts,
-        "created_at": timestamp(job.created_at_ms),
-        "queued_at": timestamp(job.queued_at_ms),
-        "started_at": _moment(job.started_at_ms),
-        "first_plan_at": _moment(job.first_plan_at_ms),
-        "finished_at": _moment(job.finished_at_ms),
-        "plans": job.plans,
-        "makespan_ms": None if job.best is None else job.best.makespan_ms,
-        "lower_bound_ms": job.lower_bound_ms,
-        "gap": job.gap,
-        "links": {"self": path, **{word: f"{path}/{word}" for word in ("plans", "events", "situation", "cancel")}},
-    }
+    return JobSummaryAnswer.of(job, **_more(job))
 
 
-def job_document(job: JobRecord) -> dict[str, Any]:
+def job_answer(job: JobRecord) -> JobAnswer:
     """Return a job with its best plan."""
-    return {**summary_document(job), "best": None if job.best is None else plan_document(job.best)}
+    return JobAnswer.of(job, best=None if job.best is None else plan_answer(job.best), **_more(job))
+
+
+def _more(job: JobRecord) -> dict[str, object]:
+    makespan_ms = None if job.best is None else job.best.makespan_ms
+    return {"makespan_ms": makespan_ms, "links": _links(JobLinksAnswer, job_path(job.id))}
 
 
 def is_over(job: JobRecord) -> bool:
@@ -70,21 +57,15 @@ def is_over(job: JobRecord) -> bool:
     return job.state in FINAL
 
 
-def verdict_document(verdict: Verdict, actions: int) -> dict[str, Any]:
-    """Return what the checker says of a plan of so many actions."""
-    found = verdict.violation
-    violation = (
-        None
-        if found is None
-        else {
-            "kind": found.kind.value,
-            "time_ms": found.time_ms,
-            "action": None if found.action is None else action_document(found.action),
-            "message": found.message,
-        }
-    )
-    return {"valid": verdict.valid, "violation": violation, "makespan_ms": verdict.makespan_ms, "actions": actions}
+def mission_path(mission: str) -> str:
+    """Return the path of a mission."""
+    return f"/v1/missions/{mission}"
 
 
-def _moment(ms: int | None) -> str | None:
-    return None if ms is None else timestamp(ms)
+def mission_answer(record: MissionRecord) -> MissionAnswer:
+    """Return a mission."""
+    return MissionAnswer.of(record, links=_links(MissionLinksAnswer, mission_path(record.id)))
+
+
+def _links(links: type[Answer], path: str) -> Answer:
+    return links.model_validate({word: path if word == "self" else f"{path}/{word}" for word in links.model_fields})

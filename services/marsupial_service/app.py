@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from typing import Any
@@ -14,16 +14,18 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from marsupial.errors import MarsupialError
+from marsupial.errors import InputError, MarsupialError, Problem
 from marsupial_service import openapi
 from marsupial_service.edge import Edge
-from marsupial_service.jobs import Jobs, JobSettings, UnknownJob
+from marsupial_service.jobs import Jobs, JobSettings, QueueFull, UnknownJob
 from marsupial_service.keys import KeyFile
-from marsupial_service.missions.records import MissionSettings, UnknownMission
+from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.records import MissionSettings, TooMany, UnknownMission
 from marsupial_service.missions.service import Missions
-from marsupial_service.pointers import of_location
-from marsupial_service.problems import KINDS, Detail, HttpProblem, answer, kind_of
+from marsupial_service.pointers import of_location, of_path
+from marsupial_service.problems import KINDS, HttpProblem, answer, kind_of
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
+from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.settings import Settings
 from marsupial_service.state import State, state_of
 from marsupial_service.store import KeyReused, Store, StoreError
@@ -114,12 +116,28 @@ def _problem(request: Request, error: Exception) -> Response:
 
 
 def _refused(request: Request, error: Exception) -> Response:
-    """Answer what the library raises."""
+    """Answer what the library raises; input is the body of the request."""
     assert isinstance(error, MarsupialError)
     kind = kind_of(error)
     if KINDS[kind].status >= 500:
         raise error
-    return answer(HttpProblem(kind, str(error)), request.url.path)
+    details = _details(error.problems, request) if isinstance(error, InputError) else ()
+    return answer(HttpProblem(kind, "" if details else str(error), errors=details), request.url.path)
+
+
+def _conflict(request: Request, error: Exception) -> Response:
+    assert isinstance(error, Conflict)
+    return answer(HttpProblem("conflict", errors=_details(error.problems, request)), request.url.path)
+
+
+def _details(problems: Iterable[Problem], request: Request) -> list[ProblemDetailAnswer]:
+    body = getattr(request.state, "json", None)
+    return [ProblemDetailAnswer(pointer=of_path(problem.path, body), detail=problem.message) for problem in problems]
+
+
+def _too_many(request: Request, error: Exception) -> Response:
+    retry_after_s = error.retry_after_s if isinstance(error, QueueFull) else 1
+    return answer(HttpProblem("too-many", str(error), headers={"Retry-After": str(retry_after_s)}), request.url.path)
 
 
 def _misshaped(request: Request, error: Exception) -> Response:
@@ -129,13 +147,14 @@ def _misshaped(request: Request, error: Exception) -> Response:
     return answer(HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()]), request.url.path)
 
 
-def _detail(error: dict[str, Any], body: object) -> Detail:
+def _detail(error: dict[str, Any], body: object) -> ProblemDetailAnswer:
     place, *location = error["loc"]
     text = str(error["msg"])
     if place == "body":
-        return Detail(where="pointer", name=of_location(location, body), text=text)
+        return ProblemDetailAnswer(pointer=of_location(location, body), detail=text)
     name = str(location[0]) if location else ""
-    return Detail(where=place if place in ("query", "header", "path") else "query", name=name, text=text)
+    where = place if place in ("query", "header", "path") else "query"
+    return ProblemDetailAnswer.model_validate({where: name, "detail": text})
 
 
 def _http(request: Request, error: Exception) -> Response:
@@ -178,4 +197,7 @@ _HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
     UnknownMission: _unknown,
     KeyReused: _key_reused,
     StoreError: _store_fails,
+    Conflict: _conflict,
+    TooMany: _too_many,
+    QueueFull: _too_many,
 }

@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 
 from marsupial.formats.situation import situation_to_json
 from marsupial_service.jobs.warm import tiny
@@ -19,7 +19,7 @@ BUDGET_S = 2.0
 class Demo:
     """A request; `kind` is the field that holds what is asked."""
 
-    kind: str
+    kind: Literal["situation", "map_state"]
     summary: str
     load: Callable[[], dict[str, Any]]
 
@@ -43,35 +43,8 @@ def _tiny() -> dict[str, Any]:
 
 
 def _yard() -> dict[str, Any]:
-    rows = (
-        "????????????????????",
-        "#........#~~~~~~????",
-        "#........#~~~~~~????",
-        "#........~~~~~~~????",
-        "#........#mmmmm~????",
-        "#........#mmmmm~????",
-        "#........####mm#####",
-        "#..................?",
-        "#..................?",
-        "#..................?",
-        "####################",
-    )
-    carrier = {"name": "carrier", "role": "carrier", "speed_mps": 1.0, "sensor_range_m": 10.0, "radius_m": 0.4}
-    rover = {"name": "rover", "role": "rover", "speed_mps": 0.5, "sensor_range_m": 5.0, "radius_m": 0.1}
-    return {
-        "map": {"rows": list(rows), "resolution_m": 0.5, "origin_m": [10.0, 5.0, 0.0], "legend": {"m": "mud"}},
-        "terrains": [{"name": "mud"}],
-        "robot_types": [
-            {**carrier, "terrains": ["floor"], "capacity": 2},
-            {**rover, "terrains": ["floor", "rough", "mud"], "dock_s": 10.0, "undock_s": 5.0},
-        ],
-        "robots": [
-            {"name": "mother", "type": "carrier", "pose_m": [11.75, 6.25]},
-            {"name": "joey1", "type": "rover", "carrier": "mother"},
-            {"name": "joey2", "type": "rover", "carrier": "mother"},
-        ],
-        "goal": {"recover_rovers": True},
-    }
+    state: dict[str, Any] = json.loads((files("marsupial_service") / "yard.json").read_bytes())
+    return state
 
 
 DEMOS: Mapping[str, Demo] = {

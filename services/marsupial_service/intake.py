@@ -1,45 +1,31 @@
-"""From the JSON of a request, whose shape is known to be right, to situations, budgets and plans.
+"""From the bodies of requests, whose shape is known to be right, to situations, budgets and plans.
 
-The library's readers say what is wrong; here their paths become JSON pointers, and what is larger than the limits is
-refused before it is read.
+What is wrong is told by the library's errors, with paths into the body; `marsupial_service.app` makes JSON pointers of
+them. What is larger than the limits is refused before it is looked at.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from typing import Any
-
-from marsupial.errors import InputError
+from marsupial.errors import InputError, PlanTextError, Problem, SituationError
+from marsupial.formats.fields import Notes
 from marsupial.formats.pddl.plantext import read_plan_text
-from marsupial.formats.situation import situation_from_fields
-from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.formats.situation import check_places, travel_tables
+from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial.model.situation import Situation
-from marsupial_service.pointers import of_path
-from marsupial_service.problems import Detail, HttpProblem
-from marsupial_service.settings import Limits
+from marsupial.model.situation import Situation, SituationGoal
+from marsupial_service.problems import HttpProblem
+from marsupial_service.schemas.answers import ProblemDetailAnswer
+from marsupial_service.schemas.requests import ActionsPlan, TextPlan
+from marsupial_service.schemas.situations import SituationBody
+from marsupial_service.settings import ServiceLimits
 
 
-@contextmanager
-def refusing(prefix: str, body: object) -> Iterator[None]:
-    """Turn what the library finds wrong with `body`, which stands at the pointer `prefix`, into an answer."""
-    try:
-        yield
-    except InputError as error:
-        details = [
-            Detail(where="pointer", name=prefix + of_path(problem.path, body), text=problem.message)
-            for problem in error.problems
-        ]
-        raise HttpProblem("invalid", errors=details) from error
+def refuse(path: str, text: str) -> InputError:
+    """Return the error of one field."""
+    return InputError([Problem(path, text)])
 
 
-def refuse(pointer: str, text: str, kind: str = "invalid") -> HttpProblem:
-    """Return the problem of one field."""
-    return HttpProblem(kind, errors=[Detail(where="pointer", name=pointer, text=text)])
-
-
-def check_count(pointer: str, count: int, limit: int, noun: str) -> None:
+def check_count(path: str, count: int, limit: int, noun: str) -> None:
     """Refuse more than the limit allows.
 
     Raises
@@ -48,67 +34,78 @@ def check_count(pointer: str, count: int, limit: int, noun: str) -> None:
         If there are too many.
     """
     if count > limit:
-        raise refuse(pointer, f"has {count} {noun}, more than the limit of {limit}", "too-large")
+        text = f"has {count} {noun}, more than the limit of {limit}"
+        pointer = "/" + path.replace(".", "/")
+        raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=pointer, detail=text)])
 
 
-def read_situation(body: Mapping[str, Any], limits: Limits) -> Situation:
-    """Return the situation of a request.
+def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
+    """Return the situation of a request, which stands in its field ``situation``.
 
     Raises
     ------
+    InputError
+        Naming everything that is wrong.
     HttpProblem
-        Naming everything that is wrong, or what there is too much of.
+        If there is too much of something.
     """
-    situation = body["situation"]
-    check_count("/situation/robots", len(situation["robots"]), limits.robots, "robots")
-    check_count("/situation/types", len(situation["types"]), limits.robots, "robot types")
-    check_count("/situation/targets", len(situation["targets"]), limits.targets, "targets")
-    places = len(situation["meetings"]) + len(situation.get("homes", ())) + len(situation["targets"])
-    check_count("/situation/meetings", places, limits.places, "places")
-    with refusing("/situation", situation):
-        return situation_from_fields(situation)
+    check_count("situation.robots", len(body.robots), limits.robots, "robots")
+    check_count("situation.types", len(body.types), limits.robots, "robot types")
+    check_count("situation.targets", len(body.targets), limits.targets, "targets")
+    count = len(body.meetings) + len(body.homes) + len(body.targets)
+    check_count("situation.meetings", count, limits.places, "places")
+    notes = Notes("situation")
+    starts = [robot.place for robot in body.robots if robot.place is not None]
+    places = [*starts, *(target.name for target in body.targets), *body.meetings, *body.homes]
+    if body.places is not None:
+        check_places(body.places, places, notes)
+    tables = travel_tables(body.travel_ms, body.types, len(places), notes.below("travel_ms"))
+    notes.check(SituationError)
+    try:
+        return Situation(
+            types=tuple(body.types),
+            robots=tuple(body.robots),
+            targets=tuple(body.targets),
+            meetings=tuple(body.meetings),
+            homes=tuple(body.homes),
+            travel_ms=tables,
+            goal=body.goal or SituationGoal(),
+        )
+    except SituationError as error:
+        notes.take(error)
+        raise SituationError(notes.problems) from error
 
 
-def read_budget(body: Mapping[str, Any], limits: Limits, default_s: float) -> Budget:
+def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) -> Budget:
     """Return the budget of a request, `default_s` seconds if it says nothing.
 
     Raises
     ------
-    HttpProblem
+    InputError
         If it is beyond the limits.
     """
-    budget = body.get("budget", {"seconds": min(default_s, limits.budget_s)})
-    kind, most = ("seconds", limits.budget_s) if "seconds" in budget else ("steps", limits.budget_steps)
-    if budget[kind] > most:
-        raise refuse(f"/budget/{kind}", f"must be at most {most:g}, got {budget[kind]:g}")
-    return Budget(**{kind: budget[kind]})
+    if budget is None:
+        return Budget(seconds=min(default_s, limits.budget_s))
+    for key, given, most in (
+        ("seconds", budget.seconds, limits.budget_s),
+        ("steps", budget.steps, limits.budget_steps),
+    ):
+        if given is not None and given > most:
+            raise refuse(f"budget.{key}", f"must be at most {most:g}, got {given:g}")
+    return budget
 
 
-def read_plan(body: Mapping[str, Any], situation: Situation) -> Plan:
-    """Return the plan of a request, which need not be valid.
+def plan_of(body: ActionsPlan | TextPlan, situation: Situation) -> Plan:
+    """Return the plan of a request, which need not be valid; it stands in its field ``plan``.
 
     Raises
     ------
-    HttpProblem
+    PlanTextError
         If its text can't be read.
     """
-    plan = body["plan"]
-    if "actions" in plan:
-        return Plan(actions=tuple(_action(fields) for fields in plan["actions"]))
+    if isinstance(body, ActionsPlan):
+        return Plan(actions=tuple(body.actions))
     try:
-        return read_plan_text(plan["ipc"], situation)
+        return read_plan_text(body.ipc, situation)
     except InputError as error:
-        details = [Detail(where="pointer", name="/plan/ipc", text=str(problem)) for problem in error.problems]
-        raise HttpProblem("invalid", errors=details) from error
-
-
-def _action(fields: Mapping[str, Any]) -> Action:
-    return Action(
-        name=ActionName(fields["name"]),
-        start_ms=fields["start_ms"],
-        duration_ms=fields["duration_ms"],
-        robot=fields["robot"],
-        place=fields["place"],
-        carrier=fields.get("carrier"),
-        origin=fields.get("origin"),
-    )
+        raise PlanTextError([Problem("plan.ipc", str(problem)) for problem in error.problems]) from error

@@ -6,6 +6,7 @@ It is kept in ``openapi.json`` beside this file; a test holds the two together.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from importlib.resources import files
@@ -18,10 +19,13 @@ from marsupial_service import jobs
 from marsupial_service.examples import EXAMPLES
 from marsupial_service.missions import values as missions
 from marsupial_service.problems import KINDS, MEDIA_TYPE
-from marsupial_service.schemas.answers import Problem
+from marsupial_service.schemas.answers import ProblemAnswer
 
 FILE = "openapi.json"
 _REF = "#/components/schemas/{model}"
+
+_ANSWER = re.compile(r"\b([A-Z]\w+)Answer\b")
+"""The models of answers, which are called there what they tell of."""
 
 EVENTS = "text/event-stream"
 _EVENT: dict[str, Any] = {
@@ -47,7 +51,7 @@ def errors(*kinds: str, body: bool = False, key: bool = True) -> dict[int | str,
     by_status: dict[int, list[str]] = {}
     for name in sorted(names, key=list(KINDS).index):
         by_status.setdefault(KINDS[name].status, []).append(KINDS[name].title)
-    schema = {"schema": {"$ref": _REF.format(model="Problem")}}
+    schema = {"schema": {"$ref": _REF.format(model="ProblemAnswer")}}
     return {
         status: {"description": "; ".join(titles), "content": {MEDIA_TYPE: schema}}
         for status, titles in by_status.items()
@@ -60,8 +64,8 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
     schemas = found["components"]["schemas"]
     for name in ("HTTPValidationError", "ValidationError"):
         schemas.pop(name, None)
-    problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
-    schemas |= problem.pop("$defs", {}) | {"Problem": problem}
+    problem = ProblemAnswer.model_json_schema(ref_template="#/components/schemas/{model}")
+    schemas |= problem.pop("$defs", {}) | {"ProblemAnswer": problem}
     for path in found["paths"].values():
         for operation in path.values():
             _tidy(operation, needs_keys)
@@ -70,7 +74,7 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
     if needs_keys:
         found["components"]["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
     _drop_null_defaults(found)
-    tidied: dict[str, Any] = json.loads(json.dumps(found, sort_keys=True))
+    tidied: dict[str, Any] = json.loads(_ANSWER.sub(r"\1", json.dumps(found, sort_keys=True)))
     return tidied
 
 

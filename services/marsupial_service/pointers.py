@@ -1,7 +1,7 @@
 """JSON pointers (RFC 6901) to what is wrong in a body.
 
-The library names a field by a path (``robots[1].type``, or ``types.rover`` for the one of that name), pydantic by a
-tuple that may hold words that are not in the body. Both are walked through the body itself.
+The library names a field by a path (``robots[1].type``), where a key may be any text, pydantic by a tuple that may hold
+words that are not in the body. Both are walked through the body itself.
 """
 
 from __future__ import annotations
@@ -52,11 +52,6 @@ def _first(path: str, body: object) -> tuple[str | int, str]:
         if keys:
             key = max(keys, key=len)
             return key, path[len(key) :]
-    if isinstance(body, list):
-        for i, item in enumerate(body):
-            name = item.get("name") if isinstance(item, Mapping) else None
-            if isinstance(name, str) and name and _begins(path, name):
-                return i, path[len(name) :]
     match = re.match(r"[^.\[]*", path)
     word = match[0] if match is not None and match[0] else path
     return word, path[len(word) :]

@@ -25,6 +25,7 @@ from marsupial.errors import (
     SituationError,
     UsageError,
 )
+from marsupial_service.schemas.answers import ProblemAnswer, ProblemDetailAnswer
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -38,20 +39,20 @@ class Kind:
 
 
 KINDS: Mapping[str, Kind] = {
-    "bad-json": Kind(400, "The body is not JSON as it should be"),
+    "bad-json": Kind(400, "The body is not valid JSON"),
     "no-key": Kind(401, "An API key is needed"),
     "no-scope": Kind(403, "The API key does not allow this"),
-    "not-found": Kind(404, "There is nothing here"),
-    "no-method": Kind(405, "This can't be done here"),
-    "not-acceptable": Kind(406, "The answer can't be given in that form"),
+    "not-found": Kind(404, "Not found"),
+    "no-method": Kind(405, "The method is not allowed here"),
+    "not-acceptable": Kind(406, "The answer is not available in that format"),
     "conflict": Kind(409, "The request contradicts what is known"),
     "too-slow": Kind(408, "The body did not arrive in time"),
     "too-large": Kind(413, "The request is too large"),
     "media-type": Kind(415, "The body has to be JSON"),
-    "misdirected": Kind(421, "This service does not answer to that host name"),
-    "invalid": Kind(422, "The request is well-formed but wrong"),
+    "misdirected": Kind(421, "The request is for another host"),
+    "invalid": Kind(422, "The request is not valid"),
     "key-reused": Kind(422, "The idempotency key was used for another request"),
-    "too-many": Kind(429, "Too much at a time"),
+    "too-many": Kind(429, "Too many at a time"),
     "internal": Kind(500, "Something went wrong in the service"),
     "not-ready": Kind(503, "The service is not ready"),
 }
@@ -70,27 +71,6 @@ ERROR_KINDS: Mapping[type[MarsupialError], str] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Detail:
-    """One thing wrong in a request.
-
-    Parameters
-    ----------
-    where
-        ``pointer`` (a JSON pointer into the body), or ``query``, ``header`` or ``path``.
-    name
-        The pointer, or the name of the parameter.
-    """
-
-    where: str
-    name: str
-    text: str
-
-    def document(self) -> dict[str, str]:
-        """Return it as JSON."""
-        return {self.where: self.name, "detail": self.text}
-
-
 class HttpProblem(Exception):
     """An error to be answered.
 
@@ -101,7 +81,12 @@ class HttpProblem(Exception):
     """
 
     def __init__(
-        self, kind: str, detail: str = "", *, errors: Iterable[Detail] = (), headers: Mapping[str, str] | None = None
+        self,
+        kind: str,
+        detail: str = "",
+        *,
+        errors: Iterable[ProblemDetailAnswer] = (),
+        headers: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__(detail)
         self.kind = kind
@@ -117,26 +102,26 @@ MOST_ERRORS = 100
 def answer(problem: HttpProblem, instance: str) -> Response:
     """Return the response for a problem with the request for the path `instance`."""
     kind = KINDS[problem.kind]
-    errors = [error.document() for error in problem.errors[:MOST_ERRORS]]
-    document = {
-        "type": f"urn:marsupial:problem:{problem.kind}",
-        "title": kind.title,
-        "status": kind.status,
-        "detail": problem.detail or summary(problem.errors) or HTTPStatus(kind.status).description or kind.title,
-        "instance": instance,
-        **({"errors": errors} if errors else {}),
-    }
-    return Response(
-        json.dumps(document).encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE
+    errors = problem.errors[:MOST_ERRORS]
+    body = ProblemAnswer(
+        type=f"urn:marsupial:problem:{problem.kind}",
+        title=kind.title,
+        status=kind.status,
+        detail=problem.detail or summary(problem.errors) or HTTPStatus(kind.status).description or kind.title,
+        instance=instance,
+        errors=list(errors) or None,
     )
+    text = json.dumps(body.model_dump())
+    return Response(text.encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE)
 
 
-def summary(errors: tuple[Detail, ...]) -> str:
+def summary(errors: tuple[ProblemDetailAnswer, ...]) -> str:
     """Return the first error in a line, and how many more there are."""
     if not errors:
         return ""
+    first = errors[0]
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    return f"{errors[0].name or 'the body'}: {errors[0].text}{more}"
+    return f"{first.pointer or first.query or first.header or first.path or 'the body'}: {first.detail}{more}"
 
 
 def kind_of(error: MarsupialError) -> str:

@@ -15,7 +15,8 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 
 from marsupial_service.keys import Scope
-from marsupial_service.problems import Detail, HttpProblem
+from marsupial_service.problems import HttpProblem
+from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
 from marsupial_service.strict_json import parse
 
@@ -64,11 +65,11 @@ class Route(APIRoute):
         known = {parameter.alias for parameter in self.dependant.query_params}
         unknown = sorted(set(request.query_params) - known)
         if unknown:
-            details = [Detail(where="query", name=name, text="unknown parameter") for name in unknown]
+            details = [ProblemDetailAnswer(query=name, detail="unknown parameter") for name in unknown]
             raise HttpProblem("invalid", errors=details)
         for name in known:
             if len(request.query_params.getlist(name)) > 1:
-                raise HttpProblem("invalid", errors=[Detail(where="query", name=name, text="is given twice")])
+                raise HttpProblem("invalid", errors=[ProblemDetailAnswer(query=name, detail="is given twice")])
 
 
 class PlanRoute(Route):

@@ -1,6 +1,6 @@
 """What the operator of the service decides: where it listens, where it keeps its data, and every limit.
 
-Each field of `Limits` can be given as an environment variable: ``MARSUPIAL_`` and its name in capitals
+Each field of `ServiceLimits` can be given as an environment variable: ``MARSUPIAL_`` and its name in capitals
 (``MARSUPIAL_BODY_BYTES=1000000``). What holds is shown at ``/v1/limits``.
 """
 
@@ -29,7 +29,7 @@ def _count(default: int, at_least: int, meaning: str) -> int:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+class ServiceLimits:
     """What one request, one key and the whole service may ask for.
 
     Raises
@@ -85,7 +85,7 @@ class Settings:
     host: str = "127.0.0.1"
     port: int = 8080
     keys: bool = False
-    limits: Limits = field(default_factory=Limits)
+    limits: ServiceLimits = field(default_factory=ServiceLimits)
     planners: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -99,7 +99,7 @@ class Settings:
         return self.keys or not self.is_loopback
 
 
-def limits_from(environment: Mapping[str, str]) -> Limits:
+def limits_from(environment: Mapping[str, str]) -> ServiceLimits:
     """Return the limits that environment variables set, the others as they are by default.
 
     Raises
@@ -108,11 +108,11 @@ def limits_from(environment: Mapping[str, str]) -> Limits:
         Naming the first variable that holds no such number.
     """
     given: dict[str, float] = {}
-    for one in fields(Limits):
+    for one in fields(ServiceLimits):
         text = environment.get(PREFIX + one.name.upper())
         if text is not None:
             try:
                 given[one.name] = int(text) if one.type == "int" else float(text)
             except ValueError:
                 raise UsageError(f"{PREFIX}{one.name.upper()}: must be a number, got {text!r}") from None
-    return Limits(**given)  # type: ignore[arg-type]
+    return ServiceLimits(**given)  # type: ignore[arg-type]

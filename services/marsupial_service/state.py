@@ -6,7 +6,6 @@ import asyncio
 import math
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import Any
 
 from starlette.applications import Starlette
 
@@ -14,6 +13,7 @@ from marsupial_service.jobs import Jobs
 from marsupial_service.keys import KeyFile
 from marsupial_service.metrics import HttpMetrics
 from marsupial_service.missions.service import Missions
+from marsupial_service.schemas.answers import ReadyAnswer
 from marsupial_service.settings import Settings
 from marsupial_service.store import Store
 
@@ -22,7 +22,7 @@ from marsupial_service.store import Store
 class Readiness:
     """The last check whether the service can plan: what was found, or what was wrong."""
 
-    found: dict[str, Any] | str = "it has not been checked yet"
+    found: ReadyAnswer | str = "it has not been checked yet"
     checked_s: float = -math.inf
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
 

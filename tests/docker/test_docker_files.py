@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import yaml
 
-from marsupial_service.settings import PREFIX, Limits
+from marsupial_service.settings import PREFIX, ServiceLimits
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 DOCKER = CHECKOUT / "docker"
@@ -81,7 +81,7 @@ def test_health_is_asked_of_the_service(service: Any) -> None:
 
 
 def test_jobs_fit_into_the_memory_of_the_container(service: Any) -> None:
-    known = {PREFIX + field.name.upper() for field in fields(Limits)}
+    known = {PREFIX + field.name.upper() for field in fields(ServiceLimits)}
     assert set(service["environment"]) <= known
     slots, each = (int(default(service["environment"][PREFIX + name])) for name in ("SLOTS", "MEMORY_BYTES"))
     assert default(service["mem_limit"]) == default(service["memswap_limit"]) == "4g"

@@ -23,7 +23,8 @@ from marsupial.model.strategy import PlanningReport
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial_service.client import Client, simulate_by
-from marsupial_service.intake import read_plan
+from marsupial_service.intake import plan_of
+from marsupial_service.schemas.requests import ActionsPlan
 
 ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)
 
@@ -102,7 +103,8 @@ def test_a_job_is_given_a_valid_plan(http: httpx.Client, planner: str) -> None:
         job = http.post(links["cancel"]).json()
     assert (job["state"] in ("succeeded", "cancelled"), job["planner"]) == (True, planner)
     situation = situation_from_fields(http.get(job["links"]["situation"]).json()["situation"])
-    assert check(situation, read_plan({"plan": {"actions": job["best"]["actions"]}}, situation)).valid
+    plan = plan_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation)
+    assert check(situation, plan).valid
 
 
 def test_a_mission_is_planned_with_it(running: Server, planner: str) -> None:

@@ -12,7 +12,7 @@ from marsupial import errors
 from marsupial.errors import MarsupialError
 from marsupial_service.jobs.warm import tiny
 from marsupial_service.problems import ERROR_KINDS, KINDS
-from marsupial_service.settings import Limits
+from marsupial_service.settings import ServiceLimits
 
 JSON = {"content-type": "application/json"}
 
@@ -164,4 +164,4 @@ def test_a_page_of_another_name_can_not_have_requests_sent_here(http: httpx.Clie
 def test_limits_are_shown_with_what_they_mean(http: httpx.Client) -> None:
     limits = http.get("/v1/limits").json()["limits"]
     assert limits["body_bytes"] == {"value": 200_000, "meaning": "bytes of a request's body"}
-    assert set(limits) == set(Limits.__dataclass_fields__)
+    assert set(limits) == set(ServiceLimits.__dataclass_fields__)

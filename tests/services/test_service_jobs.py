@@ -10,8 +10,9 @@ from service_house import events_of, pointers, problem
 
 from marsupial.formats.situation import situation_from_fields
 from marsupial.planning.checker import check
-from marsupial_service.intake import read_plan
+from marsupial_service.intake import plan_of
 from marsupial_service.schemas import answers
+from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 
 WAIT = {"Prefer": "wait=20"}
 
@@ -32,7 +33,7 @@ def long(http: httpx.Client) -> dict[str, Any]:
 def test_a_job_is_stored_before_it_is_acknowledged(http: httpx.Client, tiny: dict[str, Any]) -> None:
     answer = http.post("/v1/jobs", json=tiny)
     assert answer.status_code == 202
-    job = answers.Job.model_validate(answer.json())
+    job = answers.JobAnswer.model_validate(answer.json())
     assert answer.headers["location"] == job.links.self == f"/v1/jobs/{job.id}"
     assert http.get(job.links.self).json()["id"] == job.id
 
@@ -45,9 +46,9 @@ def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
     assert (job["state"], job["outcome"] in ("optimal", "satisficing")) == ("succeeded", True)
     found = http.get(job["links"]["situation"]).json()
     situation = situation_from_fields(found["situation"])
-    plan = read_plan({"plan": {"actions": job["best"]["actions"]}}, situation)
+    plan = plan_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation)
     assert check(situation, plan).valid
-    assert read_plan({"plan": {"ipc": job["best"]["ipc"]}}, situation) == plan
+    assert plan_of(TextPlan(ipc=job["best"]["ipc"]), situation) == plan
     assert (found["places"] is not None) == (demo == "yard")
     if demo == "yard":
         assert set(situation.places) == set(found["places"])
@@ -142,12 +143,12 @@ def test_a_plan_can_be_validated(http: httpx.Client, tiny: dict[str, Any]) -> No
 
 
 def test_answers_are_what_the_document_says(http: httpx.Client, tiny: dict[str, Any]) -> None:
-    answers.Planners.model_validate(http.get("/v1/planners").json())
-    answers.DemoList.model_validate(http.get("/v1/demo-data").json())
-    answers.LimitList.model_validate(http.get("/v1/limits").json())
-    answers.Health.model_validate(http.get("/healthz").json())
-    answers.Ready.model_validate(http.get("/readyz").json())
-    answers.JobList.model_validate(http.get("/v1/jobs").json())
+    answers.PlannersAnswer.model_validate(http.get("/v1/planners").json())
+    answers.DemoListAnswer.model_validate(http.get("/v1/demo-data").json())
+    answers.LimitListAnswer.model_validate(http.get("/v1/limits").json())
+    answers.HealthAnswer.model_validate(http.get("/healthz").json())
+    answers.ReadyAnswer.model_validate(http.get("/readyz").json())
+    answers.JobListAnswer.model_validate(http.get("/v1/jobs").json())
     http.post("/v1/jobs", json=tiny, headers=WAIT)
     metrics = http.get("/metrics", headers={"accept": "text/plain"}).text
     assert re.search(r'^marsupial_jobs\{state="succeeded"\} [1-9]', metrics, re.MULTILINE)

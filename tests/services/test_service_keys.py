@@ -9,7 +9,7 @@ from service_house import START, client, problem, serving
 
 from marsupial.errors import UsageError
 from marsupial_service.keys import FILE, KeyFile
-from marsupial_service.settings import Limits, Settings, limits_from
+from marsupial_service.settings import ServiceLimits, Settings, limits_from
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -85,7 +85,7 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path
 
 
 def test_a_limit_of_the_environment_holds() -> None:
-    assert limits_from({"MARSUPIAL_CELLS": "7", "MARSUPIAL_WAIT_S": "0.5"}) == Limits(cells=7, wait_s=0.5)
+    assert limits_from({"MARSUPIAL_CELLS": "7", "MARSUPIAL_WAIT_S": "0.5"}) == ServiceLimits(cells=7, wait_s=0.5)
     with pytest.raises(UsageError, match="MARSUPIAL_CELLS: must be a number"):
         limits_from({"MARSUPIAL_CELLS": "many"})
     with pytest.raises(UsageError, match="cells: must be 1 or more, got 0"):

@@ -12,14 +12,17 @@ import httpx
 import numpy as np
 import pytest
 from PIL import Image
+from pydantic import ValidationError
 from service_house import pointers, problem
 
+from marsupial.errors import InputError
 from marsupial.model.grid import Cell
 from marsupial_service.demo import DEMOS
-from marsupial_service.intake_map import read_map_state
+from marsupial_service.intake_map import map_state_of
 from marsupial_service.mapstate import MapState
-from marsupial_service.problems import HttpProblem
-from marsupial_service.settings import Limits
+from marsupial_service.pointers import of_location, of_path
+from marsupial_service.schemas.mapstates import MapStateBody
+from marsupial_service.settings import ServiceLimits
 
 GREYS = {"#": 0, ".": 254, "?": 205}
 ROWS = ["######", "#....?", "#....?", "######"]
@@ -65,17 +68,24 @@ def map_state(**changes: Any) -> dict[str, Any]:
     return {**found, **changes}
 
 
-def read(limits: Limits | None = None, **changes: Any) -> MapState:
-    return read_map_state({"map_state": map_state(**changes)}, limits or Limits())
+def read(limits: ServiceLimits | None = None, **changes: Any) -> MapState:
+    return map_state_of(MapStateBody.model_validate(map_state(**changes)), limits or ServiceLimits())
 
 
-def refusal(limits: Limits | None = None, **changes: Any) -> dict[str, str]:
-    with pytest.raises(HttpProblem) as caught:
-        read(limits, **changes)
-    assert caught.value.kind in ("invalid", "too-large")
+def refusal(**changes: Any) -> dict[str, str]:
+    """Return what is wrong with a map state, by JSON pointers."""
+    body = {"map_state": map_state(**changes)}
     found: dict[str, str] = {}
-    for error in caught.value.errors:
-        found[error.name] = found.get(error.name, "") + error.text + "\n"
+    try:
+        read(**changes)
+    except ValidationError as error:
+        wrong = [(of_location(("map_state", *one["loc"]), body), one["msg"]) for one in error.errors()]
+    except InputError as error:
+        wrong = [(of_path(problem.path, body), problem.message) for problem in error.problems]
+    else:
+        raise AssertionError("it was taken")
+    for pointer, text in wrong:
+        found[pointer] = found.get(pointer, "") + text + "\n"
     return found
 
 
@@ -126,6 +136,7 @@ def test_the_goal_is_what_was_sent() -> None:
 
 
 CARRIER = map_state()["robots"][0]
+WIDE = {**map_state()["robot_types"][0], "radius_m": 0.3}
 
 
 @pytest.mark.parametrize(
@@ -146,9 +157,9 @@ CARRIER = map_state()["robots"][0]
         ),
         ({"map": {"rows": ["..", "."], "resolution_m": 1}}, "/map/rows/1", "has 1 characters"),
         ({"map": {"rows": [".x"], "resolution_m": 1}}, "/map/rows/0", "unknown character"),
-        ({"map": {"rows": ROWS, "resolution_m": 0.0001 + 0.0003}}, "/robot_types/0/radius_m", "200 cells"),
+        ({"map": {"rows": ROWS, "resolution_m": 0.001}, "robot_types": [WIDE]}, "/robot_types/0/radius_m", "200 cells"),
         ({"map": {"image": "AAAA", "resolution_m": 1}}, "/map/image", "is not a PNG or PGM image"),
-        ({"map": {"image": "A", "resolution_m": 1}}, "/map/image", "is not base64"),
+        ({"map": {"image": "AAAAA", "resolution_m": 1}}, "/map/image", "is not base64"),
         ({"map": {"nav2": {"yaml": "a: [", "image": picture(ROWS)}}}, "/map/nav2/yaml", "is not valid YAML"),
         ({"map": {"nav2": {"yaml": "a: 1", "image": picture(ROWS)}}}, "/map/nav2/yaml", "resolution: missing"),
         ({"terrains": [{"name": "floor"}]}, "/terrains/0/name", "used twice"),

@@ -51,7 +51,7 @@ def run(
     from marsupial.cli.interrupt import Interrupted
     from marsupial_service.openapi import kept_text
     from marsupial_service.server import serve as run_server
-    from marsupial_service.settings import PREFIX, Limits, Settings, limits_from
+    from marsupial_service.settings import PREFIX, ServiceLimits, Settings, limits_from
 
     if openapi:
         print_text(kept_text())
@@ -59,7 +59,7 @@ def run(
     if log_level.lower() not in ("debug", "info", "warning", "error"):
         raise UsageError(f"--log-level: must be debug, info, warning or error, got {log_level!r}")
     given = {PREFIX + name.upper(): number for name, number in _pairs("--limit", limit)}
-    names = {one.name for one in fields(Limits)}
+    names = {one.name for one in fields(ServiceLimits)}
     for name, _ in _pairs("--limit", limit):
         if name not in names:
             raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")

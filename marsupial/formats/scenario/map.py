@@ -6,21 +6,24 @@ drawn as the map is seen, the top one first, with one character a cell.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.fields import Fields, shown, suggestion
+from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.formats.mapfiles.terrain_mask import read_mask
 from marsupial.generators import GENERATORS
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Grid, Terrain
+from marsupial.model.bounds import BOUNDS
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, Terrain
 
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
 """Characters that need no legend."""
+
+_NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 
 SOURCES = ("file", "generator", "rows")
 
@@ -32,16 +35,30 @@ def read_terrains(top: Fields) -> tuple[Terrain, ...]:
     terrains = list(TERRAINS)
     for fields in top.parts("terrains", required=False):
         name = fields.name("name")
-        code = fields.integer("code", _free_code(terrains), at_least=len(TERRAINS), at_most=UNKNOWN - 1)
+        code = fields.integer("code", free_code(terrains), BOUNDS["terrain_code"])
         blocks_sight = fields.flag("blocks_sight", False)
         fields.finish()
-        if name and name in {terrain.name for terrain in terrains}:
-            fields.wrong("name", f"{name!r} is used twice")
-        elif code and code in {terrain.code for terrain in terrains}:
-            fields.wrong("code", f"{code} is used twice")
-        elif name and code:
-            terrains.append(Terrain(code=code, name=name, blocks_sight=blocks_sight))
+        if name and code:
+            add_terrain(terrains, Terrain(code=code, name=name, blocks_sight=blocks_sight), fields)
     return tuple(terrains)
+
+
+def add_terrain(terrains: list[Terrain], terrain: Terrain, notes: Notes) -> None:
+    """Add a class whose name and code are not used yet."""
+    if terrain.name in {other.name for other in terrains}:
+        notes.wrong("name", f"{terrain.name!r} is used twice")
+    elif terrain.code in {other.code for other in terrains}:
+        notes.wrong("code", f"{terrain.code} is used twice")
+    elif terrain.code == UNKNOWN:
+        notes.wrong("", "is one more terrain than there are codes")
+    else:
+        terrains.append(terrain)
+
+
+def free_code(terrains: list[Terrain]) -> int:
+    """Return the lowest code that is not used yet."""
+    used = {terrain.code for terrain in terrains}
+    return next((code for code in range(UNKNOWN) if code not in used), UNKNOWN)
 
 
 def read_grid(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
@@ -55,7 +72,7 @@ def read_grid(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid 
         fields.wrong("", f"needs one of {', '.join(SOURCES)}, got {' and '.join(sources) or 'none'}")
         fields.finish(also=_KEYS)
         return None
-    read = {"file": _from_file, "generator": _from_generator, "rows": read_rows}[sources[0]]
+    read = {"file": _from_file, "generator": _from_generator, "rows": _from_rows}[sources[0]]
     grid = read(fields, terrains, folder)
     grid = None if grid is None else replace(grid, terrains=terrains)
     mask = _read_mask(fields, terrains)
@@ -63,11 +80,6 @@ def read_grid(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid 
     if grid is not None and mask is not None:
         grid = _masked(grid, folder / mask[0], mask[1], fields)
     return grid if len(top.problems) == before else None
-
-
-def _free_code(terrains: list[Terrain]) -> int:
-    used = {terrain.code for terrain in terrains}
-    return next((code for code in range(UNKNOWN) if code not in used), UNKNOWN)
 
 
 def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
@@ -84,9 +96,9 @@ def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> G
 def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
     before = len(fields.problems)
     name = fields.choice("generator", GENERATORS, what="generator")
-    numbers = {key: fields.number(key, above=0) for key in ("width_m", "height_m")}
-    numbers["resolution_m"] = fields.number("resolution_m", 0.25, above=0)
-    seed = fields.integer("seed", 1, at_least=0)
+    numbers = {key: fields.number(key, None, BOUNDS["extent_m"]) for key in ("width_m", "height_m")}
+    numbers["resolution_m"] = fields.quantity("resolution_m", 0.25)
+    seed = fields.count("seed", 1)
     for entry in [GENERATORS[name]] if name else GENERATORS.values():
         numbers |= {key: fields.number(key, default) for key, default in entry.options.items()}
     if len(fields.problems) > before:
@@ -99,38 +111,57 @@ def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path)
         return None
 
 
-def read_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path = Path()) -> Grid | None:
-    """Read a map drawn in rows of characters; return None, with the problems noted, where it is wrong."""
+def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
     before = len(fields.problems)
     rows = fields.texts("rows")
-    resolution_m = fields.number("resolution_m", above=0)
+    resolution_m = fields.quantity("resolution_m")
     origin = fields.numbers("origin_m", 3, (0.0, 0.0, 0.0))
-    symbols = SYMBOLS | _read_legend(fields, terrains)
-    if rows and not rows[0]:
-        fields.wrong("rows[0]", "is empty")
-    for i, row in enumerate(rows):
-        if len(row) != len(rows[0]):
-            fields.wrong(f"rows[{i}]", f"has {len(row)} characters, the first row has {len(rows[0])}")
-        for symbol in sorted(set(row) - symbols.keys()):
-            fields.wrong(f"rows[{i}]", f"unknown character {symbol!r} at column {row.index(symbol)}")
+    cells = drawn_cells(rows, _read_legend(fields), terrains, fields)
     if len(fields.problems) > before:
         return None
-    cells = np.array([[symbols[symbol] for symbol in row] for row in reversed(rows)], dtype=np.uint8)
     return Grid(cells=cells, resolution_m=resolution_m, origin_m=(origin[0], origin[1], origin[2]))
 
 
-def _read_legend(fields: Fields, terrains: tuple[Terrain, ...]) -> dict[str, int]:
-    """Read ``legend``: a terrain name for each further character of the rows."""
+def drawn_cells(
+    rows: Sequence[str], legend: Mapping[str, str], terrains: tuple[Terrain, ...], notes: Notes
+) -> CellArray:
+    """Return the map drawn in rows of characters; it means something only if no problem was noted.
+
+    Parameters
+    ----------
+    legend
+        A terrain name for each further character.
+    """
+    before = len(notes.problems)
+    symbols = SYMBOLS | _legend_codes(legend, terrains, notes.below("legend"))
+    if rows and not rows[0]:
+        notes.wrong("rows[0]", "is empty")
+    for i, row in enumerate(rows):
+        if len(row) != len(rows[0]):
+            notes.wrong(f"rows[{i}]", f"has {len(row)} characters, the first row has {len(rows[0])}")
+        for symbol in sorted(set(row) - symbols.keys()):
+            notes.wrong(f"rows[{i}]", f"unknown character {symbol!r} at column {row.index(symbol)}")
+    drawn = rows if len(notes.problems) == before else ()
+    return np.array([[symbols[symbol] for symbol in row] for row in reversed(drawn)], dtype=np.uint8)
+
+
+def _read_legend(fields: Fields) -> dict[str, str]:
+    """Read ``legend``: texts by texts."""
     legend = fields.part("legend", required=False)
-    codes = {terrain.name: terrain.code for terrain in terrains}
-    symbols = {}
     for symbol in legend.data:
-        name = legend.choice(str(symbol), codes, what="terrain") if isinstance(symbol, str) else ""
-        if not isinstance(symbol, str) or len(symbol) != 1 or symbol in SYMBOLS:
-            legend.wrong(str(symbol), f"must be a text of one character, none of {' '.join(SYMBOLS)}")
-        elif name:
-            symbols[symbol] = codes[name]
-    return symbols
+        if not isinstance(symbol, str):
+            legend.wrong(str(symbol), _NO_SYMBOL)
+    return {symbol: legend.text(symbol) for symbol in legend.data if isinstance(symbol, str)}
+
+
+def _legend_codes(legend: Mapping[str, str], terrains: tuple[Terrain, ...], notes: Notes) -> dict[str, int]:
+    codes = {terrain.name: terrain.code for terrain in terrains}
+    for symbol, name in legend.items():
+        if len(symbol) != 1 or symbol in SYMBOLS:
+            notes.wrong(symbol, _NO_SYMBOL)
+        elif name and name not in codes:
+            notes.wrong(symbol, unknown("terrain", name, codes))
+    return {symbol: codes[name] for symbol, name in legend.items() if name in codes}
 
 
 def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict[int, int]] | None:
@@ -139,25 +170,35 @@ def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict
         return None
     mask = fields.part("mask")
     file = mask.text("file")
-    codes = read_greys(mask, terrains)
+    greys = mask.part("greys")
+    codes = mask_codes(_greys(greys), terrains, greys)
     mask.finish()
     return (file, codes) if file else None
 
 
-def read_greys(mask: Fields, terrains: tuple[Terrain, ...]) -> dict[int, int]:
-    """Read ``greys`` of a mask: the terrain code for each grey."""
-    greys = mask.part("greys")
+def _greys(fields: Fields) -> Iterator[tuple[str, list[int]]]:
+    """Read ``greys`` of a mask: the name of each terrain with its greys."""
+    for name, values in fields.data.items():
+        given = values if isinstance(values, list) else [values]
+        wrong = [grey for grey in given if isinstance(grey, bool) or not isinstance(grey, int) or not 0 <= grey <= 255]
+        for grey in wrong:
+            fields.wrong(str(name), f"must be a grey from 0 to 255 or a list of them, got {shown(grey)}")
+        yield str(name), [] if wrong else given
+
+
+def mask_codes(
+    greys: Iterable[tuple[str, Sequence[int]]], terrains: tuple[Terrain, ...], notes: Notes
+) -> dict[int, int]:
+    """Return the terrain code for each grey of a mask, from the greys of each terrain."""
     names = {terrain.name: terrain.code for terrain in terrains}
     codes: dict[int, int] = {}
-    for name, values in greys.data.items():
+    for name, values in greys:
         if name not in names:
-            greys.wrong(str(name), f"unknown terrain {shown(name)}{suggestion(str(name), names)}")
+            notes.wrong(name, unknown("terrain", name, names))
             continue
-        for grey in values if isinstance(values, list) else [values]:
-            if isinstance(grey, bool) or not isinstance(grey, int) or not 0 <= grey <= 255:
-                greys.wrong(name, f"must be a grey from 0 to 255 or a list of them, got {shown(grey)}")
-            elif codes.setdefault(grey, names[name]) != names[name]:
-                greys.wrong(name, f"grey {grey} is given to two terrains")
+        for grey in values:
+            if codes.setdefault(grey, names[name]) != names[name]:
+                notes.wrong(name, f"grey {grey} is given to two terrains")
     return codes
 
 

@@ -7,17 +7,18 @@ The file is YAML, so JSON will do too. It is parsed into plain values, every fie
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from marsupial.errors import Problem, ScenarioError
-from marsupial.formats.fields import Fields, shown, suggestion
+from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import file_fault
 from marsupial.formats.scenario.map import read_grid, read_terrains
 from marsupial.formats.scenario.team import read_team
+from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Terrain
 from marsupial.model.robots import EnergyModel, RobotType, Role
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
@@ -30,8 +31,6 @@ except ImportError:  # PyYAML without libyaml
 FORMAT, VERSION = "marsupial-scenario", 1
 MOST_BYTES = 64 * 1024 * 1024
 MOST_LEVELS = 20
-MOST_SECONDS = 10_000_000
-"""Longest time in a scenario file, about four months."""
 
 
 class _Loader(SafeLoader):
@@ -123,7 +122,7 @@ def _read(top: Fields, path: Path) -> Scenario | None:
     grid = read_grid(top, terrains, path.parent)
     kinds = read_types(top, terrains)
     team = read_team(top, kinds, grid)
-    seed = top.integer("start_seed", at_least=0) if top.has("start_seed") else None
+    seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
     goal, limits = _read_goal(top), _read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     top.finish()
@@ -144,7 +143,7 @@ def _read(top: Fields, path: Path) -> Scenario | None:
 def _read_version(top: Fields) -> bool:
     """Check format and version; False where the file is of a later version and its fields mean who knows what."""
     top.choice("format", [FORMAT])
-    version = top.integer("version", at_least=1)
+    version = top.integer("version", None, Bound(1, MOST))
     if version > VERSION:
         top.wrong("version", f"must be at most {VERSION}, got {version}: the file is for a later marsupial")
     return version <= VERSION
@@ -172,10 +171,10 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
     kind = RobotType(
         name=name,
         role=Role(role or Role.CARRIER),
-        speed_mps=fields.number("speed_mps", above=0, at_least=0.001, at_most=1000),
-        sensor_range_m=fields.number("sensor_range_m", above=0, at_most=10_000),
-        radius_m=fields.number("radius_m", at_least=0, at_most=100),
-        terrains=_read_drivable(fields, terrains),
+        speed_mps=fields.quantity("speed_mps"),
+        sensor_range_m=fields.quantity("sensor_range_m"),
+        radius_m=fields.quantity("radius_m"),
+        terrains=drivable(fields.texts("terrains"), terrains, fields),
         energy=_read_energy(fields),
         **_read_role_fields(fields, role),
     )
@@ -190,28 +189,27 @@ def _read_role_fields(fields: Fields, role: str) -> dict[str, int]:
     if role == Role.CARRIER:
         for key in ("dock_s", "undock_s"):
             fields.refuse(key, "only rovers have it")
-        return {"capacity": fields.integer("capacity", at_least=0)}
+        return {"capacity": fields.count("capacity")}
     fields.refuse("capacity", "only carriers have it")
-    times = {key: fields.number(f"{key}_s", at_least=0, at_most=MOST_SECONDS) for key in ("dock", "undock")}
+    times = {key: fields.number(f"{key}_s", None, BOUNDS["dock_s"]) for key in ("dock", "undock")}
     return {f"{key}_ms": round(1000 * seconds) for key, seconds in times.items()}
 
 
-def _read_drivable(fields: Fields, terrains: tuple[Terrain, ...]) -> frozenset[int]:
+def drivable(names: Sequence[str], terrains: tuple[Terrain, ...], notes: Notes) -> frozenset[int]:
+    """Return the codes of the terrains that a robot type drives on."""
     codes = {terrain.name: terrain.code for terrain in terrains}
-    names = fields.texts("terrains")
     for i, name in enumerate(names):
         if name not in codes:
-            fields.wrong(f"terrains[{i}]", f"unknown terrain {name!r}{suggestion(name, codes)}")
+            notes.wrong(f"terrains[{i}]", unknown("terrain", name, codes))
         elif codes[name] == OBSTACLE:
-            fields.wrong(f"terrains[{i}]", "no robot can drive on obstacles")
+            notes.wrong(f"terrains[{i}]", "no robot can drive on obstacles")
     return frozenset(codes[name] for name in names if name in codes)
 
 
 def _read_energy(fields: Fields) -> EnergyModel:
     energy = fields.part("energy", required=False)
-    model = EnergyModel(
-        idle_w=energy.number("idle_w", 0.0, at_least=0), drive_w=energy.number("drive_w", 0.0, at_least=0)
-    )
+    power = BOUNDS["power_w"]
+    model = EnergyModel(idle_w=energy.number("idle_w", 0.0, power), drive_w=energy.number("drive_w", 0.0, power))
     energy.finish()
     return model
 
@@ -228,6 +226,6 @@ def _read_goal(top: Fields) -> Goal:
 
 def _read_limits(top: Fields) -> MissionLimits:
     fields = top.part("limits", required=False)
-    seconds = fields.number("time_s", MissionLimits().time_ms / 1000, above=0, at_most=MOST_SECONDS)
+    seconds = fields.quantity("time_s", MissionLimits().time_ms / 1000)
     fields.finish()
     return MissionLimits(time_ms=max(1, round(1000 * seconds)))

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from marsupial.errors import Problem, ScenarioError
-from marsupial.formats.fields import Fields, suggestion
+from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.generators.builtin import check_team_size
 from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, Cell, Grid
@@ -19,7 +19,6 @@ from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
 from marsupial.model.scenario import Scenario
 
 DRAWN = "drawn"
-MOST_ROBOTS = 1000
 
 Kinds = Mapping[str, RobotType | None]
 """Robot types by name; None for one whose own fields are wrong, of which nothing more is said."""
@@ -27,9 +26,9 @@ Kinds = Mapping[str, RobotType | None]
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One robot of the list as far as it could be read."""
+    """One robot of the list as far as it could be read, with the notes on it."""
 
-    fields: Fields
+    notes: Notes
     member: TeamMember
 
 
@@ -108,8 +107,7 @@ def _size_problem(carrier: RobotType, rover: RobotType | None, rovers: int) -> s
 def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
     """Read the short form: ``carriers``, ``rovers_per_carrier``, and the types where there are several."""
     before = len(fields.problems)
-    carriers = fields.integer("carriers", at_least=1, at_most=MOST_ROBOTS)
-    rovers = fields.integer("rovers_per_carrier", at_least=0, at_most=MOST_ROBOTS)
+    carriers, rovers = fields.count("carriers"), fields.count("rovers_per_carrier")
     carrier = _type_for(fields, Role.CARRIER, kinds, required=True)
     rover = _type_for(fields, Role.ROVER, kinds, required=rovers > 0)
     fields.finish()
@@ -189,9 +187,9 @@ def check_names(entries: list[Entry]) -> None:
     for entry in entries:
         name = entry.member.name.lower()
         if name and name in seen:
-            entry.fields.wrong("name", f"{entry.member.name!r} is used twice")
+            entry.notes.wrong("name", f"{entry.member.name!r} is used twice")
         if name.startswith(PLACE_PREFIXES):
-            entry.fields.wrong(
+            entry.notes.wrong(
                 "name", f"{entry.member.name!r} looks like a place: names must not begin with 's_', 't_', 'm_' or 'h_'"
             )
         seen.add(name)
@@ -211,14 +209,14 @@ def check_carriers(entries: list[Entry], kinds: Kinds) -> None:
         if not carrier:
             continue
         if _role(entry, kinds) is Role.CARRIER:
-            entry.fields.wrong("carrier", f"{entry.member.name!r} is a carrier and can't be carried")
+            entry.notes.wrong("carrier", f"{entry.member.name!r} is a carrier and can't be carried")
         elif carrier not in by_name:
-            entry.fields.wrong("carrier", f"unknown carrier {carrier!r}{suggestion(carrier, by_name)}")
+            entry.notes.wrong("carrier", unknown("carrier", carrier, by_name))
         elif _role(by_name[carrier], kinds) is Role.ROVER:
-            entry.fields.wrong("carrier", f"{carrier!r} is a rover and can't carry")
+            entry.notes.wrong("carrier", f"{carrier!r} is a rover and can't carry")
         else:
             load[carrier] += 1
     for name, count in load.items():
         kind = kinds.get(by_name[name].member.type)
         if kind is not None and count > kind.capacity:
-            by_name[name].fields.wrong("", f"carries {count} rovers, type {kind.name!r} has capacity {kind.capacity}")
+            by_name[name].notes.wrong("", f"carries {count} rovers, type {kind.name!r} has capacity {kind.capacity}")

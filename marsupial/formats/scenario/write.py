@@ -60,11 +60,11 @@ def write_scenario(scenario: Scenario, path: Path | str) -> None:
 def scenario_text(scenario: Scenario) -> str:
     """Return the content of a scenario file."""
     fields: dict[str, Any] = {"format": FORMAT, "version": VERSION, "name": scenario.name}
-    own = _own_terrains(scenario.grid)
+    own = terrain_fields(scenario.grid)
     if own:
-        fields["terrains"] = [{"name": t.name, "code": t.code, "blocks_sight": t.blocks_sight} for t in own]
+        fields["terrains"] = own
     names = {terrain.code: terrain.name for terrain in scenario.grid.terrains}
-    fields["robot_types"] = [_type_fields(kind, names) for kind in scenario.robot_types]
+    fields["robot_types"] = [type_fields(kind, names) for kind in scenario.robot_types]
     fields["team"] = _team_fields(scenario)
     if scenario.start_seed is not None:
         fields["start_seed"] = scenario.start_seed
@@ -74,6 +74,12 @@ def scenario_text(scenario: Scenario) -> str:
     fields["planning_time"] = str(scenario.planning_time)
     fields["map"] = _map_fields(scenario.grid)
     return yaml.dump(fields, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=1_000_000)
+
+
+def terrain_fields(grid: Grid) -> list[dict[str, Any]]:
+    """Return the field ``terrains``."""
+    own = _own_terrains(grid)
+    return [{"name": one.name, "code": one.code, "blocks_sight": one.blocks_sight} for one in own]
 
 
 def _own_terrains(grid: Grid) -> list[Terrain]:
@@ -95,7 +101,8 @@ def _map_fields(grid: Grid) -> dict[str, Any]:
     return fields | {"rows": ["".join(characters[row]) for row in grid.cells[::-1]]}
 
 
-def _type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any]:
+def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any]:
+    """Return the fields of a robot type."""
     fields: dict[str, Any] = {
         "name": kind.name,
         "role": str(kind.role),

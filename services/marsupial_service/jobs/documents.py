@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from datetime import UTC, datetime
 from typing import Any
 
 from marsupial.model.plan import Action, ActionName, Plan
-
-
-def timestamp(ms: int) -> str:
-    """Return a moment (ms since 1970) as RFC 3339 text, UTC, with milliseconds."""
-    moment = datetime.fromtimestamp(ms // 1000, UTC)
-    return f"{moment:%Y-%m-%dT%H:%M:%S}.{ms % 1000:03d}Z"
+from marsupial_service.schemas.answers import ActionAnswer
+from marsupial_service.schemas.base import timestamp
 
 
 def line(document: object) -> str:
@@ -21,17 +15,14 @@ def line(document: object) -> str:
     return json.dumps(document, separators=(",", ":"), allow_nan=False)
 
 
-def action_document(action: Action) -> dict[str, object]:
+def rounded(point_m: tuple[float, float]) -> list[float]:
+    """Return a point in metres to the micrometre."""
+    return [round(metres, 6) for metres in point_m]
+
+
+def action_document(action: Action) -> dict[str, Any]:
     """Return an action's fields; those that don't apply are left out."""
-    who = {"carrier": action.carrier, "origin": action.origin}
-    return {
-        "name": action.name.value,
-        "robot": action.robot,
-        **{key: value for key, value in who.items() if value is not None},
-        "place": action.place,
-        "start_ms": action.start_ms,
-        "duration_ms": action.duration_ms,
-    }
+    return ActionAnswer.of(action).model_dump()
 
 
 def actions_text(plan: Plan) -> str:
@@ -41,19 +32,8 @@ def actions_text(plan: Plan) -> str:
 
 def plan_of(text: str) -> Plan:
     """Return the plan whose `actions_text` this is."""
-    return Plan(actions=tuple(_action(fields) for fields in json.loads(text)))
-
-
-def _action(fields: Mapping[str, Any]) -> Action:
-    return Action(
-        name=ActionName(fields["name"]),
-        start_ms=int(fields["start_ms"]),
-        duration_ms=int(fields["duration_ms"]),
-        robot=str(fields["robot"]),
-        place=str(fields["place"]),
-        carrier=str(fields["carrier"]) if "carrier" in fields else None,
-        origin=str(fields["origin"]) if "origin" in fields else None,
-    )
+    actions = (Action(**{**fields, "name": ActionName(fields["name"])}) for fields in json.loads(text))
+    return Plan(actions=tuple(actions))
 
 
 def plan_event(revision: int, makespan_ms: int, found_after_ms: int, at_ms: int, actions: str) -> str:

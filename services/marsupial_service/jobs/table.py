@@ -14,7 +14,7 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.jobs import lookup
-from marsupial_service.jobs.documents import line, plan_event, plan_of, timestamp
+from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.messages import Analysed, Closed, Found
 from marsupial_service.jobs.records import (
     STATE_OF,
@@ -27,6 +27,7 @@ from marsupial_service.jobs.records import (
     Submitted,
     UnknownJob,
 )
+from marsupial_service.schemas.base import timestamp
 from marsupial_service.store import Transaction, entries
 
 _LONGEST_RETRY_S = 60

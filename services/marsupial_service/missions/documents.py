@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
-from marsupial.model.grid import Cell, Grid
+from marsupial.model.grid import Grid
 from marsupial.model.mission import Status
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import Decision, PlanningReport
-from marsupial_service.jobs.documents import action_document, line, plan_of
+from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
 from marsupial_service.missions.values import Event, EventType, Wish
 from marsupial_service.missions.world import Order
 
@@ -25,9 +26,12 @@ def command(order: Order, revision: int, place: str | None, grid: Grid, *, stop:
         head["carrier"] = order.carrier
     head["place"] = place
     if order.route:
-        head |= {"route": [list(cell) for cell in order.route], "route_m": [_point(grid, c) for c in order.route]}
+        head |= {
+            "route": [list(cell) for cell in order.route],
+            "route_m": [rounded(grid.centre_m(c)) for c in order.route],
+        }
     if order.name == "undock" and order.cell is not None:
-        head |= {"cell": list(order.cell), "point_m": _point(grid, order.cell)}
+        head |= {"cell": list(order.cell), "point_m": rounded(grid.centre_m(order.cell))}
     return head
 
 
@@ -49,18 +53,8 @@ def commands(
 
 def decision(decision: Decision) -> str:
     """Return a plan as it was decided on (times from then on), and how it was found."""
-    report = decision.report
-    return line(
-        {
-            "planner": report.planner,
-            "outcome": report.outcome,
-            "wall_s": report.wall_s,
-            "first_plan_s": report.first_plan_s,
-            "refused": report.refused,
-            "detail": report.detail,
-            "actions": [action_document(action) for action in decision.plan.actions],
-        }
-    )
+    actions = [action_document(action) for action in decision.plan.actions]
+    return line({**asdict(decision.report), "actions": actions})
 
 
 def decision_of(text: str) -> Decision:
@@ -71,14 +65,8 @@ def decision_of(text: str) -> Decision:
 
 def report_of(fields: dict[str, Any]) -> PlanningReport:
     """Return how a decision was found, from its document."""
-    return PlanningReport(
-        planner=fields["planner"],
-        outcome=Outcome(fields["outcome"]),
-        wall_s=fields["wall_s"],
-        first_plan_s=fields["first_plan_s"],
-        refused=fields["refused"],
-        detail=fields["detail"],
-    )
+    report = {key: value for key, value in fields.items() if key != "actions"}
+    return PlanningReport(**{**report, "outcome": Outcome(fields["outcome"])})
 
 
 def state(wish: Wish, t_ms: int) -> str:
@@ -100,7 +88,3 @@ def end_of(text: str) -> dict[str, str]:
 def revision_of(event: Event) -> int:
     """Return the plan revision of commands; 0 of anything else."""
     return int(json.loads(event.data)["revision"]) if event.type is EventType.COMMANDS else 0
-
-
-def _point(grid: Grid, cell: Cell) -> list[float]:
-    return [round(metres, 6) for metres in grid.centre_m(cell)]

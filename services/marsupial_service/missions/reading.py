@@ -1,229 +1,176 @@
-"""From the JSON of requests, whose shape is known to be right, to briefs and reports."""
+"""From the bodies of requests, whose shape is known to be right, to briefs and reports."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from marsupial.errors import EngineUnavailable, Problem, ScenarioError, UsageError
-from marsupial.formats.fields import Fields
-from marsupial.formats.scenario.map import read_terrains
-from marsupial.formats.scenario.read import read_types
-from marsupial.formats.scenario.team import Entry, Kinds, check_carriers, check_names
-from marsupial.formats.situation import read_goal
-from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
+from marsupial.errors import EngineUnavailable, ScenarioError, UsageError
+from marsupial.formats.fields import Notes
+from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask, Terrain
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.planning import Budget
-from marsupial.model.robots import TeamMember
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
-from marsupial.strategies.registry import strategy, strategy_names
-from marsupial_service.intake import check_count, read_budget, refuse, refusing
-from marsupial_service.intake_map import check_radii
+from marsupial.strategies.registry import FORMER_NAMES, strategy, strategy_names
+from marsupial_service.intake import budget_of, check_count, refuse
+from marsupial_service.intake_team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
-from marsupial_service.settings import Limits
+from marsupial_service.schemas.missions import FrameBody, MemberBody, MissionBody, ReportBody, RobotNoteBody
+from marsupial_service.settings import ServiceLimits
 
 DEFAULT_BUDGET_S = 1.0
 
 
-def read_brief(body: Mapping[str, Any], limits: Limits, commands: Mapping[str, str]) -> Brief:
+def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, str]) -> Brief:
     """Return the brief of a request; `commands` are the external planners that the operator allows, by name.
 
     Raises
     ------
+    InputError
+        Naming everything that is wrong.
     HttpProblem
-        Naming everything that is wrong, or what there is too much of.
+        If there is too much of something.
     """
-    check_count("/team", len(body["team"]), limits.robots, "robots")
-    check_count("/robot_types", len(body["robot_types"]), limits.robots, "robot types")
-    frame = body["frame"]
-    check_count("/frame", frame["width"] * frame["height"], limits.cells, "cells")
-    budget, engine = read_budget(body, limits, DEFAULT_BUDGET_S), _read_planner(body, commands)
-    problems: list[Problem] = []
-    with refusing("", body):
-        brief = _read(Fields(body, "", problems), body, budget, engine)
-        if problems or brief is None:
-            raise ScenarioError(problems)
+    check_count("team", len(body.team), limits.robots, "robots")
+    check_count("robot_types", len(body.robot_types), limits.robots, "robot types")
+    check_count("frame", body.frame.width * body.frame.height, limits.cells, "cells")
+    budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
+    grid, types = _field(body)
+    notes = Notes()
+    brief = Brief(
+        name=body.name,
+        strategy=body.strategy,
+        planner=body.planner,
+        engine=engine,
+        budget=budget,
+        seed=body.seed,
+        grid=grid,
+        kinds=tuple(types.values()),
+        robots=_team(body.team, types, grid, notes.below("team")),
+        goal=body.goal or Goal(recover_rovers=False),
+        limits=MissionLimits(time_ms=body.time_limit_ms),
+        planning_time=PlanningTime(body.planning_time),
+        reachable=None if body.area is None else _mask(body.area, grid),
+    )
+    notes.check(ScenarioError)
     try:
         strategy(brief.strategy, planner=engine, budget=budget)
     except (UsageError, EngineUnavailable) as error:
-        raise refuse("/planner", brief.without_command(str(error))) from error
+        raise refuse("planner", brief.without_command(str(error))) from error
     return brief
 
 
-def _read_planner(body: Mapping[str, Any], commands: Mapping[str, str]) -> str:
-    name: str = body.get("planner", "auto")
-    if body.get("strategy", "temporal") not in strategy_names():
-        raise refuse("/strategy", f"there is none of that name; there are {', '.join(strategy_names())}")
-    if name in commands:
-        return commands[name]
-    if ":" in name:
-        raise refuse("/planner", "command lines are not taken from clients")
-    return name
+def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
+    if body.strategy not in {*strategy_names(), *FORMER_NAMES}:
+        raise refuse("strategy", f"unknown strategy {body.strategy!r}; there are {', '.join(strategy_names())}")
+    if ":" in body.planner and body.planner not in commands:
+        raise refuse("planner", "command lines are not taken from clients")
+    return commands.get(body.planner, body.planner)
 
 
-def _read(top: Fields, body: Mapping[str, Any], budget: Budget, engine: str) -> Brief | None:
-    frame = body["frame"]
-    size = frame["width"] * frame["height"]
-    terrains = read_terrains(top)
-    kinds = read_types(top, terrains)
-    codes = frozenset(terrain.code for terrain in terrains)
-    _check_runs(top, "frame.known", frame.get("known", ()), size, codes)
-    _check_runs(top, "area", body.get("area", ()), size, frozenset(range(256)))
-    check_radii(top, kinds, frame["resolution_m"])
-    goal = read_goal(top.part("goal", required=False))
-    if top.problems:
-        return None
-    x, y, yaw = frame.get("origin_m", (0.0, 0.0, 0.0))
-    cells = np.full(size, UNKNOWN, dtype=np.uint8)
-    indices, known = expand(tuple(frame.get("known", ())))
-    cells[indices] = known
-    grid = Grid(
-        cells=cells.reshape(frame["height"], frame["width"]),
-        resolution_m=float(frame["resolution_m"]),
-        origin_m=(float(x), float(y), float(yaw)),
+def _field(body: MissionBody) -> tuple[Grid, Types]:
+    """Return the map as far as it is known, and the robot types for it."""
+    notes, size = Notes(), body.frame.width * body.frame.height
+    terrains = terrains_of(body.terrains, notes)
+    types = types_of(body.robot_types, terrains, body.frame.resolution_m, notes)
+    _check_runs(body.frame.known, size, {terrain.code for terrain in terrains}, "frame.known", notes)
+    _check_runs(body.area or (), size, range(256), "area", notes)
+    notes.check(ScenarioError)
+    return _grid(body.frame, terrains), types
+
+
+def _grid(frame: FrameBody, terrains: tuple[Terrain, ...]) -> Grid:
+    return Grid(
+        cells=_cells(frame.known, (frame.height, frame.width)),
+        resolution_m=frame.resolution_m,
+        origin_m=frame.origin_m or ORIGIN,
         terrains=terrains,
     )
-    return Brief(
-        name=body.get("name", "mission"),
-        strategy=body.get("strategy", "temporal"),
-        planner=body.get("planner", "auto"),
-        engine=engine,
-        budget=budget,
-        seed=body.get("seed", 0),
-        grid=grid,
-        kinds=tuple(kind for kind in kinds.values() if kind is not None),
-        robots=_read_team(top, kinds, grid),
-        goal=Goal(recover_rovers=goal.recover_rovers, return_home=goal.return_home),
-        limits=MissionLimits(time_ms=body.get("time_limit_ms", MissionLimits().time_ms)),
-        planning_time=PlanningTime(body.get("planning_time", "instant")),
-        reachable=_read_area(body, grid) if "area" in body else None,
-    )
 
 
-def _read_area(body: Mapping[str, Any], grid: Grid) -> Mask:
-    area = np.zeros(grid.cells.size, dtype=np.bool_)
-    area[expand(tuple(body["area"]))[0]] = True
-    return area.reshape(grid.cells.shape)
+def _cells(runs: Runs, shape: tuple[int, ...]) -> CellArray:
+    cells = np.full(shape, UNKNOWN, dtype=np.uint8)
+    indices, codes = expand(runs)
+    cells.reshape(-1)[indices] = codes
+    return cells
 
 
-def _read_team(top: Fields, kinds: Kinds, grid: Grid) -> tuple[PlacedRobot, ...]:
-    entries = []
-    for fields in top.parts("team"):
-        name, kind = fields.text("name"), fields.choice("type", kinds, what="robot type")
-        given = [key for key in ("pose_m", "cell", "carrier") if fields.has(key)]
-        if len(given) != 1:
-            fields.wrong("", f"needs one of pose_m, cell, carrier, got {' and '.join(given) or 'none'}")
-        cell = _place(fields.data, grid)
-        if cell is not None and not grid.contains(cell):
-            fields.wrong("cell" if "cell" in fields.data else "pose_m", "lies outside the map")
-        carrier = fields.text("carrier") if fields.has("carrier") else None
-        entries.append(Entry(fields, TeamMember(name=name, type=kind, start=cell, carrier=carrier)))
-    check_names(entries)
-    check_carriers(entries, kinds)
-    members = [entry.member for entry in entries]
+def _mask(runs: Runs, grid: Grid) -> Mask:
+    mask = np.zeros(grid.cells.shape, dtype=np.bool_)
+    mask.reshape(-1)[expand(runs)[0]] = True
+    return mask
+
+
+def _team(bodies: Sequence[MemberBody], types: Types, grid: Grid, notes: Notes) -> tuple[PlacedRobot, ...]:
+    members = [entry.member for entry in entries_of(bodies, types, grid, notes)]
     return tuple(PlacedRobot(name=m.name, type=m.type, cell=m.start, carrier=m.carrier) for m in members)
 
 
-def _place(fields: Mapping[str, Any], grid: Grid) -> Cell | None:
-    if "cell" in fields:
-        return Cell(*fields["cell"])
-    return grid.cell_at_m(*fields["pose_m"]) if "pose_m" in fields else None
-
-
-def _check_runs(top: Fields, path: str, runs: Runs, size: int, codes: frozenset[int]) -> None:
-    fault = fault_of(runs, size, codes)
+def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str, notes: Notes) -> None:
+    fault = fault_of(runs, size, frozenset(codes))
     if fault is not None:
-        top.wrong(path, fault)
+        notes.wrong(path, fault)
 
 
-def read_report(body: Mapping[str, Any], brief: Brief) -> Report:
+def report_of(body: ReportBody, brief: Brief) -> Report:
     """Return the report of a request.
 
     Raises
     ------
-    HttpProblem
+    ScenarioError
         Naming everything that is wrong in it, whatever has happened before.
     """
-    with refusing("", body):
-        problems = list(_Reading(brief).faults(body))
-        if problems:
-            raise ScenarioError(problems)
-    grid, cells = brief.grid, None
-    if "map" in body:
-        indices, codes = expand(tuple(body["map"]["runs"]))
-        cells = np.full(grid.cells.shape, UNKNOWN, dtype=np.uint8)
-        cells.reshape(-1)[indices] = codes
+    notes = Notes()
+    _check_names(body, {robot.name for robot in brief.robots}, notes)
+    _check_map(body, brief.grid, notes)
+    robots = tuple(_note(note, brief.grid, notes.below(f"robots[{i}]")) for i, note in enumerate(body.robots))
+    notes.check(ScenarioError)
     return Report(
-        n=body["n"],
-        t_ms=body["t_ms"],
-        revealed=tuple((seen["robot"], tuple(seen["runs"])) for seen in body.get("revealed", ())),
-        map=cells,
-        robots=tuple(
-            RobotNote(
-                name=note["name"],
-                cell=_place(note, grid),
-                free_at_ms=note.get("free_at_ms"),
-                distance_m=float(note["distance_m"]) if "distance_m" in note else None,
-                driving_ms=note.get("driving_ms"),
-            )
-            for note in body.get("robots", ())
-        ),
-        finished=tuple(body.get("finished", ())),
-        failed=tuple((failed["id"], failed.get("reason", "")) for failed in body.get("failed", ())),
-        lost=tuple((lost["robot"], lost.get("reason", "")) for lost in body.get("lost", ())),
+        n=body.n,
+        t_ms=body.t_ms,
+        revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
+        map=None if body.map is None else _cells(body.map.runs, brief.grid.cells.shape),
+        robots=robots,
+        finished=tuple(body.finished),
+        failed=tuple((failed.id, failed.reason) for failed in body.failed),
+        lost=tuple((lost.robot, lost.reason) for lost in body.lost),
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Reading:
-    """What reports of a mission may speak of."""
-
-    brief: Brief
-
-    def faults(self, body: Mapping[str, Any]) -> Iterator[Problem]:
-        names = [(f"robots[{i}].name", note["name"]) for i, note in enumerate(body.get("robots", ()))]
-        lost = [(f"lost[{i}].robot", one["robot"]) for i, one in enumerate(body.get("lost", ()))]
-        seers = [(f"revealed[{i}].robot", seen["robot"]) for i, seen in enumerate(body.get("revealed", ()))]
-        known = {robot.name for robot in self.brief.robots}
-        for path, name in (*names, *lost, *seers):
-            if name not in known:
-                yield Problem(path, f"there is no robot {name!r}")
-        ids = [(f"finished[{i}]", number) for i, number in enumerate(body.get("finished", ()))]
-        ids += [(f"failed[{i}].id", failed["id"]) for i, failed in enumerate(body.get("failed", ()))]
-        for pairs in (names, lost, ids):
-            yield from _twice(pairs)
-        yield from self._map_faults(body)
-        for i, note in enumerate(body.get("robots", ())):
-            yield from self._pose_faults(f"robots[{i}]", note)
-
-    def _map_faults(self, body: Mapping[str, Any]) -> Iterator[Problem]:
-        grid = self.brief.grid
-        codes = frozenset(terrain.code for terrain in grid.terrains)
-        runs = [(f"revealed[{i}].runs", seen["runs"]) for i, seen in enumerate(body.get("revealed", ()))]
-        if "map" in body:
-            if runs:
-                yield Problem("map", "a report has either a map or what was revealed")
-            runs.append(("map.runs", body["map"]["runs"]))
-        for path, numbers in runs:
-            fault = fault_of(numbers, grid.cells.size, codes)
-            if fault is not None:
-                yield Problem(path, fault)
-
-    def _pose_faults(self, path: str, note: Mapping[str, Any]) -> Iterator[Problem]:
-        if "cell" in note and "pose_m" in note:
-            yield Problem(f"{path}.pose_m", "give the cell or the pose, not both")
-            return
-        cell = _place(note, self.brief.grid)
-        if cell is not None and not self.brief.grid.contains(cell):
-            yield Problem(f"{path}.{'cell' if 'cell' in note else 'pose_m'}", "lies outside the map")
+def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
+    """Note robots that are not of the team, and what is told twice."""
+    names = [(f"robots[{i}].name", note.name) for i, note in enumerate(body.robots)]
+    lost = [(f"lost[{i}].robot", one.robot) for i, one in enumerate(body.lost)]
+    seers = [(f"revealed[{i}].robot", seen.robot) for i, seen in enumerate(body.revealed)]
+    for path, name in (*names, *lost, *seers):
+        if name not in known:
+            notes.wrong(path, f"there is no robot {name!r}")
+    ids = [(f"finished[{i}]", number) for i, number in enumerate(body.finished)]
+    ids += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(body.failed)]
+    for pairs in (names, lost, ids):
+        seen_before: set[object] = set()
+        for path, value in pairs:
+            if value in seen_before:
+                notes.wrong(path, f"{value} is given twice")
+            seen_before.add(value)
 
 
-def _twice(pairs: Iterable[tuple[str, object]]) -> Iterator[Problem]:
-    seen: set[object] = set()
-    for path, value in pairs:
-        if value in seen:
-            yield Problem(path, f"{value} is given twice")
-        seen.add(value)
+def _check_map(body: ReportBody, grid: Grid, notes: Notes) -> None:
+    if body.map is not None and body.revealed:
+        notes.wrong("map", "a report has either a map or what was revealed")
+    runs = [(f"revealed[{i}].runs", seen.runs) for i, seen in enumerate(body.revealed)]
+    runs += [] if body.map is None else [("map.runs", body.map.runs)]
+    for path, numbers in runs:
+        _check_runs(numbers, grid.cells.size, {terrain.code for terrain in grid.terrains}, path, notes)
+
+
+def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotNote:
+    if body.cell is not None and body.pose_m is not None:
+        notes.wrong("pose_m", "give the cell or the pose, not both")
+    return RobotNote(
+        name=body.name,
+        cell=cell_of(body, grid, notes),
+        free_at_ms=body.free_at_ms,
+        distance_m=body.distance_m,
+        driving_ms=body.driving_ms,
+    )

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray
+from marsupial.model.grid import UNKNOWN, CellArray
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
-from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Scenario
 from marsupial_service.missions.values import runs_in
-
-_EVERYWHERE = (OBSTACLE, FLOOR, ROUGH)
 
 
 def mission_document(scenario: Scenario, *, strategy: str, planner: str, budget: Budget, seed: int) -> dict[str, Any]:
@@ -30,12 +28,8 @@ def mission_document(scenario: Scenario, *, strategy: str, planner: str, budget:
             "resolution_m": grid.resolution_m,
             "origin_m": list(grid.origin_m),
         },
-        "terrains": [
-            {"name": terrain.name, "code": terrain.code, "blocks_sight": terrain.blocks_sight}
-            for terrain in grid.terrains
-            if terrain.code not in _EVERYWHERE
-        ],
-        "robot_types": [_type(kind, names) for kind in scenario.robot_types],
+        "terrains": terrain_fields(grid),
+        "robot_types": [type_fields(kind, names) for kind in scenario.robot_types],
         "team": [_member(robot) for robot in team],
         "goal": {"recover_rovers": scenario.goal.recover_rovers, "return_home": scenario.goal.return_home},
         "strategy": strategy,
@@ -46,21 +40,6 @@ def mission_document(scenario: Scenario, *, strategy: str, planner: str, budget:
         "area": list(runs_in(area)),
         "seed": seed,
     }
-
-
-def _type(kind: RobotType, names: dict[int, str]) -> dict[str, Any]:
-    common = {
-        "name": kind.name,
-        "role": kind.role.value,
-        "speed_mps": kind.speed_mps,
-        "sensor_range_m": kind.sensor_range_m,
-        "radius_m": kind.radius_m,
-        "terrains": [names[code] for code in sorted(kind.terrains)],
-        "energy": {"idle_w": kind.energy.idle_w, "drive_w": kind.energy.drive_w},
-    }
-    if kind.role is Role.CARRIER:
-        return {**common, "capacity": kind.capacity}
-    return {**common, "dock_s": kind.dock_ms / 1000, "undock_s": kind.undock_ms / 1000}
 
 
 def _member(robot: PlacedRobot) -> dict[str, Any]:

@@ -3,56 +3,57 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
-from typing import Any
 
 from fastapi import APIRouter, Response
 
 from marsupial.errors import InputError
+from marsupial.formats.fields import Notes
 from marsupial.planning.checker import check
 from marsupial_service import analysis
-from marsupial_service.answers import json_answer, verdict_document
-from marsupial_service.intake import read_plan, read_situation, refusing
-from marsupial_service.intake_map import read_map_state
+from marsupial_service.answers import json_answer
+from marsupial_service.intake import plan_of, situation_of
+from marsupial_service.intake_map import map_state_of
 from marsupial_service.openapi import errors
 from marsupial_service.problems import HttpProblem
-from marsupial_service.routes.parameters import Json, Service
+from marsupial_service.routes.parameters import Service
 from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody
-from marsupial_service.settings import Limits
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.supervised import value_of
 
 router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 
 
-@router.post("/analysis", response_model=answers.Analysis, responses=errors("too-many", body=True))
-async def analyse(state: Service, sent: Json, body: AnalysisBody) -> Response:
+@router.post("/analysis", response_model=answers.AnalysisAnswer, responses=errors("too-many", body=True))
+async def analyse(state: Service, body: AnalysisBody) -> Response:
     """Find targets, meeting points, reach and costs on a map, as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
-    task = await asyncio.to_thread(read_map_state, sent, limits)
+    task = await asyncio.to_thread(map_state_of, body.map_state, limits)
     if state.analyses.locked():
         raise HttpProblem("too-many", f"at most {limits.analyses} at a time", headers={"Retry-After": "1"})
     async with state.analyses:
         found = await value_of(
             analysis.analyse,
-            (task, frozenset(sent.get("include", analysis.INCLUDE))),
+            (task, frozenset(analysis.INCLUDE if body.include is None else body.include)),
             seconds=limits.analysis_s,
             memory_bytes=limits.memory_bytes,
         )
     if isinstance(found, InputError):
-        with refusing("/map_state", sent["map_state"]):
-            raise found
+        notes = Notes("map_state")
+        notes.take(found)
+        notes.check(InputError)
+    assert isinstance(found, answers.AnalysisAnswer)
     return json_answer(found)
 
 
-@router.post("/validations", response_model=answers.Verdict, responses=errors(body=True))
-async def validate(state: Service, sent: Json, body: ValidationBody) -> Response:
+@router.post("/validations", response_model=answers.VerdictAnswer, responses=errors(body=True))
+async def validate(state: Service, body: ValidationBody) -> Response:
     """Say whether a plan can be carried out and reaches the goal, or what is wrong with it first."""
-    return json_answer(await asyncio.to_thread(_verdict, sent, state.settings.limits))
+    return json_answer(await asyncio.to_thread(_verdict, body, state.settings.limits))
 
 
-def _verdict(sent: Mapping[str, Any], limits: Limits) -> dict[str, Any]:
-    situation = read_situation(sent, limits)
-    plan = read_plan(sent, situation)
-    return verdict_document(check(situation, plan), len(plan.actions))
+def _verdict(body: ValidationBody, limits: ServiceLimits) -> answers.VerdictAnswer:
+    situation = situation_of(body.situation, limits)
+    plan = plan_of(body.plan, situation)
+    return answers.VerdictAnswer.of(check(situation, plan), actions=len(plan.actions))

@@ -19,47 +19,38 @@ from marsupial_service.schemas import answers
 router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["catalogue"])
 
 
-@router.get("/planners", response_model=answers.Planners, responses=errors())
+@router.get("/planners", response_model=answers.PlannersAnswer, responses=errors())
 async def list_planners(state: Service) -> Response:
     """List the planners, and why some can't be used here."""
-    found = [
-        {
-            "name": info.name,
-            "summary": info.summary,
-            "licence": info.licence,
-            "available": info.missing is None,
-            "missing": info.missing,
-            "anytime": info.anytime,
-            "proves_optimality": info.proves_optimality,
-            "deterministic_steps": info.deterministic_steps,
-        }
-        for info in planner_infos(state.settings.planners)
-    ]
-    return json_answer({"planners": found})
+    infos = planner_infos(state.settings.planners)
+    found = [answers.PlannerAnswer.of(info, available=info.missing is None) for info in infos]
+    return json_answer(answers.PlannersAnswer(planners=found))
 
 
-@router.get("/demo-data", response_model=answers.DemoList, responses=errors())
+@router.get("/demo-data", response_model=answers.DemoListAnswer, responses=errors())
 async def list_demo_data() -> Response:
     """List ready requests for /v1/jobs."""
     items = [
-        {"name": name, "kind": demo.kind, "summary": demo.summary, "href": f"/v1/demo-data/{name}"}
+        answers.DemoItemAnswer(name=name, kind=demo.kind, summary=demo.summary, href=f"/v1/demo-data/{name}")
         for name, demo in DEMOS.items()
     ]
-    return json_answer({"demo_data": items})
+    return json_answer(answers.DemoListAnswer(demo_data=items))
 
 
-@router.get("/demo-data/{name}", response_model=answers.DemoJob, responses=errors("not-found"))
+@router.get("/demo-data/{name}", response_model=answers.DemoJobAnswer, responses=errors("not-found"))
 async def get_demo(name: Annotated[str, Path(description="Name of a demo.")]) -> Response:
     """Return a ready request for /v1/jobs."""
     if name not in DEMOS:
         raise HttpProblem("not-found", f"there is no demo {name!r}; there are {', '.join(DEMOS)}")
-    return json_answer(DEMOS[name].request())
+    return json_answer(answers.DemoJobAnswer.model_validate(DEMOS[name].request()))
 
 
-@router.get("/limits", response_model=answers.LimitList, responses=errors())
+@router.get("/limits", response_model=answers.LimitListAnswer, responses=errors())
 async def get_limits(state: Service) -> Response:
     """Return every limit and what it limits."""
     held = state.settings.limits
-    return json_answer(
-        {"limits": {f.name: {"value": getattr(held, f.name), "meaning": f.metadata["meaning"]} for f in fields(held)}}
-    )
+    shown = {
+        one.name: answers.LimitAnswer(value=getattr(held, one.name), meaning=one.metadata["meaning"])
+        for one in fields(held)
+    }
+    return json_answer(answers.LimitListAnswer(limits=shown))

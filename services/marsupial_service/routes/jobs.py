@@ -6,16 +6,17 @@ import asyncio
 import json
 import logging
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Response
 
 from marsupial.model.planning import EngineInfo
-from marsupial_service.answers import is_over, job_document, job_path, json_answer, plan_document, summary_document
+from marsupial.model.situation import Situation
+from marsupial_service.answers import is_over, job_answer, job_path, json_answer, plan_answer, summary_answer
 from marsupial_service.events import EventStream, stream
-from marsupial_service.intake import read_budget, read_situation, refuse
-from marsupial_service.intake_map import read_map_state
-from marsupial_service.jobs import JobRequest, JobState, QueueFull, Submitted
+from marsupial_service.intake import budget_of, refuse, situation_of
+from marsupial_service.intake_map import map_state_of
+from marsupial_service.jobs import JobRequest, JobState, MapTask, Submitted
 from marsupial_service.openapi import errors
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.problems import HttpProblem
@@ -32,7 +33,7 @@ from marsupial_service.routes.parameters import (
 )
 from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.requests import JobBody
+from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
 from marsupial_service.settings import Settings
 
 DEFAULT_BUDGET_S = 5.0
@@ -42,7 +43,7 @@ log = logging.getLogger("marsupial.service")
 router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
 
 _ACCEPTED = {
-    "model": answers.Job,
+    "model": answers.JobAnswer,
     "description": "The job is stored; it is at Location.",
     "headers": {"Location": {"schema": {"type": "string"}}},
 }
@@ -51,7 +52,7 @@ _ACCEPTED = {
 @router.post(
     "",
     status_code=202,
-    response_model=answers.Job,
+    response_model=answers.JobAnswer,
     responses={
         **errors("key-reused", "too-many", "not-ready", body=True),
         200: {**_ACCEPTED, "description": "The job is over."},
@@ -67,11 +68,8 @@ async def submit_job(
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
-    request = await asyncio.to_thread(_request, sent, state.settings)
-    try:
-        submitted = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
-    except QueueFull as full:
-        raise HttpProblem("too-many", str(full), headers={"Retry-After": str(full.retry_after_s)}) from full
+    request = await asyncio.to_thread(_request, body.root, sent, state.settings)
+    submitted = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
     log.info("job taken", extra={"job": submitted.job.id, "owner": owner, "planner": submitted.job.planner})
     return await _answer(state, submitted, prefer)
 
@@ -85,43 +83,38 @@ async def _answer(state: Service, submitted: Submitted, prefer: str | None) -> R
         headers["Preference-Applied"] = f"wait={seconds:g}"
     if submitted.replayed:
         headers["Idempotency-Replayed"] = "true"
-    return json_answer(job_document(job), 200 if is_over(job) else 202, headers)
+    return json_answer(job_answer(job), 200 if is_over(job) else 202, headers)
 
 
-def _request(sent: Mapping[str, Any], settings: Settings) -> JobRequest:
+def _request(body: SituationJobBody | MapStateJobBody, sent: Mapping[str, Any], settings: Settings) -> JobRequest:
     """Read the body; in a thread of its own, as maps may be large."""
-    planner = sent.get("planner", "auto")
-    info = _planner(planner, settings)
-    budget = read_budget(sent, settings.limits, DEFAULT_BUDGET_S)
+    info = _planner(body.planner, settings)
+    budget = budget_of(body.budget, settings.limits, DEFAULT_BUDGET_S)
     if budget.steps is not None and not info.deterministic_steps:
-        raise refuse("/budget/steps", f"planner {planner} can't count steps: give it a budget in seconds")
-    read = read_situation if "situation" in sent else read_map_state
-    return JobRequest(
-        planner=planner,
-        budget=budget,
-        task=read(sent, settings.limits),
-        digest=digest_of(sent),
-        source=sent,
-    )
+        raise refuse("budget.steps", f"planner {body.planner} can't count steps: give it a budget in seconds")
+    task: Situation | MapTask
+    if isinstance(body, SituationJobBody):
+        task = situation_of(body.situation, settings.limits)
+    else:
+        task = map_state_of(body.map_state, settings.limits)
+    return JobRequest(planner=body.planner, budget=budget, task=task, digest=digest_of(sent), source=sent)
 
 
 def _planner(name: str, settings: Settings) -> EngineInfo:
     names = planner_names(settings.planners)
     if name not in names:
-        raise refuse("/planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
+        raise refuse("planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
     info = planner_info(name, settings.planners)
     if info.missing is not None:
-        raise refuse("/planner", f"{name} can't be used here: {info.missing}")
+        raise refuse("planner", f"{name} can't be used here: {info.missing}")
     return info
 
 
-@router.get("", response_model=answers.JobList, responses=errors())
+@router.get("", response_model=answers.JobListAnswer, responses=errors())
 async def list_jobs(
     state: Service,
     owner: Owner,
-    job_state: Annotated[
-        Literal["queued", "running", "succeeded", "failed", "cancelled"] | None, Query(alias="state")
-    ] = None,
+    job_state: Annotated[answers.StateWord | None, Query(alias="state")] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
     before: Annotated[str | None, Query(description="Id of a job: older ones only.", max_length=100)] = None,
 ) -> Response:
@@ -132,26 +125,26 @@ async def list_jobs(
     if len(found) > limit:
         state_part = f"&state={job_state}" if job_state else ""
         following = f"/v1/jobs?limit={limit}{state_part}&before={jobs[-1].id}"
-    return json_answer({"jobs": [summary_document(job) for job in jobs], "next": following})
+    return json_answer(answers.JobListAnswer(jobs=[summary_answer(job) for job in jobs], next=following))
 
 
-@router.get("/{job}", response_model=answers.Job, responses=errors("not-found"))
+@router.get("/{job}", response_model=answers.JobAnswer, responses=errors("not-found"))
 async def get_job(job: JobOfPath) -> Response:
     """Return a job with its best plan so far."""
-    return json_answer(job_document(job))
+    return json_answer(job_answer(job))
 
 
-@router.post("/{job}/cancel", response_model=answers.Job, responses=errors("not-found", "not-ready"))
+@router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
 async def cancel_job(state: Service, job: JobOfPath) -> Response:
-    """End a job early; it keeps its best plan. A job that is over stays as it is."""
-    return json_answer(job_document(await state.running().cancel(job.id)))
+    """End a job early; it keeps its best plan. A job that has ended does not change."""
+    return json_answer(job_answer(await state.running().cancel(job.id)))
 
 
-@router.get("/{job}/plans", response_model=answers.Plans, responses=errors("not-found"))
+@router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
 async def list_plans(state: Service, job: JobOfPath) -> Response:
     """Return every plan found so far, each better than the one before."""
     found = await state.running().plans(job.id)
-    return json_answer({"plans": [plan_document(plan) for plan in found]})
+    return json_answer(answers.PlansAnswer(plans=[plan_answer(plan) for plan in found]))
 
 
 @router.get(
@@ -167,13 +160,14 @@ async def follow_job(state: Service, owner: Owner, job: JobOfPath, last_event_id
     return stream(state, owner, state.running().follow(job.id, int(last_event_id or 0)))
 
 
-@router.get("/{job}/situation", response_model=answers.JobSituation, responses=errors("not-found"))
+@router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
 async def get_situation(state: Service, job: JobOfPath) -> Response:
     """Return what the planner is asked; for a map state once that has been analysed."""
     analysis = await state.running().analysis(job.id)
     if analysis is not None:
-        return json_answer({"situation": json.loads(analysis.situation), "places": json.loads(analysis.places)})
+        found = {"situation": json.loads(analysis.situation), "places": json.loads(analysis.places)}
+        return json_answer(answers.JobSituationAnswer.model_validate(found))
     sent = json.loads(await state.running().source(job.id) or "{}")
     if "situation" not in sent:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
-    return json_answer({"situation": sent["situation"], "places": None})
+    return json_answer(answers.JobSituationAnswer(situation=sent["situation"], places=None))

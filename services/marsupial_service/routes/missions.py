@@ -1,29 +1,23 @@
-"""Missions with robots that are not ours: created, reported to, followed, paused, resumed, cancelled."""
+"""Missions with the clients' own robots: created, reported to, followed, paused, resumed, cancelled."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Query, Response
 from starlette.responses import PlainTextResponse
 
-from marsupial_service.answers import json_answer
+from marsupial_service.answers import json_answer, mission_answer, mission_path
 from marsupial_service.events import EventStream, stream
-from marsupial_service.jobs.documents import timestamp
 from marsupial_service.keys import Scope
-from marsupial_service.missions.ledger import Conflict
-from marsupial_service.missions.reading import read_brief, read_report
-from marsupial_service.missions.records import MissionRecord, TooMany, UnknownMission
+from marsupial_service.missions.reading import brief_of, report_of
+from marsupial_service.missions.records import MissionRecord, UnknownMission
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.openapi import errors
-from marsupial_service.pointers import of_path
-from marsupial_service.problems import Detail, HttpProblem
 from marsupial_service.routes.parameters import IdempotencyKey, Json, LastEventId, Owner, Service, digest_of
 from marsupial_service.routing import Route
-from marsupial_service.schemas.base import Answer
+from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 
 
@@ -39,69 +33,14 @@ class LogAnswer(PlainTextResponse):
     media_type = "application/jsonl"
 
 
-class MissionLinks(Answer):
-    """Where there is more about a mission."""
-
-    self: str
-    reports: str
-    events: str
-    log: str
-    map: str
-    pause: str
-    resume: str
-    cancel: str
-
-
-class Mission(Answer):
-    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last."""
-
-    id: str
-    name: str
-    state: str
-    status: str | None
-    reason: str
-    strategy: str
-    planner: str
-    n: int
-    t_ms: int
-    revision: int
-    created_at: str
-    finished_at: str | None
-    links: MissionLinks
-
-
-class MissionList(Answer):
-    """Missions, the newest first; `next` is where the older ones are."""
-
-    missions: list[Mission]
-    next: str | None
-
-
-class Taken(Answer):
-    """A report has been stored: its number, its time, and the revision of the plan that was made last."""
-
-    n: int
-    t_ms: int
-    revision: int
-
-
-class KnownMap(Answer):
-    """What is known of the map: (start, length, terrain code) three by three."""
-
-    width: int
-    height: int
-    resolution_m: float
-    origin_m: list[float]
-    runs: list[int]
-
-
 router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missions"])
 
 _CREATED = {
-    "model": Mission,
+    "model": answers.MissionAnswer,
     "description": "The mission is stored; it is at Location.",
     "headers": {"Location": {"schema": {"type": "string"}}},
 }
+_WISHED = errors("not-found", "conflict", "not-ready")
 
 
 async def _mission(
@@ -119,7 +58,7 @@ MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
 @router.post(
     "",
     status_code=201,
-    response_model=Mission,
+    response_model=answers.MissionAnswer,
     responses={
         **errors("key-reused", "too-many", "not-ready", body=True),
         200: {**_CREATED, "description": "An earlier request with that key has made the mission."},
@@ -131,18 +70,15 @@ async def create_mission(
 ) -> Response:
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
-    brief = await asyncio.to_thread(read_brief, sent, settings.limits, settings.planners)
-    with _refusing(sent):
-        record, replayed = await state.flying().create(
-            brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key
-        )
-    headers = {"Location": _path(record)}
+    brief = await asyncio.to_thread(brief_of, body, settings.limits, settings.planners)
+    record, replayed = await state.flying().create(brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key)
+    headers = {"Location": mission_path(record.id)}
     if replayed:
         headers["Idempotency-Replayed"] = "true"
-    return json_answer(_document(record), 200 if replayed else 201, headers)
+    return json_answer(mission_answer(record), 200 if replayed else 201, headers)
 
 
-@router.get("", response_model=MissionList, responses=errors())
+@router.get("", response_model=answers.MissionListAnswer, responses=errors())
 async def list_missions(
     state: Service,
     owner: Owner,
@@ -153,44 +89,50 @@ async def list_missions(
     found = await state.flying().list(owner, limit=limit + 1, before=before)
     missions = found[:limit]
     following = f"/v1/missions?limit={limit}&before={missions[-1].id}" if len(found) > limit else None
-    return json_answer({"missions": [_document(record) for record in missions], "next": following})
+    shown = [mission_answer(record) for record in missions]
+    return json_answer(answers.MissionListAnswer(missions=shown, next=following))
 
 
-@router.get("/{mission}", response_model=Mission, responses=errors("not-found"))
+@router.get("/{mission}", response_model=answers.MissionAnswer, responses=errors("not-found"))
 async def get_mission(mission: MissionOfPath) -> Response:
     """Return a mission."""
-    return json_answer(_document(mission))
+    return json_answer(mission_answer(mission))
 
 
 @router.post(
     "/{mission}/reports",
-    response_model=Taken,
+    response_model=answers.TakenAnswer,
     responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
 )
 async def report(state: Service, mission: MissionOfPath, sent: Json, body: ReportBody) -> Response:
-    """Take in what has happened. A report that is sent again changes nothing; one that is refused neither."""
+    """Store a report of what has happened. Sending it again changes nothing; nor does a report that is refused."""
     missions = state.flying()
-    read = await asyncio.to_thread(read_report, sent, await missions.brief(mission))
-    with _refusing(sent):
-        taken = await missions.report(mission, read, digest_of(sent))
-    return json_answer({"n": read.n, "t_ms": read.t_ms, "revision": taken.revision})
+    read = await asyncio.to_thread(report_of, body, await missions.brief(mission))
+    taken = await missions.report(mission, read, digest_of(sent))
+    return json_answer(answers.TakenAnswer.of(read, revision=taken.revision))
 
 
-@router.post("/{mission}/pause", response_model=Mission, responses=errors("not-found", "conflict", "not-ready"))
+@router.post(
+    "/{mission}/pause", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
+)
 async def pause_mission(state: Service, mission: MissionOfPath) -> Response:
-    """Let the robots that drive stop, and give no commands until the mission is resumed."""
+    """Stop all driving robots and give no commands until the mission is resumed."""
     return await _wish(state, mission, Wish.PAUSE)
 
 
-@router.post("/{mission}/resume", response_model=Mission, responses=errors("not-found", "conflict", "not-ready"))
+@router.post(
+    "/{mission}/resume", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
+)
 async def resume_mission(state: Service, mission: MissionOfPath) -> Response:
-    """Let a paused mission go on."""
+    """Resume a paused mission."""
     return await _wish(state, mission, Wish.RESUME)
 
 
-@router.post("/{mission}/cancel", response_model=Mission, responses=errors("not-found", "conflict", "not-ready"))
+@router.post(
+    "/{mission}/cancel", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
+)
 async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
-    """End a mission, with its stop report. One that is over stays as it is."""
+    """End a mission with its final report. A mission that has ended does not change."""
     return await _wish(state, mission, Wish.CANCEL)
 
 
@@ -205,71 +147,23 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
 async def follow_mission(
     state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
-    """Stream what a mission commands and decides as it comes, what is stored first; ends after `end`."""
+    """Stream the commands and decisions of a mission as they come, stored ones first, up to the event `end`."""
     return stream(state, owner, state.flying().follow(mission.id, int(last_event_id or 0)))
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
 async def get_log(state: Service, mission: MissionOfPath) -> Response:
-    """Return the mission log so far, as `marsupial replay` reads it; of a changed map, since the change."""
+    """Return the mission log so far, as `marsupial replay` reads it. If the map changed, it begins at the change."""
     return LogAnswer(await state.flying().log(mission), headers={"Cache-Control": "no-store"})
 
 
-@router.get("/{mission}/map", response_model=KnownMap, responses=errors("not-found"))
+@router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
     missions = state.flying()
     grid, ledger = (await missions.brief(mission)).grid, await missions.ledger(mission)
-    return json_answer(
-        {
-            "width": grid.width,
-            "height": grid.height,
-            "resolution_m": grid.resolution_m,
-            "origin_m": list(grid.origin_m),
-            "runs": list(runs_in(ledger.cells)),
-        }
-    )
+    return json_answer(answers.KnownMapAnswer.of(grid, runs=runs_in(ledger.cells)))
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:
-    with _refusing({}):
-        return json_answer(_document(await state.flying().wish(mission, wish)))
-
-
-@contextmanager
-def _refusing(body: object) -> Iterator[None]:
-    """Turn the refusals of missions into answers."""
-    try:
-        yield
-    except Conflict as conflict:
-        details = [
-            Detail(where="pointer", name=of_path(problem.path, body), text=problem.message)
-            for problem in conflict.problems
-        ]
-        raise HttpProblem("conflict", errors=details) from conflict
-    except TooMany as refusal:
-        raise HttpProblem("too-many", str(refusal), headers={"Retry-After": "1"}) from refusal
-
-
-def _path(record: MissionRecord) -> str:
-    return f"/v1/missions/{record.id}"
-
-
-def _document(record: MissionRecord) -> dict[str, Any]:
-    path = _path(record)
-    words = ("reports", "events", "log", "map", "pause", "resume", "cancel")
-    return {
-        "id": record.id,
-        "name": record.name,
-        "state": record.state.value,
-        "status": record.status,
-        "reason": record.reason,
-        "strategy": record.strategy,
-        "planner": record.planner,
-        "n": record.n,
-        "t_ms": record.t_ms,
-        "revision": record.revision,
-        "created_at": timestamp(record.created_at_ms),
-        "finished_at": None if record.finished_at_ms is None else timestamp(record.finished_at_ms),
-        "links": {"self": path, **{word: f"{path}/{word}" for word in words}},
-    }
+    return json_answer(mission_answer(await state.flying().wish(mission, wish)))

@@ -7,7 +7,6 @@ import sqlite3
 import tempfile
 import time
 from importlib.metadata import version
-from typing import Any
 
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
@@ -31,13 +30,13 @@ FRESH_S = 2.0
 _READY_S = 20.0
 
 
-@router.get("/healthz", response_model=answers.Health, responses=errors(key=False))
+@router.get("/healthz", response_model=answers.HealthAnswer, responses=errors(key=False))
 async def healthz() -> Response:
     """Say that the service answers."""
-    return json_answer({"status": "ok", "version": version("marsupial")})
+    return json_answer(answers.HealthAnswer(version=version("marsupial")))
 
 
-@router.get("/readyz", response_model=answers.Ready, responses=errors("not-ready", key=False))
+@router.get("/readyz", response_model=answers.ReadyAnswer, responses=errors("not-ready", key=False))
 async def readyz(state: Service) -> Response:
     """Plan for a tiny situation in a process of its own, write to the disk, read the store."""
     async with state.readiness.lock:
@@ -59,7 +58,7 @@ async def metrics(state: Service) -> Response:
     return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
 
 
-async def _check(state: State) -> dict[str, Any] | str:
+async def _check(state: State) -> answers.ReadyAnswer | str:
     begun = time.monotonic()
     limits = state.settings.limits
     try:
@@ -74,12 +73,7 @@ async def _check(state: State) -> dict[str, Any] | str:
         await state.running().metrics()
     except Exception as error:
         return f"the store can't be used: {error}"
-    return {
-        "status": "ready",
-        "planned_in_ms": took_ms,
-        "sqlite": sqlite3.sqlite_version,
-        "version": version("marsupial"),
-    }
+    return answers.ReadyAnswer(planned_in_ms=took_ms, sqlite=sqlite3.sqlite_version, version=version("marsupial"))
 
 
 def _write_something(state: State) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from marsupial_service.schemas.base import Answer, Maybe
+from marsupial_service.schemas.base import Absent, Answer
 
 StateWord = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 OutcomeWord = Literal[
@@ -23,17 +23,20 @@ OutcomeWord = Literal[
 ]
 
 
-class ProblemDetail(Answer):
+Geometry = Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
+
+
+class ProblemDetailAnswer(Answer):
     """One thing wrong: where (a JSON pointer into the body, or the name of a parameter) and what."""
 
-    pointer: Maybe[str] = None
-    query: Maybe[str] = None
-    header: Maybe[str] = None
-    path: Maybe[str] = None
+    pointer: Absent[str] = None
+    query: Absent[str] = None
+    header: Absent[str] = None
+    path: Absent[str] = None
     detail: str
 
 
-class Problem(Answer):
+class ProblemAnswer(Answer):
     """An error, as RFC 9457 describes it."""
 
     type: str
@@ -41,46 +44,46 @@ class Problem(Answer):
     status: int
     detail: str
     instance: str
-    errors: Maybe[list[ProblemDetail]] = None
+    errors: Absent[list[ProblemDetailAnswer]] = None
 
 
-class Action(Answer):
-    """An action of a plan; times in ms from the moment that was sent."""
+class ActionAnswer(Answer):
+    """An action of a plan; times are ms from the moment of the situation."""
 
     name: Literal["move", "explore", "dock", "undock"]
     robot: str
-    carrier: Maybe[str] = None
-    origin: Maybe[str] = None
+    carrier: Absent[str] = None
+    origin: Absent[str] = None
     place: str
     start_ms: int
     duration_ms: int
 
 
-class Plan(Answer):
+class PlanAnswer(Answer):
     """A revision of a job's plan; each is valid and better than the one before."""
 
     revision: int
     makespan_ms: int
     found_after_ms: int
     found_at: str
-    actions: list[Action]
+    actions: list[ActionAnswer]
     ipc: str
 
 
-class Plans(Answer):
+class PlansAnswer(Answer):
     """Every revision of a job's plan, the first one first."""
 
-    plans: list[Plan]
+    plans: list[PlanAnswer]
 
 
-class Budget(Answer):
+class BudgetAnswer(Answer):
     """What the planner was given: seconds, or steps."""
 
-    seconds: Maybe[float] = None
-    steps: Maybe[int] = None
+    seconds: Absent[float] = None
+    steps: Absent[int] = None
 
 
-class JobLinks(Answer):
+class JobLinksAnswer(Answer):
     """Where there is more about a job."""
 
     self: str
@@ -90,7 +93,7 @@ class JobLinks(Answer):
     cancel: str
 
 
-class JobSummary(Answer):
+class JobSummaryAnswer(Answer):
     """A job without its plan."""
 
     id: str
@@ -98,7 +101,7 @@ class JobSummary(Answer):
     outcome: OutcomeWord | None
     detail: str
     planner: str
-    budget: Budget
+    budget: BudgetAnswer
     attempts: int
     created_at: str
     queued_at: str
@@ -109,48 +112,48 @@ class JobSummary(Answer):
     makespan_ms: int | None
     lower_bound_ms: int | None
     gap: float | None
-    links: JobLinks
+    links: JobLinksAnswer
 
 
-class Job(JobSummary):
+class JobAnswer(JobSummaryAnswer):
     """A job with its best plan so far."""
 
-    best: Plan | None
+    best: PlanAnswer | None
 
 
-class JobList(Answer):
+class JobListAnswer(Answer):
     """Jobs, the newest first; `next` is where the older ones are."""
 
-    jobs: list[JobSummary]
+    jobs: list[JobSummaryAnswer]
     next: str | None
 
 
-class JobSituation(Answer):
+class JobSituationAnswer(Answer):
     """What the planner was asked; for a map state also the cell of every place per robot type, and its centre."""
 
     situation: dict[str, Any]
     places: dict[str, Any] | None
 
 
-class Violation(Answer):
+class ViolationAnswer(Answer):
     """The first thing wrong with a plan; `action` is null where the goal is not reached at the end."""
 
     kind: str
     time_ms: int
-    action: Action | None
+    action: ActionAnswer | None
     message: str
 
 
-class Verdict(Answer):
+class VerdictAnswer(Answer):
     """Whether a plan is valid."""
 
     valid: bool
-    violation: Violation | None
+    violation: ViolationAnswer | None
     makespan_ms: int
     actions: int
 
 
-class Planner(Answer):
+class PlannerAnswer(Answer):
     """A planner: whether it can be used here, and what it can do."""
 
     name: str
@@ -163,37 +166,37 @@ class Planner(Answer):
     deterministic_steps: bool
 
 
-class Planners(Answer):
+class PlannersAnswer(Answer):
     """Every planner."""
 
-    planners: list[Planner]
+    planners: list[PlannerAnswer]
 
 
-class Geometry(Answer):
+class GeometryAnswer(Answer):
     """A GeoJSON geometry in metres of the map frame, not in degrees."""
 
-    type: Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
+    type: Geometry
     coordinates: list[Any]
 
 
-class Feature(Answer):
+class FeatureAnswer(Answer):
     """A GeoJSON feature."""
 
     type: Literal["Feature"]
     id: str
-    geometry: Geometry
+    geometry: GeometryAnswer
     properties: dict[str, Any]
 
 
-class Analysis(Answer):
+class AnalysisAnswer(Answer):
     """What was found on a map, as a GeoJSON feature collection with the situation a planner is asked."""
 
     type: Literal["FeatureCollection"]
-    features: list[Feature]
+    features: list[FeatureAnswer]
     situation: dict[str, Any]
 
 
-class DemoItem(Answer):
+class DemoItemAnswer(Answer):
     """A ready request for /v1/jobs."""
 
     name: str
@@ -202,33 +205,33 @@ class DemoItem(Answer):
     href: str
 
 
-class DemoList(Answer):
+class DemoListAnswer(Answer):
     """What there is to try the service with."""
 
-    demo_data: list[DemoItem]
+    demo_data: list[DemoItemAnswer]
 
 
-class Limit(Answer):
+class LimitAnswer(Answer):
     """A limit, and what it limits."""
 
     value: float
     meaning: str
 
 
-class LimitList(Answer):
+class LimitListAnswer(Answer):
     """Every limit of the service."""
 
-    limits: dict[str, Limit]
+    limits: dict[str, LimitAnswer]
 
 
-class Health(Answer):
+class HealthAnswer(Answer):
     """That the service answers."""
 
     status: Literal["ok"] = "ok"
     version: str
 
 
-class Ready(Answer):
+class ReadyAnswer(Answer):
     """That the service can plan and store."""
 
     status: Literal["ready"] = "ready"
@@ -237,10 +240,66 @@ class Ready(Answer):
     version: str
 
 
-class DemoJob(Answer):
+class DemoJobAnswer(Answer):
     """A request for /v1/jobs."""
 
     planner: str
     budget: dict[str, Any] = Field(default_factory=dict)
-    situation: Maybe[dict[str, Any]] = None
-    map_state: Maybe[dict[str, Any]] = None
+    situation: Absent[dict[str, Any]] = None
+    map_state: Absent[dict[str, Any]] = None
+
+
+class MissionLinksAnswer(Answer):
+    """Where there is more about a mission."""
+
+    self: str
+    reports: str
+    events: str
+    log: str
+    map: str
+    pause: str
+    resume: str
+    cancel: str
+
+
+class MissionAnswer(Answer):
+    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last."""
+
+    id: str
+    name: str
+    state: str
+    status: str | None
+    reason: str
+    strategy: str
+    planner: str
+    n: int
+    t_ms: int
+    revision: int
+    created_at: str
+    finished_at: str | None
+    links: MissionLinksAnswer
+
+
+class MissionListAnswer(Answer):
+    """Missions, the newest first; `next` is where the older ones are."""
+
+    missions: list[MissionAnswer]
+    next: str | None
+
+
+class TakenAnswer(Answer):
+    """A report has been stored: its number, its time, and the revision of the plan that was made last."""
+
+    n: int
+    t_ms: int
+    revision: int
+
+
+class KnownMapAnswer(Answer):
+    """What is known of the map: (start, length, terrain code) three by three."""
+
+    width: int
+    height: int
+    resolution_m: float
+    origin_m: list[float]
+    runs: list[int]

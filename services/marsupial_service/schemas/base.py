@@ -1,9 +1,13 @@
-"""What all models have in common: strict types, no unknown fields, fields that may be absent but never null."""
+"""What all models have in common: strict types, no unknown fields, fields that may be absent but never null.
+
+Numbers lie within `marsupial.model.bounds`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -12,16 +16,23 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    GetPydanticSchema,
     StringConstraints,
     Tag,
 )
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-LONGEST_MS = 10**12
-MOST = 1e15
+from marsupial.model.bounds import BOUNDS, LONGEST_NAME, LONGEST_TEXT
+from marsupial.model.grid import Cell
 
 T = TypeVar("T")
+
+
+def timestamp(ms: int) -> str:
+    """Return a moment (ms since 1970) as RFC 3339 text, UTC, with milliseconds."""
+    moment = datetime.fromtimestamp(ms // 1000, UTC)
+    return f"{moment:%Y-%m-%dT%H:%M:%S}.{ms % 1000:03d}Z"
 
 
 class Request(BaseModel):
@@ -33,14 +44,26 @@ class Request(BaseModel):
 class Answer(BaseModel):
     """A part of an answer's body."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
+
+    @classmethod
+    def of(cls, value: object, **more: object) -> Self:
+        """Return what is told of a value: its attributes that are called like the fields, and `more`.
+
+        Moments become text: `created_at` is told of the attribute `created_at_ms`.
+        """
+        told = dict(more)
+        for name in cls.model_fields.keys() - more.keys():
+            if name.endswith("_at"):
+                ms = getattr(value, f"{name}_ms")
+                told[name] = None if ms is None else timestamp(ms)
+            else:
+                told[name] = getattr(value, name)
+        return cls.model_validate(told)
 
 
-class _NotNull:
-    """Refuses null where a field is given."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(_refuse_null, handler(source))
+class _NeverNull:
+    """Describes a field that may be absent as one that is never null."""
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         schema = handler(core)
@@ -50,22 +73,54 @@ class _NotNull:
         return {**schema, "anyOf": variants} if variants else schema
 
 
+class _RefuseNull(_NeverNull):
+    """Refuses null where a field is given."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(_refuse_null, handler(source))
+
+
 def _refuse_null(value: object) -> object:
     if value is None:
         raise PydanticCustomError("null", "must not be null; leave the field out")
     return value
 
 
-Maybe = Annotated[T | None, _NotNull()]
-"""A field that may be left out, with None as its default."""
+def within(name: str) -> Any:
+    """Return the constraint that a number lies within the bound of that name."""
+    bound = BOUNDS[name]
+    return Field(gt=bound.least, le=bound.most) if bound.above else Field(ge=bound.least, le=bound.most)
 
-Name = Annotated[str, StringConstraints(min_length=1, max_length=200, pattern=r"\S")]
-RobotName = Annotated[str, StringConstraints(max_length=100, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
-Milliseconds = Annotated[int, Field(ge=0, le=LONGEST_MS)]
-Seconds = Annotated[float, Field(ge=0, le=1e9)]
-Metres = Annotated[float, Field(ge=-MOST, le=MOST)]
-PointM = Annotated[list[Metres], Field(min_length=2, max_length=2)]
-CellXY = Annotated[list[Annotated[int, Field(ge=0, le=10**9)]], Field(min_length=2, max_length=2)]
+
+def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
+    """Let a field be sent in a shape (a model, or a type of JSON) of which a value of the library is made.
+
+    Parameters
+    ----------
+    make
+        Takes the fields of a model by their names, anything else as it is.
+    """
+
+    def value_of(sent: Any) -> Any:
+        return make(**dict(sent)) if isinstance(sent, BaseModel) else make(sent)
+
+    return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(value_of, handler(shape)))
+
+
+Maybe = Annotated[T | None, _RefuseNull()]
+"""A field of a request that may be left out, with None as its default."""
+
+Absent = Annotated[T | None, Field(exclude_if=lambda value: value is None), _NeverNull()]
+"""A field of an answer that is left out where it is None."""
+
+Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_TEXT, pattern=r"\S")]
+RobotName = Annotated[str, StringConstraints(max_length=LONGEST_NAME, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
+Milliseconds = Annotated[int, within("duration_ms")]
+Metres = Annotated[float, within("coordinate_m")]
+PointM = Annotated[tuple[float, float], made_of(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)]
+CellXY = Annotated[
+    Cell, made_of(Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)], Cell._make)
+]
 
 
 def one_of(*keys: str) -> dict[str, Any]:

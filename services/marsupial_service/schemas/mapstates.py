@@ -5,10 +5,13 @@ The words are those of scenario files; a pose is a point in metres of the map fr
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import ConfigDict, Field, StringConstraints
+from pydantic import ConfigDict, Field, StringConstraints, model_validator
+from pydantic_core import PydanticCustomError
 
+from marsupial.model.mission import MapMeeting
+from marsupial.model.robots import EnergyModel
 from marsupial_service.schemas.base import (
     CellXY,
     Maybe,
@@ -16,25 +19,35 @@ from marsupial_service.schemas.base import (
     PointM,
     Request,
     RobotName,
-    Seconds,
     by_key,
+    made_of,
     one_of,
     variant,
+    within,
 )
-from marsupial_service.schemas.situations import GoalBody
+from marsupial_service.schemas.situations import Goal
 
 Base64 = Annotated[str, StringConstraints(min_length=4, pattern=r"^[A-Za-z0-9+/]*={0,2}$")]
-Resolution = Annotated[float, Field(ge=0.001, le=1000)]
-Origin = Annotated[list[Metres], Field(min_length=3, max_length=3)]
-Share = Annotated[float, Field(ge=0, le=1)]
-Grey = Annotated[int, Field(ge=0, le=255)]
+Resolution = Annotated[float, within("resolution_m")]
+Origin = Annotated[
+    tuple[float, float, float], made_of(Annotated[list[Metres], Field(min_length=3, max_length=3)], tuple)
+]
+Share = Annotated[float, within("share")]
+Grey = Annotated[int, within("grey")]
+Seconds = Annotated[float, within("remaining_s")]
+Power = Annotated[float, within("power_w")]
+Docking = Annotated[float, within("dock_s")]
+
+
+def _listed(given: int | list[int]) -> list[int]:
+    return given if isinstance(given, list) else [given]
 
 
 class MaskBody(Request):
     """Terrain painted in an image of the map's size: the greys of each terrain."""
 
     image: Base64
-    greys: dict[str, Grey | list[Grey]]
+    greys: dict[str, Annotated[list[int], made_of(Grey | list[Grey], _listed)]]
 
 
 class _Map(Request):
@@ -87,53 +100,53 @@ class TerrainBody(Request):
     """A terrain class besides obstacle, floor and rough."""
 
     name: RobotName
-    code: Maybe[Annotated[int, Field(ge=3, le=254)]] = None
+    code: Maybe[Annotated[int, within("terrain_code")]] = None
     blocks_sight: bool = False
 
 
 class EnergyBody(Request):
     """Power drawn always, and on top of it while driving."""
 
-    idle_w: float = Field(0, ge=0, le=1e9)
-    drive_w: float = Field(0, ge=0, le=1e9)
+    idle_w: Power = 0
+    drive_w: Power = 0
 
 
 class _RobotType(Request):
     name: RobotName
-    speed_mps: float = Field(ge=0.001, le=1000)
-    sensor_range_m: float = Field(gt=0, le=10_000)
-    radius_m: float = Field(ge=0, le=100)
+    speed_mps: Annotated[float, within("speed_mps")]
+    sensor_range_m: Annotated[float, within("sensor_range_m")]
+    radius_m: Annotated[float, within("radius_m")]
     terrains: Annotated[list[RobotName], Field(min_length=1)]
-    energy: Maybe[EnergyBody] = None
+    energy: Maybe[Annotated[EnergyModel, made_of(EnergyBody, EnergyModel)]] = None
 
 
 class CarrierTypeBody(_RobotType):
     """A type of carrier."""
 
     role: Literal["carrier"]
-    capacity: int = Field(ge=0, le=10_000)
+    capacity: Annotated[int, within("capacity")]
 
 
 class RoverTypeBody(_RobotType):
     """A type of rover."""
 
     role: Literal["rover"]
-    dock_s: Annotated[float, Field(ge=0, le=10_000_000)]
-    undock_s: Annotated[float, Field(ge=0, le=10_000_000)]
+    dock_s: Docking
+    undock_s: Docking
 
 
 RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]
 
 
 class DockBody(Request):
-    """The rover is being docked on the carrier it is given on, which is busy as long."""
+    """The rover is docking on its `carrier`; both are busy for `remaining_s`."""
 
     name: Literal["dock"]
     remaining_s: Seconds
 
 
 class UndockBody(Request):
-    """The rover is being set down by a carrier, which is busy as long."""
+    """A carrier is setting the rover down; both are busy for `remaining_s`."""
 
     name: Literal["undock"]
     carrier: RobotName
@@ -141,7 +154,7 @@ class UndockBody(Request):
 
 
 class DriveBody(Request):
-    """The robot drives, and is free at its pose so much later."""
+    """The robot is driving, and will be free at its pose after `remaining_s`."""
 
     name: Literal["drive"]
     remaining_s: Seconds
@@ -160,6 +173,14 @@ class PlacedBody(Request):
     pose_m: Maybe[PointM] = None
     cell: Maybe[CellXY] = None
     carrier: Maybe[RobotName] = None
+
+    @model_validator(mode="after")
+    def _has_one_place(self) -> Self:
+        given = [key for key in ("pose_m", "cell", "carrier") if getattr(self, key) is not None]
+        if len(given) != 1:
+            text = f"needs one of pose_m, cell, carrier, got {' and '.join(given) or 'none'}"
+            raise PydanticCustomError("one_place", text)
+        return self
 
 
 class RobotBody(PlacedBody):
@@ -187,5 +208,5 @@ class MapStateBody(Request):
     terrains: list[TerrainBody] = Field(default_factory=list)
     robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
     robots: Annotated[list[RobotBody], Field(min_length=1)]
-    meetings: list[MeetingBody] = Field(default_factory=list)
-    goal: Maybe[GoalBody] = None
+    meetings: list[Annotated[MapMeeting, made_of(MeetingBody, MapMeeting)]] = Field(default_factory=list)
+    goal: Maybe[Goal] = None

@@ -6,18 +6,29 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from marsupial_service.schemas.base import CellXY, Maybe, Milliseconds, Name, PointM, Request, RobotName
+from marsupial.model.scenario import Goal
+from marsupial_service.schemas.base import (
+    CellXY,
+    Maybe,
+    Milliseconds,
+    Name,
+    PointM,
+    Request,
+    RobotName,
+    made_of,
+    within,
+)
 from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypeBody, TerrainBody
 from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
-RunsBody = list[Annotated[int, Field(ge=0, le=10**9)]]
+RunsBody = Annotated[tuple[int, ...], made_of(list[Annotated[int, within("cell")]], tuple)]
 """(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
 
-Side = Annotated[int, Field(ge=1, le=10**6)]
+Side = Annotated[int, within("side")]
 Reason = Annotated[str, StringConstraints(max_length=1000)]
-Identity = Annotated[int, Field(ge=1, le=10**12)]
-Distance = Annotated[float, Field(ge=0, le=1e12)]
+Identity = Annotated[int, within("command")]
+Distance = Annotated[float, within("distance_m")]
 
 
 class FrameBody(Request):
@@ -27,7 +38,7 @@ class FrameBody(Request):
     height: Side
     resolution_m: Resolution
     origin_m: Maybe[Origin] = None
-    known: RunsBody = Field(default=[])
+    known: RunsBody = ()
 
 
 class MemberBody(PlacedBody):
@@ -42,14 +53,14 @@ class MissionBody(Request):
     terrains: list[TerrainBody] = Field(default=[])
     robot_types: Annotated[list[RobotTypeBody], Field(min_length=1)]
     team: Annotated[list[MemberBody], Field(min_length=1)]
-    goal: Maybe[GoalBody] = None
+    goal: Maybe[Annotated[Goal, made_of(GoalBody, Goal)]] = None
     strategy: Name = "temporal"
     planner: Name = "auto"
     budget: Maybe[BudgetBody] = None
     planning_time: Literal["instant", "charged"] = "instant"
-    time_limit_ms: Annotated[int, Field(ge=1, le=10**12)] = 4 * 3600 * 1000
+    time_limit_ms: Annotated[int, within("time_limit_ms")] = MissionLimits().time_ms
     area: Maybe[RunsBody] = None
-    seed: Annotated[int, Field(ge=0, le=10**12)] = 0
+    seed: Annotated[int, within("seed")] = 0
 
 
 class RevealedBody(Request):
@@ -66,7 +77,7 @@ class MapRunsBody(Request):
 
 
 class RobotNoteBody(Request):
-    """Where a robot is; of one that drives, where it would be, and when, if it were told to stop."""
+    """Where a robot is; for a driving robot, where and when it would stop if told to."""
 
     name: RobotName
     pose_m: Maybe[PointM] = None
@@ -84,7 +95,7 @@ class FailedBody(Request):
 
 
 class LostBody(Request):
-    """A robot that does nothing any more."""
+    """A robot that has failed for good."""
 
     robot: RobotName
     reason: Reason = ""
@@ -93,7 +104,7 @@ class LostBody(Request):
 class ReportBody(Request):
     """What happened up to a moment of mission time; `n` counts a mission's reports from 1."""
 
-    n: Annotated[int, Field(ge=1, le=10**9)]
+    n: Annotated[int, within("report")]
     t_ms: Milliseconds
     revealed: list[RevealedBody] = Field(default=[])
     map: Maybe[MapRunsBody] = None

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, RootModel, StringConstraints
+from pydantic import RootModel, StringConstraints
 
-from marsupial_service.schemas.base import LONGEST_MS, Maybe, Milliseconds, Name, Request, by_key, variant
+from marsupial.model.plan import Action, ActionName
+from marsupial.model.planning import Budget
+from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, by_key, made_of, variant, within
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.situations import SituationBody
 
@@ -14,18 +16,24 @@ from marsupial_service.schemas.situations import SituationBody
 class SecondsBudget(Request):
     """Wall-clock seconds a planner may think."""
 
-    seconds: float = Field(gt=0, le=1e6)
+    seconds: Annotated[float, within("budget_s")]
 
 
 class StepsBudget(Request):
     """Steps a planner may take: the same plan each time."""
 
-    steps: int = Field(ge=1, le=10**12)
+    steps: Annotated[int, within("budget_steps")]
 
 
 BudgetBody = Annotated[
-    Annotated[SecondsBudget, variant("seconds")] | Annotated[StepsBudget, variant("steps")],
-    by_key("seconds", "steps"),
+    Budget,
+    made_of(
+        Annotated[
+            Annotated[SecondsBudget, variant("seconds")] | Annotated[StepsBudget, variant("steps")],
+            by_key("seconds", "steps"),
+        ],
+        Budget,
+    ),
 ]
 
 
@@ -67,19 +75,19 @@ class AnalysisBody(Request):
 class ActionBody(Request):
     """An action of a plan."""
 
-    name: Literal["move", "explore", "dock", "undock"]
+    name: Annotated[ActionName, made_of(Literal["move", "explore", "dock", "undock"], ActionName)]
     robot: Name
     carrier: Maybe[Name] = None
     origin: Maybe[Name] = None
     place: Name
-    start_ms: Annotated[int, Field(ge=-LONGEST_MS, le=LONGEST_MS)]
+    start_ms: Annotated[int, within("start_ms")]
     duration_ms: Milliseconds
 
 
 class ActionsPlan(Request):
     """A plan as a list of actions."""
 
-    actions: list[ActionBody]
+    actions: list[Annotated[Action, made_of(ActionBody, Action)]]
 
 
 class TextPlan(Request):
@@ -89,7 +97,7 @@ class TextPlan(Request):
 
 
 class ValidationBody(Request):
-    """A situation and a plan that somebody made for it."""
+    """A situation, and a plan to be checked for it."""
 
     situation: SituationBody
     plan: Annotated[

@@ -6,17 +6,17 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from marsupial_service.schemas.base import MOST, Maybe, Milliseconds, Name, Request, one_of
-
-PLACES = 10**6
+from marsupial.model.robots import Role
+from marsupial.model.situation import PlanningType, RobotState, SituationGoal, TargetInfo
+from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, made_of, one_of, within
 
 
 class PlanningTypeBody(Request):
     """What planning knows of a robot type."""
 
     name: Name
-    role: Literal["carrier", "rover"]
-    capacity: int = Field(0, ge=0, le=PLACES)
+    role: Annotated[Role, made_of(Literal["carrier", "rover"], Role)]
+    capacity: Annotated[int, within("capacity")] = 0
     dock_ms: Milliseconds = 0
     undock_ms: Milliseconds = 0
 
@@ -38,8 +38,8 @@ class TargetBody(Request):
     """A target and the robot types that can explore it."""
 
     name: Name
-    explorers: list[Name]
-    reveal_m2: float = Field(0, ge=0, le=MOST)
+    explorers: Annotated[frozenset[str], made_of(list[Name], frozenset)]
+    reveal_m2: Annotated[float, within("reveal_m2")] = 0
 
 
 class GoalBody(Request):
@@ -49,16 +49,19 @@ class GoalBody(Request):
     return_home: bool = False
 
 
+Goal = Annotated[SituationGoal, made_of(GoalBody, SituationGoal)]
+
+
 class SituationBody(Request):
     """Robots, places, travel times and goal at one moment."""
 
     format: Literal["marsupial situation"] = "marsupial situation"
     version: Annotated[int, Field(ge=1, le=1)] = 1
-    types: list[PlanningTypeBody]
-    robots: list[RobotStateBody]
-    targets: list[TargetBody]
+    types: list[Annotated[PlanningType, made_of(PlanningTypeBody, PlanningType)]]
+    robots: list[Annotated[RobotState, made_of(RobotStateBody, RobotState)]]
+    targets: list[Annotated[TargetInfo, made_of(TargetBody, TargetInfo)]]
     meetings: list[Name]
     homes: list[Name] = Field(default_factory=list)
-    goal: Maybe[GoalBody] = None
+    goal: Maybe[Goal] = None
     places: Maybe[list[Name]] = None
     travel_ms: dict[str, list[list[Milliseconds | None]]]

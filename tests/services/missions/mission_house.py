@@ -19,13 +19,14 @@ from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
-from marsupial_service.missions.reading import read_brief, read_report
+from marsupial_service.missions.reading import brief_of, report_of
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.scenarios import mission_document
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import Brief
-from marsupial_service.settings import Limits
+from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Store
 
 STEPS = Budget(steps=1)
@@ -55,7 +56,7 @@ def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temp
 
 
 def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal") -> Brief:
-    return read_brief(body(scenario, planner, strategy), Limits(), {})
+    return brief_of(MissionBody.model_validate(body(scenario, planner, strategy)), ServiceLimits(), {})
 
 
 def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
@@ -81,9 +82,8 @@ async def open_missions(folder: Path, **settings: object) -> AsyncIterator[Missi
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:
     """Report, as the route does."""
     text = json.dumps(report, sort_keys=True).encode()
-    return await missions.report(
-        record, read_report(report, await missions.brief(record)), hashlib.sha256(text).digest()
-    )
+    read = report_of(ReportBody.model_validate(report), await missions.brief(record))
+    return await missions.report(record, read, hashlib.sha256(text).digest())
 
 
 @dataclass(slots=True)

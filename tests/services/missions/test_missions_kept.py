@@ -15,10 +15,11 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
-from marsupial_service.missions.reading import read_brief
+from marsupial_service.missions.reading import brief_of
 from marsupial_service.missions.records import TooMany
 from marsupial_service.missions.values import Wish, runs_in
-from marsupial_service.settings import Limits
+from marsupial_service.schemas.missions import MissionBody
+from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import KeyReused
 from marsupial_service.store.store import FILE
 
@@ -108,7 +109,9 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(tmp_path: Pat
             asked = body()
             truth = builtin_scenario("lobby").grid.solid().cells
             asked["frame"]["known"] = list(runs_in(truth))
-            record, _ = await missions.create(read_brief(asked, Limits(), {}), b"", owner="me")
+            record, _ = await missions.create(
+                brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), b"", owner="me"
+            )
             assert np.array_equal((await missions.ledger(record)).cells, truth)
             await send(missions, record, {"n": 1, "t_ms": 0})
             async for _event in missions.follow(record.id):

@@ -17,17 +17,17 @@ import pytest
 from mission_house import Driver, body, open_missions, run, send, started, team, undisturbed
 from pydantic import ValidationError
 
+from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import UNKNOWN, Cell
 from marsupial.processes.channel import Channel
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.reading import read_brief
+from marsupial_service.missions.reading import brief_of
 from marsupial_service.missions.values import Brief, EventType, Next, Report, RobotNote, Turn, Wish, runs_in
-from marsupial_service.problems import HttpProblem
-from marsupial_service.schemas.missions import ReportBody
-from marsupial_service.settings import Limits
+from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.settings import ServiceLimits
 
 Change = Callable[[dict[str, Any], random.Random], object]
 
@@ -68,7 +68,7 @@ def test_what_is_wrong_is_refused_and_changes_nothing(tmp_path: Path, seed: int)
                     odd = copy.deepcopy(driver.reports[-1])
                     odd["n"] += 1
                     WRONG[name](odd, draw)
-                    with pytest.raises((ValidationError, HttpProblem, Conflict)):
+                    with pytest.raises((ValidationError, InputError, Conflict)):
                         await offer(odd)
                 old = draw.choice(driver.reports)
                 await send(missions, record, old)
@@ -90,7 +90,7 @@ def small_brief(seed: int) -> Brief:
     asked["time_limit_ms"] = 200_000
     asked["planning_time"] = "charged" if seed % 3 == 0 else "instant"
     asked["goal"]["return_home"] = seed % 2 == 0
-    return read_brief(asked, Limits(), {})
+    return brief_of(MissionBody.model_validate(asked), ServiceLimits(), {})
 
 
 class Fuzz:

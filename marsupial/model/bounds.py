@@ -1,0 +1,82 @@
+"""Between which numbers each quantity lies that comes in from outside: one table for files and requests.
+
+Readers of scenario files and of situations check against it, and so do the models of the service's requests, which
+show it in the OpenAPI document.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+MOST = 1e15
+"""Numbers beyond this are as good as infinite for anything measured in metres, seconds or cells."""
+
+LONGEST_MS = 10**12
+"""About 30 years; plans of thousands of such actions still add up without overflow."""
+
+LONGEST_NAME = 100
+"""Characters in the name of a robot, a robot type or a terrain."""
+
+LONGEST_TEXT = 200
+"""Characters in any other name: of a mission, a planner, a place."""
+
+_LONGEST_S = 10_000_000
+"""About four months: the longest docking, and the longest mission."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The least and the most that a number may be, in `unit`; with `above`, it has to be more than the least."""
+
+    least: float
+    most: float
+    unit: str = ""
+    above: bool = False
+
+    def fault(self, value: float) -> str | None:
+        """Say what is wrong with a number that lies outside."""
+        if value <= 0 and (self.above or 0 < self.least < 1):
+            return f"must be positive, got {value}"
+        if value < self.least:
+            return f"must be {self.least} or more, got {value}"
+        if value > self.most:
+            return f"must be at most {self.most}, got {value}"
+        return None
+
+
+BOUNDS: Mapping[str, Bound] = {
+    # maps
+    "resolution_m": Bound(0.001, 1000, "m"),
+    "extent_m": Bound(0, MOST, "m", above=True),
+    "coordinate_m": Bound(-MOST, MOST, "m"),
+    "side": Bound(1, 10**6, "cells"),
+    "cell": Bound(0, 10**9, "cells"),
+    "terrain_code": Bound(3, 254),
+    "grey": Bound(0, 255),
+    "share": Bound(0, 1),
+    # robot types
+    "speed_mps": Bound(0.001, 1000, "m/s"),
+    "sensor_range_m": Bound(0, 10_000, "m", above=True),
+    "radius_m": Bound(0, 100, "m"),
+    "power_w": Bound(0, 1e9, "W"),
+    "capacity": Bound(0, 10**6, "rovers"),
+    "dock_s": Bound(0, _LONGEST_S, "s"),
+    # teams and missions
+    "carriers": Bound(1, 1000, "robots"),
+    "rovers_per_carrier": Bound(0, 1000, "robots"),
+    "seed": Bound(0, 10**12),
+    "time_s": Bound(0, _LONGEST_S, "s", above=True),
+    "time_limit_ms": Bound(1, 1000 * _LONGEST_S, "ms"),
+    "budget_s": Bound(0, 1e6, "s", above=True),
+    "budget_steps": Bound(1, 10**12),
+    # situations and plans
+    "duration_ms": Bound(0, LONGEST_MS, "ms"),
+    "start_ms": Bound(-LONGEST_MS, LONGEST_MS, "ms"),
+    "reveal_m2": Bound(0, MOST, "m2"),
+    # what robots report
+    "remaining_s": Bound(0, 1e9, "s"),
+    "distance_m": Bound(0, 1e12, "m"),
+    "report": Bound(1, 10**9),
+    "command": Bound(1, 10**12),
+}

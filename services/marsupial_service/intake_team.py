@@ -1,0 +1,197 @@
+"""From the bodies of robots to a team: terrains, robot types, where robots are free next and when, their homes.
+
+A running docking or undocking keeps both of its robots busy. The rover is where it will be at the end: docking it
+counts as aboard, undocking it stands on the ground already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from marsupial.formats.fields import Notes, unknown
+from marsupial.formats.scenario.map import add_terrain, free_code
+from marsupial.formats.scenario.read import drivable
+from marsupial.formats.scenario.team import Entry, check_carriers, check_names, standing_fault
+from marsupial.model.grid import TERRAINS, Cell, Grid, Terrain
+from marsupial.model.mission import MapMeeting
+from marsupial.model.robots import EnergyModel, RobotType, Role, TeamMember
+from marsupial.model.situation import SituationGoal
+from marsupial.model.world import RobotReport
+from marsupial_service.schemas.mapstates import (
+    CarrierTypeBody,
+    DockBody,
+    DriveBody,
+    PlacedBody,
+    RobotBody,
+    RobotTypeBody,
+    TerrainBody,
+    UndockBody,
+)
+from marsupial_service.schemas.missions import RobotNoteBody
+
+MOST_RADIUS_CELLS = 200
+"""Of a robot: what the cells under its footprint cost goes with the square."""
+
+ORIGIN = (0.0, 0.0, 0.0)
+"""Pose of a map whose origin is not said."""
+
+Types = Mapping[str, RobotType]
+Posed = PlacedBody | RobotNoteBody
+
+
+def terrains_of(bodies: Sequence[TerrainBody], notes: Notes) -> tuple[Terrain, ...]:
+    """Return the classes in ``terrains`` after those that every map has."""
+    terrains = list(TERRAINS)
+    for i, body in enumerate(bodies):
+        code = free_code(terrains) if body.code is None else body.code
+        terrain = Terrain(code=code, name=body.name, blocks_sight=body.blocks_sight)
+        add_terrain(terrains, terrain, notes.below(f"terrains[{i}]"))
+    return tuple(terrains)
+
+
+def types_of(
+    bodies: Sequence[RobotTypeBody], terrains: tuple[Terrain, ...], resolution_m: float | None, notes: Notes
+) -> dict[str, RobotType]:
+    """Return ``robot_types`` by name; none may be too big for the cells of the map, where their size is known."""
+    types: dict[str, RobotType] = {}
+    for i, body in enumerate(bodies):
+        part = notes.below(f"robot_types[{i}]")
+        if body.name.lower() in {name.lower() for name in types}:
+            part.wrong("name", f"{body.name!r} is used twice")
+        if resolution_m is not None and body.radius_m > MOST_RADIUS_CELLS * resolution_m:
+            part.wrong("radius_m", f"must be at most {MOST_RADIUS_CELLS} cells of the map")
+        types[body.name] = _type(body, terrains, part)
+    return types
+
+
+def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> RobotType:
+    if isinstance(body, CarrierTypeBody):
+        own = {"capacity": body.capacity}
+    else:
+        own = {"dock_ms": round(1000 * body.dock_s), "undock_ms": round(1000 * body.undock_s)}
+    return RobotType(
+        name=body.name,
+        role=Role(body.role),
+        speed_mps=body.speed_mps,
+        sensor_range_m=body.sensor_range_m,
+        radius_m=body.radius_m,
+        terrains=drivable(body.terrains, terrains, notes),
+        energy=body.energy or EnergyModel(),
+        **own,
+    )
+
+
+def entries_of(
+    bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: Notes, *, standing: bool = False
+) -> list[Entry]:
+    """Return robots with their places on the map, where they can stand as far as it is known if `standing` is asked.
+
+    `notes` are those on the list.
+    """
+    entries = []
+    for i, body in enumerate(bodies):
+        part, kind = notes.below(f"[{i}]"), types.get(body.type)
+        if kind is None:
+            part.wrong("type", unknown("robot type", body.type, types))
+        cell = cell_of(body, grid, part, kind if standing else None)
+        entries.append(Entry(part, TeamMember(name=body.name, type=body.type, start=cell, carrier=body.carrier)))
+    check_names(entries)
+    check_carriers(entries, types)
+    return entries
+
+
+def cell_of(body: Posed, grid: Grid, notes: Notes, kind: RobotType | None = None) -> Cell | None:
+    """Return where a robot is: its cell, or that of its pose; None if it has neither, or (noted) off the map."""
+    if body.pose_m is not None:
+        return _on_map("pose_m", body.pose_m, grid, notes, kind)
+    return None if body.cell is None else _on_map("cell", body.cell, grid, notes, kind)
+
+
+def _on_map(
+    key: str, point: tuple[float, float], grid: Grid, notes: Notes, kind: RobotType | None = None
+) -> Cell | None:
+    """Return the cell that a field gives (as such or in metres), on which a robot of that kind, if any, can stand."""
+    cell = point if isinstance(point, Cell) else grid.cell_at_m(*point)
+    where = f"[{point[0]:g}, {point[1]:g}]"
+    if not grid.contains(cell):
+        notes.wrong(key, f"{where} is outside the map")
+        return None
+    fault = None if kind is None else standing_fault(grid, kind, cell)
+    if kind is not None and fault is not None:
+        notes.wrong(key, f"a {kind.name} can't stand at {where}: {fault}")
+    return cell
+
+
+def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Notes) -> tuple[RobotReport, ...]:
+    """Return ``robots``, with the time in ms from now at which each is free."""
+    entries = entries_of(bodies, types, grid, notes.below("robots"), standing=True)
+    roles = {body.name: types[body.type].role for body in bodies if body.type in types}
+    free_at_ms: dict[str, int] = {}
+    for body, entry in zip(bodies, entries, strict=True):
+        _read_action(body, roles, free_at_ms, entry.notes.below("action"))
+    return tuple(
+        RobotReport(
+            name=entry.member.name,
+            type=entry.member.type,
+            cell=entry.member.start,
+            carrier=entry.member.carrier,
+            free_at_ms=free_at_ms.get(entry.member.name, 0),
+        )
+        for entry in entries
+    )
+
+
+def _read_action(body: RobotBody, roles: Mapping[str, Role], free_at_ms: dict[str, int], notes: Notes) -> None:
+    """Enter until when what a robot is doing keeps it and its partner busy."""
+    action = body.action
+    if action is None:
+        return
+    busy = [body.name]
+    if not isinstance(action, DriveBody) and roles.get(body.name) is not Role.ROVER:
+        notes.wrong("name", f"{body.name!r} is no rover: only rovers {action.name}")
+    elif not isinstance(action, DockBody) and body.carrier is not None:
+        notes.wrong("name", f"a robot aboard a carrier can't {action.name}; a rover that is undocking has a pose")
+    elif isinstance(action, DockBody) and body.carrier is None:
+        notes.wrong("name", "a rover that is docking has the carrier it docks on in place of a pose")
+    elif isinstance(action, DockBody) and body.carrier is not None:
+        busy.append(body.carrier)
+    elif isinstance(action, UndockBody) and roles.get(action.carrier) is not Role.CARRIER:
+        notes.wrong("carrier", f"there is no carrier {action.carrier!r}")
+    elif isinstance(action, UndockBody):
+        busy.append(action.carrier)
+    for robot in busy:
+        free_at_ms[robot] = max(free_at_ms.get(robot, 0), round(1000 * action.remaining_s))
+
+
+def homes_of(
+    bodies: Sequence[RobotBody], types: Types, grid: Grid, goal: SituationGoal, notes: Notes
+) -> dict[str, Cell]:
+    """Return where carriers have to end: all of them say so if the goal asks for their return."""
+    homes: dict[str, Cell] = {}
+    for i, body in enumerate(bodies):
+        part, kind = notes.below(f"robots[{i}]"), types.get(body.type)
+        given = [key for key in ("home_m", "home_cell") if getattr(body, key) is not None]
+        if kind is None or kind.role is not Role.CARRIER:
+            for key in given:
+                part.wrong(key, "only carriers have a home")
+        elif len(given) > 1:
+            part.wrong("home_cell", "give home_m or home_cell, not both")
+        elif given:
+            cell = _on_map(given[0], getattr(body, given[0]), grid, part, kind)
+            homes |= {} if cell is None else {body.name: cell}
+        elif goal.return_home:
+            part.wrong("home_m", "missing: the goal asks for carriers to return home")
+    return homes
+
+
+def check_meetings(meetings: Sequence[MapMeeting], types: Types, grid: Grid, notes: Notes) -> None:
+    """Note meeting points in use that are off the map, or for types that don't meet."""
+    for i, meeting in enumerate(meetings):
+        part = notes.below(f"meetings[{i}]")
+        for role in Role:
+            _on_map(f"{role}_cell", getattr(meeting, f"{role}_cell"), grid, part)
+            name = getattr(meeting, f"{role}_type")
+            if name not in types:
+                part.wrong(f"{role}_type", unknown("robot type", name, types))
+            elif types[name].role is not role:
+                part.wrong(f"{role}_type", f"{name!r} is no {role}")
