@@ -69,7 +69,7 @@ class ProcessEngine:
         request = self._request(situation, budget, objective, start)
         settled = _settled(request)
         if settled:
-            return Events(None, _told(settled))
+            return Events(None, (event for event in settled))
         run = processes.run(self.job(request))
         return Events(run, _follow(request, run))
 
@@ -80,7 +80,9 @@ class ProcessEngine:
         """
         request = self._request(situation, budget, MAKESPAN, start)
         settled = _settled(request)
-        return Events(None, _told(settled) if settled else _follow(request, _run_here(self.job(request))))
+        if settled:
+            return Events(None, (event for event in settled))
+        return Events(None, _follow(request, _run_here(self.job(request))))
 
     def _request(self, situation: Situation, budget: Budget, objective: Objective, start: Plan | None) -> SearchRequest:
         if budget.seconds is None:
@@ -163,10 +165,6 @@ def _settled(request: SearchRequest) -> tuple[Improved | Finished, ...]:
         return Improved(plan=nothing, elapsed_s=0.0), done
     proof = impossible(request.situation)
     return () if proof is None else (Finished(outcome=Outcome.UNSOLVABLE, detail=proof),)
-
-
-def _told(events: tuple[Improved | Finished, ...]) -> Generator[Improved | Finished]:
-    yield from events
 
 
 _OUTCOMES = {
