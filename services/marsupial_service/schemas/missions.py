@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from marsupial.model.scenario import Goal
+from marsupial.model.scenario import Goal, MissionLimits
 from marsupial_service.schemas.base import (
     CellXY,
     Maybe,
