@@ -23,8 +23,8 @@ def listed(situation: Situation) -> list[Plan]:
 
 
 def team(situation: Situation, size: int) -> tuple[ProblemData, Team]:
-    task = encode(situation)
-    return task, Team(task, [events_of(situation, plan) for plan in listed(situation)], 0, size)
+    data = encode(situation)
+    return data, Team(data, [events_of(situation, plan) for plan in listed(situation)], 0, size)
 
 
 def test_a_plan_of_list_scheduling_keeps_its_score() -> None:
