@@ -64,7 +64,7 @@ class ProcessEngine:
         self.info = replace(info, missing=_missing(requirements, finder))
 
     def solve(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
-        """Start the search and return its events; see `Engine`. The time counts once the launcher is warm."""
+        """Start the search and return its events; see `Engine`. The time counts once the libraries are loaded."""
         if self.info.missing is not None:
             raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         if budget.seconds is None:
