@@ -71,7 +71,7 @@ class ProcessEngine:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Events:
-        """Start the search and return its events; see `Engine`. The time counts once the launcher is warm."""
+        """Start the search and return its events; see `Engine`. The time counts once the libraries are loaded."""
         if self.info.missing is not None:
             raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         request = self._request(situation, budget, objective, start)

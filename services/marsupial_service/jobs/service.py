@@ -110,7 +110,7 @@ class Jobs:
         if not self._tasks:
             return
         _, left = await asyncio.wait(self._tasks, timeout=min(_HANG_S, grace_s))
-        if left:  # such as those that wait for the launcher to become ready
+        if left:  # such as those that wait for the fork server to become ready
             await asyncio.to_thread(processes.shutdown)
             _, left = await asyncio.wait(left, timeout=grace_s)
         for task in left:
@@ -227,7 +227,7 @@ class Jobs:
         return lookup.existing(await self._read(lambda source: lookup.job(source, job)), job)
 
     async def _slot(self) -> None:
-        """Run one job after the other, once the launcher is ready: an attempt is not to be lost by waiting for it."""
+        """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
         with suppress(InternalError):
             await asyncio.to_thread(processes.warm_up)
         while not self._stopping:
