@@ -8,33 +8,26 @@ the very situation the plan was made for; any other moment is taken after all th
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from marsupial.errors import UsageError
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import UNKNOWN, Cell, Grid
+from marsupial.mission.state import MissionState, Tracks
+from marsupial.model.grid import Grid
 from marsupial.model.mission import (
     ActionEnd,
     ActionEnded,
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
     MapMeeting,
     MissionEvent,
     MissionStarted,
-    PlacedRobot,
     Planned,
-    Revealed,
     RobotLost,
 )
 from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import RobotType
+from marsupial.model.team import Deployments
 from marsupial.model.world import RobotReport
-from marsupial.paths.routes import passing_times_ms, route_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -77,10 +70,19 @@ def moment_at(events: Sequence[MissionEvent], t_ms: int) -> Moment:
             f"there is nothing at {t_ms / 1000:g} s: the mission goes from {mission.t_ms / 1000:g} s "
             f"to {events[-1].t_ms / 1000:g} s"
         )
-    rebuilt = _Rebuilt(mission)
-    for event in events[: _cut(events, t_ms)]:
-        rebuilt.take(event)
-    return rebuilt.at(t_ms)
+    state, past = MissionState(), events[: _cut(events, t_ms)]
+    for event in past:
+        state.event(event)
+    grid = Grid(
+        cells=state.cells, resolution_m=mission.resolution_m, origin_m=mission.origin_m, terrains=mission.terrains
+    )
+    return Moment(
+        mission=mission,
+        t_ms=t_ms,
+        grid=grid,
+        robots=tuple(_report(name, state.tracks, t_ms) for name in state.tracks),
+        meetings=_in_use(past, state),
+    )
 
 
 def _cut(events: Sequence[MissionEvent], t_ms: int) -> int:
@@ -90,150 +92,46 @@ def _cut(events: Sequence[MissionEvent], t_ms: int) -> int:
     return plans[-1] if plans else end
 
 
-@dataclass(slots=True)
-class _Robot:
-    """One robot: `route` and `times_ms` while it drives, `free_at_ms` while it docks."""
-
-    kind: RobotType
-    cell: Cell | None
-    carrier: str | None
-    route: Sequence[Cell] = ()
-    times_ms: Sequence[int] = ()
-    free_at_ms: int = 0
-    lost: bool = False
-    docked_from: Cell | None = None
-
-    def stand(self, cell: Cell | None) -> None:
-        self.cell, self.route, self.times_ms = cell, (), ()
-
-    def report(self, name: str, t_ms: int, stranded: bool) -> RobotReport:
-        cell, free_at_ms = self.cell, max(self.free_at_ms, t_ms)
-        if self.route:
-            step = min(bisect_right(self.times_ms, t_ms), len(self.route) - 1)
-            cell, free_at_ms = self.route[step], self.times_ms[step]
-        return RobotReport(
-            name=name,
-            type=self.kind.name,
-            cell=cell,
-            carrier=self.carrier,
-            free_at_ms=free_at_ms,
-            lost=self.lost or stranded,
-        )
+def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
+    """Return what the world would report of a robot."""
+    track = tracks[name]
+    cell, free_at_ms, carrier = None, t_ms, track.where.carrier
+    if carrier is None and track.where.at is not None:
+        cell, passed_ms = track.where.at.ahead(t_ms)
+        free_at_ms = max(t_ms, passed_ms)
+    action = None if track.running is None else track.running.action
+    if track.running is not None and action is not None and action.carrier is not None:
+        rover = tracks[action.robot].kind
+        took_ms = rover.dock_ms if action.name is ActionName.DOCK else rover.undock_ms
+        free_at_ms = max(t_ms, track.running.t_ms + took_ms)
+    lost = track.lost or (carrier is not None and tracks[carrier].lost)
+    return RobotReport(name=name, type=track.kind.name, cell=cell, carrier=carrier, free_at_ms=free_at_ms, lost=lost)
 
 
-@dataclass(slots=True)
-class _Work:
-    """What is left of the plan, and where rovers were set down; says which meeting points are in use."""
+def _in_use(events: Sequence[MissionEvent], state: MissionState) -> tuple[MapMeeting, ...]:
+    """Return the meeting points that the rest of the plan needs, and those where rovers were set down."""
+    left: list[Action] = []
+    deployments = Deployments()
 
-    meetings: tuple[MapMeeting, ...] = ()
-    left: list[Action] = field(default_factory=list)
-    docking: list[Action] = field(default_factory=list)
-    deployed_at: dict[str, str] = field(default_factory=dict)
-
-    def planned(self, event: Planned) -> None:
-        self.meetings, self.left = event.meetings, list(event.actions)
-
-    def started(self, action: Action) -> None:
-        if action.carrier is not None:
-            self.docking.append(action)
-
-    def ended(self, action: Action, end: ActionEnd) -> None:
-        self.left = [other for other in self.left if other != action]
-        self.docking = [other for other in self.docking if other != action]
-        if end is ActionEnd.BLOCKED:
-            self.dropped(action.robot)
-        elif end is ActionEnd.FAILED:
-            self.dropped(*action.robots)
-        elif end is ActionEnd.DONE and action.name is ActionName.UNDOCK:
-            self.deployed_at[action.robot] = action.place
-        elif end is ActionEnd.DONE and action.name is ActionName.DOCK:
-            self.deployed_at.pop(action.robot, None)
-
-    def dropped(self, *robots: str) -> None:
+    def drop(robots: Sequence[str]) -> None:
         """Forget what only `robots` were to do."""
-        self.left = [action for action in self.left if not set(action.robots) <= set(robots)]
+        left[:] = [action for action in left if not set(action.robots) <= set(robots)]
 
-    def in_use(self) -> tuple[MapMeeting, ...]:
-        used = {action.place for action in (*self.left, *self.docking)} | set(self.deployed_at.values())
-        return tuple(point for point in self.meetings if point.name in used)
-
-
-class _Rebuilt:
-    """A mission carried forward, event by event."""
-
-    def __init__(self, mission: MissionStarted) -> None:
-        self._mission = mission
-        kinds = {kind.name: kind for kind in mission.types}
-        self._robots = {robot.name: _start(robot, kinds) for robot in mission.robots}
-        self._cells = np.full(mission.width * mission.height, UNKNOWN, dtype=np.uint8)
-        self._work = _Work()
-
-    def at(self, t_ms: int) -> Moment:
-        lost = {name for name, robot in self._robots.items() if robot.lost}
-        mission = self._mission
-        return Moment(
-            mission=mission,
-            t_ms=t_ms,
-            grid=Grid(
-                cells=self._cells.reshape(mission.height, mission.width),
-                resolution_m=mission.resolution_m,
-                origin_m=mission.origin_m,
-                terrains=mission.terrains,
-            ),
-            robots=tuple(robot.report(name, t_ms, robot.carrier in lost) for name, robot in self._robots.items()),
-            meetings=self._work.in_use(),
-        )
-
-    def take(self, event: MissionEvent) -> None:
+    for event in events:
         match event:
-            case Revealed():
-                for i in range(0, len(event.runs), 3):
-                    start, length, code = event.runs[i : i + 3]
-                    self._cells[start : start + length] = code
-            case DriveStarted():
-                self._drive(event)
-            case DriveEnded():
-                self._robots[event.robot].stand(event.cell)
             case Planned():
-                self._work.planned(event)
-            case ActionStarted():
-                self._work.started(event.action)
-                self._dock(event)
-            case ActionEnded():
-                self._work.ended(event.action, event.end)
-                if event.end is ActionEnd.FAILED:
-                    self._undo(event.action)
-                for name in event.action.robots:
-                    self._robots[name].free_at_ms = event.t_ms
+                left[:] = event.actions
+            case ActionEnded(action=action, end=end):
+                left[:] = [other for other in left if other != action]
+                if end is ActionEnd.DONE:
+                    deployments.done(action)
+                elif end is ActionEnd.BLOCKED:
+                    drop([action.robot])
+                elif end is ActionEnd.FAILED:
+                    drop(action.robots)
             case RobotLost():
-                self._robots[event.robot].lost = True
-                self._work.dropped(event.robot)
-
-    def _drive(self, event: DriveStarted) -> None:
-        robot = self._robots[event.robot]
-        robot.route = route_of(event.cell, event.steps)
-        times = event.t_ms + passing_times_ms(robot.route, self._mission.resolution_m, robot.kind.speed_mps)
-        robot.times_ms = times.tolist()
-
-    def _dock(self, event: ActionStarted) -> None:
-        action = event.action
-        if action.carrier is None:
-            return
-        rover = self._robots[action.robot]
-        docks = action.name is ActionName.DOCK
-        rover.docked_from = event.cell
-        rover.stand(None if docks else event.cell)
-        rover.carrier = action.carrier if docks else None
-        for name in action.robots:
-            self._robots[name].free_at_ms = event.t_ms + (rover.kind.dock_ms if docks else rover.kind.undock_ms)
-
-    def _undo(self, action: Action) -> None:
-        """Put a rover back to where it was before a docking or undocking that failed."""
-        if action.carrier is not None:
-            rover, docks = self._robots[action.robot], action.name is ActionName.DOCK
-            rover.stand(rover.docked_from if docks else None)
-            rover.carrier = None if docks else action.carrier
-
-
-def _start(robot: PlacedRobot, kinds: Mapping[str, RobotType]) -> _Robot:
-    return _Robot(kind=kinds[robot.type], cell=robot.cell, carrier=robot.carrier)
+                drop([event.robot])
+    running = [track.running.action for track in state.tracks.values() if track.running is not None]
+    docking = [action for action in running if action.carrier is not None]
+    used = {action.place for action in (*left, *docking)} | set(deployments.at.values())
+    return tuple(point for point in (state.plan.meetings if state.plan else ()) if point.name in used)

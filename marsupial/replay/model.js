@@ -1,4 +1,8 @@
-/* The mission as data: who is where, doing what, and what is known, at any moment. Touches no page. */
+/* The mission as data: who is where, doing what, and what is known, at any moment. Touches no page.
+
+   Who is on whom and what everybody does is told by TEAM, which stands in the page: by robot its `legs`, each from when
+   and either the carrier it is aboard or the number of the event that says where it drives or stands, and its `actions`,
+   each the number of the event that starts it, until when, and how it ends (null where the log does not say). */
 
 const UNKNOWN = 255;
 const STEPS = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
@@ -27,7 +31,7 @@ class History {
 }
 
 class Mission {
-  constructor(events) {
+  constructor(events, team = TEAM) {
     const start = events[0], last = events[events.length - 1];
     this.start = start;
     this.width = start.width;
@@ -39,73 +43,34 @@ class Mission {
     this.plans = events.filter((event) => event.event === "plan");
     this.planTimes = this.plans.map((plan) => plan.t_ms);
     this.places = new Map();
-    this.robots = start.robots.map((placed) => this.newRobot(placed));
+    this.robots = start.robots.map((placed) => this.newRobot(placed, events, team[placed.name]));
     this.byName = new Map(this.robots.map((robot) => [robot.name, robot]));
-    for (const event of events) this.record(event);
-    for (const robot of this.robots) {
-      if (robot.running) this.finish(robot, last.t_ms, null);
-      this.measure(robot);
+    for (const event of events) {
+      if (event.event === "start") this.places.set(`${event.action.robot} ${event.action.place}`, event.cell);
+      if (event.event === "lost") this.byName.get(event.robot).lost = event;
     }
+    for (const robot of this.robots) this.measure(robot);
     this.reveals = packReveals(events.filter((event) => event.event === "reveal"), this);
   }
 
-  newRobot(placed) {
+  newRobot(placed, events, told) {
     const kind = this.start.types.find((type) => type.name === placed.type);
     const robot = {
       name: placed.name, kind, carrier: kind.role === "carrier", legs: new History(), actions: new History(),
-      segments: [], running: null, lost: null, home: placed.carrier,
+      segments: [], lost: null, home: placed.carrier,
     };
-    robot.legs.add(this.from, placed.cell ? standing(placed.cell) : { aboard: placed.carrier });
+    for (const [t, where] of told.legs) {
+      if (typeof where === "string") robot.legs.add(t, { aboard: where });
+      else if (events[where].event === "drive") robot.legs.add(t, driving(events[where], this.resolution, kind.speed_mps));
+      else robot.legs.add(t, standing(events[where].cell || placed.cell));
+    }
+    for (const [number, to, end] of told.actions) {
+      const { t_ms: start, action, revision } = events[number];
+      robot.segments.push({ start, to, action, revision, end });
+      robot.actions.add(start, action);
+      if (end !== null) robot.actions.add(to, null);
+    }
     return robot;
-  }
-
-  record(event) {
-    switch (event.event) {
-      case "drive": {
-        const robot = this.byName.get(event.robot);
-        robot.legs.add(event.t_ms, driving(event, this.resolution, robot.kind.speed_mps));
-        break;
-      }
-      case "stand": this.byName.get(event.robot).legs.add(event.t_ms, standing(event.cell)); break;
-      case "start": this.startAction(event); break;
-      case "end": this.endAction(event); break;
-      case "lost": this.byName.get(event.robot).lost = event; break;
-    }
-  }
-
-  partners(action) {
-    return [action.robot, action.carrier].filter((name) => name !== null).map((name) => this.byName.get(name));
-  }
-
-  startAction(event) {
-    const action = event.action;
-    this.places.set(`${action.robot} ${action.place}`, event.cell);
-    for (const robot of this.partners(action)) {
-      if (robot.running) this.finish(robot, event.t_ms, null);
-      robot.running = event;
-      robot.actions.add(event.t_ms, action);
-    }
-    if (action.name === "dock" || action.name === "undock") {
-      this.byName.get(action.robot).legs.add(event.t_ms, standing(event.cell));
-    }
-  }
-
-  endAction(event) {
-    const action = event.action;
-    for (const robot of this.partners(action)) {
-      if (!robot.running) continue;
-      this.finish(robot, event.t_ms, event.end);
-      robot.actions.add(event.t_ms, null);
-    }
-    if ((action.name === "dock" && event.end === "done") || (action.name === "undock" && event.end === "failed")) {
-      this.byName.get(action.robot).legs.add(event.t_ms, { aboard: action.carrier });
-    }
-  }
-
-  finish(robot, t, end) {
-    const { t_ms: start, action, revision } = robot.running;
-    robot.segments.push({ start, to: t, action, revision, end });
-    robot.running = null;
   }
 
   /** Note how far a robot had driven when each of its legs began, and when it was aboard whom. */

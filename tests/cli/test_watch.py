@@ -4,7 +4,7 @@ import numpy as np
 
 from marsupial.cli.display.picture import doing
 from marsupial.cli.display.watch import Watch
-from marsupial.mission.playback import RobotView
+from marsupial.mission.state import RobotView
 from marsupial.model.grid import FLOOR, TERRAINS, Cell
 from marsupial.model.mission import (
     ActionEnd,

@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from marsupial.mission.playback import RobotView
+from marsupial.mission.state import RobotView
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray, Mask
 from marsupial.model.mission import MissionStarted
 from marsupial.model.plan import ActionName

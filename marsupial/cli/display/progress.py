@@ -91,7 +91,10 @@ class _Moving(Observer):
 
     def _frame(self, picture: Picture) -> Group:
         watch, robots = self._watch, self._watch.views()
-        words = f"{clock(watch.t_ms / 1000)}  {self._title}  plan {watch.revision}: {trigger_text(watch.trigger)}"
+        plan = (
+            "no plan yet" if watch.plan is None else f"plan {watch.plan.revision}: {trigger_text(watch.plan.trigger)}"
+        )
+        words = f"{clock(watch.t_ms / 1000)}  {self._title}  {plan}"
         headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
         bar = Table.grid(padding=(0, 1))
         bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")

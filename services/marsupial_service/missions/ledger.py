@@ -15,7 +15,13 @@ import numpy as np
 
 from marsupial.errors import Problem
 from marsupial.model.grid import UNKNOWN, CellArray
+from marsupial.model.mission import ActionEnd
+from marsupial.model.plan import ActionName
+from marsupial.model.team import Whereabouts
 from marsupial_service.missions.values import Brief, Event, EventType, Report, expand
+
+_GROUND = "ground"
+"""Where a robot is that is not aboard: its client knows the cell."""
 
 
 class Conflict(Exception):
@@ -31,6 +37,10 @@ class _Order:
     name: str
     robots: tuple[str, ...]
 
+    def begun(self, where: Whereabouts[str]) -> Whereabouts[str]:
+        """Return where the rover of a docking or undocking is from its beginning."""
+        return where.begun(ActionName(self.name), _GROUND, self.robots[1])
+
 
 class Ledger:
     """The state of one mission as its client sees it."""
@@ -42,7 +52,10 @@ class Ledger:
         self.cells: CellArray = brief.grid.cells.copy()
         self._open: dict[int, _Order] = {}
         self._lost: set[str] = set()
-        self._carriers = {robot.name: robot.carrier for robot in brief.robots if robot.carrier is not None}
+        self._where = {
+            robot.name: Whereabouts(_GROUND if robot.cell is not None else None, robot.carrier)
+            for robot in brief.robots
+        }
         self._digests: list[bytes] = []
 
     def is_repeat(self, n: int, digest: bytes) -> bool:
@@ -73,10 +86,9 @@ class Ledger:
             self.cells = report.map.copy()
         for number in report.finished:
             order = self._open.pop(number)
-            if order.name == "dock":
-                self._carriers[order.robots[0]] = order.robots[1]
-            elif order.name == "undock":
-                self._carriers.pop(order.robots[0], None)
+            if len(order.robots) == 2:
+                begun = order.begun(self._where[order.robots[0]])
+                self._where[order.robots[0]] = begun.ended(ActionName(order.name), ActionEnd.DONE)
         for number, _ in report.failed:
             del self._open[number]
         for name, _ in report.lost:
@@ -96,7 +108,15 @@ class Ledger:
             self._open[int(str(command["id"]))] = _Order(str(command["name"]), robots)
 
     def _lose(self, name: str) -> None:
-        self._lost |= {name} | {rover for rover, carrier in self._carriers.items() if carrier == name}
+        self._lost |= {name} | {rover for rover in self._where if self._aboard(rover) == name}
+
+    def _aboard(self, name: str) -> str | None:
+        """Return the carrier that a robot is aboard, as far as its client knows."""
+        where = self._where[name]
+        for order in self._open.values():
+            if order.robots[0] == name and len(order.robots) == 2:
+                where = order.begun(where)
+        return where.aboard
 
     def _faults(self, report: Report) -> Iterator[Problem]:
         if report.t_ms < self.t_ms:
@@ -120,11 +140,8 @@ class Ledger:
     def _robot_faults(self, path: str, name: str, placed: bool) -> Iterator[Problem]:
         if name in self._lost:
             yield Problem(f"{path}.name", f"{name} is lost")
-        elif placed and name in self._carriers and not self._is_being_set_down(name):
-            yield Problem(path, f"{name} is aboard {self._carriers[name]}")
-
-    def _is_being_set_down(self, name: str) -> bool:
-        return any(order.name == "undock" and order.robots[0] == name for order in self._open.values())
+        elif placed and (carrier := self._aboard(name)) is not None:
+            yield Problem(path, f"{name} is aboard {carrier}")
 
     def _map_faults(self, report: Report) -> Iterator[Problem]:
         if not report.revealed:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -17,8 +17,10 @@ import numpy.typing as npt
 from marsupial.errors import InternalError
 from marsupial.mission.loop import homes_of
 from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.mission import PlacedRobot
+from marsupial.model.mission import ActionEnd, PlacedRobot
+from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
+from marsupial.model.team import Whereabouts
 from marsupial.model.world import News, RobotReport
 from marsupial.paths.routes import passing_times_ms
 from marsupial_service.missions.values import Brief, Input, Report, RobotNote, Wish, expand
@@ -42,7 +44,7 @@ class Order:
     route
         Of a drive.
     cell
-        Where the rover was before a docking, where it is put by an undocking.
+        Where the rover docks, or where it is put by an undocking.
     stopped, halted
         Whether it was told to stop, and whether that was because of a pause.
     """
@@ -76,16 +78,22 @@ class Desk(Protocol):
 
 @dataclass(slots=True)
 class _Robot:
-    placed: PlacedRobot
     kind: RobotType
-    cell: Cell | None
-    carrier: str | None
+    where: Whereabouts[Cell]
     free_at_ms: int = 0
     lost: bool = False
     order: Order | None = None
     failures: int = 0
     distance_m: float = 0.0
     driving_ms: int = 0
+
+    @property
+    def cell(self) -> Cell | None:
+        return None if self.where.carrier is not None else self.where.at
+
+    @property
+    def carrier(self) -> str | None:
+        return self.where.carrier
 
 
 @dataclass(slots=True)
@@ -119,9 +127,7 @@ class RemoteWorld:
     def __init__(self, brief: Brief, desk: Desk) -> None:
         self._desk = desk
         kinds = {kind.name: kind for kind in brief.kinds}
-        self._robots = {
-            r.name: _Robot(placed=r, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in brief.robots
-        }
+        self._robots = {r.name: _Robot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
         self._first = brief.robots[0].name
         self._frame = brief.grid
         self._cells = np.full_like(brief.grid.cells, UNKNOWN)
@@ -180,7 +186,7 @@ class RemoteWorld:
         mover = self._free(robot)
         times = passing_times_ms(route, self._grid.resolution_m, mover.kind.speed_mps)
         step = min(1, len(route) - 1)
-        mover.cell, mover.free_at_ms = route[step], self._now_ms + int(times[step])
+        mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
         self._give(Order(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
 
     def stop(self, robot: str) -> None:
@@ -192,18 +198,11 @@ class RemoteWorld:
 
     def dock(self, rover: str, carrier: str) -> None:
         """Let a free rover dock on a free carrier."""
-        guest, host = self._free(rover), self._free(carrier)
-        order = Order(id=self._count + 1, name="dock", robot=rover, carrier=carrier, cell=guest.cell)
-        guest.cell, guest.carrier = None, carrier
-        guest.free_at_ms = host.free_at_ms = self._now_ms + guest.kind.dock_ms
-        self._give(order)
+        self._together(ActionName.DOCK, rover, carrier, self._robots[rover].cell)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
         """Let a free carrier set down one of its rovers."""
-        guest, host = self._free(rover), self._free(carrier)
-        guest.cell, guest.carrier = cell, None
-        guest.free_at_ms = host.free_at_ms = self._now_ms + guest.kind.undock_ms
-        self._give(Order(id=self._count + 1, name="undock", robot=rover, carrier=carrier, cell=cell))
+        self._together(ActionName.UNDOCK, rover, carrier, cell)
 
     def advance(self, until_ms: int) -> News:
         """Wait for the next report and say what is new; while paused, for all until that ends.
@@ -252,6 +251,15 @@ class RemoteWorld:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.order}")
         return robot
 
+    def _together(self, name: ActionName, rover: str, carrier: str, cell: Cell | None) -> None:
+        guest, host = self._free(rover), self._free(carrier)
+        if cell is None:
+            raise InternalError(f"{rover} is aboard {guest.carrier}")
+        guest.where = guest.where.begun(name, cell, carrier)
+        took_ms = guest.kind.dock_ms if name is ActionName.DOCK else guest.kind.undock_ms
+        guest.free_at_ms = host.free_at_ms = self._now_ms + took_ms
+        self._give(Order(id=self._count + 1, name=name, robot=rover, carrier=carrier, cell=cell))
+
     def _give(self, order: Order) -> None:
         self._count = order.id
         self._orders[order.id] = order
@@ -284,7 +292,7 @@ class RemoteWorld:
         changed = False
         for name, runs in report.revealed:
             indices, codes = expand(runs)
-            self._enter(name, indices, codes)
+            self._see(name, indices, codes)
         if report.map is not None:
             known = self._cells != UNKNOWN
             changed = bool(np.any(report.map[known] != self._cells[known]))
@@ -306,9 +314,9 @@ class RemoteWorld:
     def _reveal(self, name: str, cells: npt.NDArray[np.uint8]) -> None:
         flat = cells.ravel()
         indices = np.flatnonzero(flat != UNKNOWN)
-        self._enter(name, indices, flat[indices])
+        self._see(name, indices, flat[indices])
 
-    def _enter(self, name: str, indices: npt.NDArray[np.int64], codes: npt.NDArray[np.uint8]) -> None:
+    def _see(self, name: str, indices: npt.NDArray[np.int64], codes: npt.NDArray[np.uint8]) -> None:
         flat = self._cells.reshape(-1)
         new = flat[indices] == UNKNOWN
         if new.any():
@@ -318,9 +326,9 @@ class RemoteWorld:
     def _note(self, robot: _Robot, note: RobotNote, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"
         moved_m = 0.0
-        if note.cell is not None and robot.carrier is None and robot.cell is not None:
+        if note.cell is not None and robot.cell is not None:
             moved_m = math.dist(robot.cell, note.cell) * self._grid.resolution_m
-            robot.cell, robot.free_at_ms = note.cell, self._now_ms
+            robot.where, robot.free_at_ms = replace(robot.where, at=note.cell), self._now_ms
         if note.free_at_ms is not None:
             robot.free_at_ms = note.free_at_ms
         robot.distance_m = robot.distance_m + moved_m if note.distance_m is None else note.distance_m
@@ -338,25 +346,24 @@ class RemoteWorld:
             return
         for name in order.robots:
             self._robots[name].failures = 0
+        self._enter(order, ActionEnd.DONE)
         self._gathered.finished += order.robots
 
     def _fail(self, number: int, reason: str) -> None:
         order = self._end(number)
         if order is None:
             return
-        self._undo(order)
+        self._enter(order, ActionEnd.FAILED)
         self._gathered.failed += [(name, reason) for name in order.robots]
         for name in order.robots:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
                 self._lose(name, f"failed {MOST_FAILURES} times in a row: {reason}")
 
-    def _undo(self, order: Order) -> None:
-        rover = self._robots[order.robot]
-        if order.name == "dock":
-            rover.cell, rover.carrier = order.cell, None
-        elif order.name == "undock":
-            rover.cell, rover.carrier = None, order.carrier
+    def _enter(self, order: Order, end: ActionEnd) -> None:
+        if order.carrier is not None:
+            rover = self._robots[order.robot]
+            rover.where = rover.where.ended(ActionName(order.name), end)
 
     def _end(self, number: int) -> Order | None:
         order = self._orders.pop(number, None)  # None: it ended when one of its robots was lost
@@ -373,8 +380,8 @@ class RemoteWorld:
         robot.lost = True
         if robot.order is not None:
             order = self._end(robot.order.id)
-            if order is not None and order.name == "dock" and order.carrier == name:
-                self._undo(order)
+            if order is not None and order.name == ActionName.DOCK and order.carrier == name:
+                self._enter(order, ActionEnd.FAILED)
         self._gathered.lost.append((name, reason))
         for rider, other in self._robots.items():
             if other.carrier == name:

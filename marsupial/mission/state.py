@@ -1,0 +1,200 @@
+"""The state of a mission after each of its events: where everybody is and what they do, the map, the plan.
+
+Positions are in cells, the centre of cell (x, y) being exactly (x, y); a robot on a drive is between the cells it
+passes, at the times `DriveStarted` gives for them.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from marsupial.mission.observer import Observer
+from marsupial.model.grid import UNKNOWN, Cell, CellArray
+from marsupial.model.mission import (
+    ActionEnded,
+    ActionStarted,
+    DriveEnded,
+    DriveStarted,
+    MissionEvent,
+    MissionStarted,
+    Planned,
+    Revealed,
+    RobotLost,
+)
+from marsupial.model.plan import Action
+from marsupial.model.robots import RobotType
+from marsupial.model.team import Whereabouts
+from marsupial.paths.routes import passing_times_ms, route_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotView:
+    """One robot at one moment.
+
+    Parameters
+    ----------
+    x, y
+        Where it is, in cells.
+    carrier
+        The carrier it is aboard, or None.
+    cargo
+        The rovers aboard it, in the order of the team.
+    action
+        The action it takes part in, or None.
+    """
+
+    name: str
+    type: str
+    x: float
+    y: float
+    carrier: str | None
+    cargo: tuple[str, ...]
+    action: Action | None
+    lost: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A drive: the cells of its route, and when each is passed. A robot that stands has a route of one cell."""
+
+    cells: tuple[Cell, ...]
+    times_ms: tuple[int, ...] = (0,)
+
+    def passed(self, t_ms: int) -> Cell:
+        """Return the last cell passed."""
+        return self.cells[max(bisect_right(self.times_ms, t_ms) - 1, 0)]
+
+    def ahead(self, t_ms: int) -> tuple[Cell, int]:
+        """Return the next cell to be passed, or the last, and when that is."""
+        step = min(bisect_right(self.times_ms, t_ms), len(self.cells) - 1)
+        return self.cells[step], self.times_ms[step]
+
+    def at(self, t_ms: int) -> tuple[float, float]:
+        """Return the point between two cells."""
+        x, y = (float(np.interp(t_ms, self.times_ms, [cell[axis] for cell in self.cells])) for axis in (0, 1))
+        return x, y
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Track:
+    """One robot after an event; `running` is the start of the action it takes part in."""
+
+    kind: RobotType
+    where: Whereabouts[Leg]
+    running: ActionStarted | None = None
+    lost: bool = False
+
+
+Tracks = Mapping[str, Track]
+"""All robots by name, in the order of the team."""
+
+
+class MissionState(Observer):
+    """What the events so far have led to.
+
+    Attributes
+    ----------
+    tracks
+        The robots; a mapping that is replaced, never changed.
+    cells
+        The known map, uint8 (height, width).
+    plan
+        The plan that is followed, or None before the first.
+    """
+
+    def __init__(self) -> None:
+        self.t_ms = 0
+        self.tracks: Tracks = {}
+        self.cells: CellArray = np.zeros((0, 0), dtype=np.uint8)
+        self.plan: Planned | None = None
+        self._resolution_m = 1.0
+
+    def event(self, event: MissionEvent) -> None:
+        """Take in what happened."""
+        self.t_ms = event.t_ms
+        match event:
+            case MissionStarted():
+                self._start(event)
+            case Revealed():
+                reveal(self.cells, event)
+            case Planned():
+                self.plan = event
+            case DriveStarted():
+                self._put(event.robot, self._drive(event))
+            case DriveEnded():
+                self._put(event.robot, Leg((event.cell,)))
+            case ActionStarted():
+                self._action_started(event)
+            case ActionEnded():
+                self._action_ended(event)
+            case RobotLost():
+                self._change(event.robot, replace(self.tracks[event.robot], lost=True))
+
+    def _start(self, mission: MissionStarted) -> None:
+        kinds = {kind.name: kind for kind in mission.types}
+        self.cells = np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
+        self._resolution_m = mission.resolution_m
+        self.tracks = {
+            robot.name: Track(
+                kind=kinds[robot.type],
+                where=Whereabouts(None if robot.cell is None else Leg((robot.cell,)), robot.carrier),
+            )
+            for robot in mission.robots
+        }
+
+    def _drive(self, event: DriveStarted) -> Leg:
+        route = route_of(event.cell, event.steps)
+        times = passing_times_ms(route, self._resolution_m, self.tracks[event.robot].kind.speed_mps)
+        return Leg(tuple(route), tuple((event.t_ms + times).tolist()))
+
+    def _action_started(self, event: ActionStarted) -> None:
+        action = event.action
+        for name in action.robots:
+            self._change(name, replace(self.tracks[name], running=event))
+        if action.carrier is not None:
+            track = self.tracks[action.robot]
+            where = track.where.begun(action.name, Leg((event.cell,)), action.carrier)
+            self._change(action.robot, replace(track, where=where))
+
+    def _action_ended(self, event: ActionEnded) -> None:
+        action = event.action
+        for name in action.robots:
+            self._change(name, replace(self.tracks[name], running=None))
+        if action.carrier is not None:
+            track = self.tracks[action.robot]
+            self._change(action.robot, replace(track, where=track.where.ended(action.name, event.end)))
+
+    def _put(self, name: str, leg: Leg) -> None:
+        self._change(name, replace(self.tracks[name], where=Whereabouts(leg)))
+
+    def _change(self, name: str, track: Track) -> None:
+        self.tracks = {**self.tracks, name: track}
+
+
+def views(tracks: Tracks, t_ms: int, *, whole_cells: bool = False) -> tuple[RobotView, ...]:
+    """Return the robots as they are at a moment after that event; with `whole_cells` at the cell they passed last."""
+    seen = []
+    for name, track in tracks.items():
+        aboard = track.where.aboard
+        leg = (track if aboard is None else tracks[aboard]).where.at
+        assert leg is not None, "carriers are never carried"
+        x, y = leg.passed(t_ms) if whole_cells else leg.at(t_ms)
+        cargo = tuple(other for other, rider in tracks.items() if rider.where.aboard == name)
+        action = None if track.running is None else track.running.action
+        view = RobotView(
+            name=name, type=track.kind.name, x=x, y=y, carrier=aboard, cargo=cargo, action=action, lost=track.lost
+        )
+        seen.append(view)
+    return tuple(seen)
+
+
+def reveal(cells: CellArray, event: Revealed) -> None:
+    """Enter in the known map (height, width) what a robot has seen."""
+    flat = cells.reshape(-1)
+    for i in range(0, len(event.runs), 3):
+        start, length, code = event.runs[i : i + 3]
+        flat[start : start + length] = code
