@@ -49,7 +49,16 @@ def test_an_installed_wheel_runs_a_mission_and_finds_its_files(elsewhere: Path) 
     assert "not installed" in succeed(marsupial, "planners", cwd=elsewhere)
     bench = ("bench", "planners", "--engine", "greedy", "--instance", "mission-lobby-*", "--budget", "0.1")
     assert "best known" in succeed(marsupial, *bench, cwd=elsewhere)
-    where = succeed(
-        elsewhere / "env" / "bin" / "python", "-c", "import marsupial; print(marsupial.__file__)", cwd=elsewhere
+
+
+def test_an_installed_wheel_is_a_typed_library(elsewhere: Path) -> None:
+    program = (
+        "import marsupial; from importlib.metadata import version; from importlib.resources import files;"
+        "print(marsupial.__file__, marsupial.__version__ == version('marsupial'),"
+        "files('marsupial').joinpath('py.typed').is_file());"
+        "marsupial.explore('lobby', 'heuristic', steps=1).plot().savefig('lobby.png')"
     )
+    where, *said = succeed(elsewhere / "env" / "bin" / "python", "-c", program, cwd=elsewhere).split()
     assert str(elsewhere) in where
+    assert said == ["True", "True"]
+    assert (elsewhere / "lobby.png").read_bytes().startswith(b"\x89PNG")

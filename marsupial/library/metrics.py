@@ -35,6 +35,8 @@ class Metric:
         Writes a value with its unit.
     better
         1 where more is better, -1 where less is, 0 where neither.
+    digits
+        Of a mean in tables.
     decimals
         Kept in CSV; None for whole numbers, and where names are listed their number is kept.
     column
@@ -47,6 +49,7 @@ class Metric:
     definition: str
     text: Callable[[Any], str] = str
     better: int = 0
+    digits: int = 1
     decimals: int | None = None
     column: str = ""
 
@@ -170,7 +173,7 @@ class Summary:
     distance_m_per_robot: Mapping[str, float]
     quality: float = _metric(
         "quality Q", "m²/m", "explored part of the reachable area over the sum of all distances",
-        text=_digits(3, "m2/m"), better=1, decimals=6,
+        text=_digits(3, "m2/m"), better=1, digits=3, decimals=6,
     )  # fmt: skip
     energy_j: float = _metric(
         "energy", "J", "idle power times mission time plus drive power times the time driven, of all robots",

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from operator import attrgetter
 from statistics import fmean
 from typing import Any
 
@@ -17,6 +18,7 @@ from marsupial.bench.compare.header import cases_of, contenders_of
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row, Timing
 from marsupial.bench.compare.statistics import Estimate, estimate
+from marsupial.library.metrics import METRICS
 from marsupial.model.mission import Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
@@ -37,10 +39,22 @@ class Measure:
         return f"{self.name[0].upper()}{self.name[1:]}"
 
 
-TIME = Measure(name="exploration time", unit="s", better=-1, digits=1, of=lambda row: row.exploration_time_s)
-QUALITY = Measure(name="exploration quality Q", unit="m²/m", better=1, digits=3, of=lambda row: row.quality)
-MISSION_TIME = Measure(name="mission time", unit="s", better=-1, digits=1, of=lambda row: row.mission_time_s)
-DISTANCE = Measure(name="distance", unit="m", better=-1, digits=1, of=lambda row: row.distance_m)
+def _measure(key: str, name: str = "") -> Measure:
+    """Return a metric of a mission's summary as it is read off a row."""
+    metric = METRICS[key]
+    return Measure(
+        name=name or metric.title,
+        unit=metric.unit,
+        better=metric.better,
+        digits=metric.digits,
+        of=attrgetter(metric.column),
+    )
+
+
+TIME = _measure("exploration_time_s")
+QUALITY = _measure("quality", "exploration quality Q")
+MISSION_TIME = _measure("mission_time_s")
+DISTANCE = _measure("distance_m")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
