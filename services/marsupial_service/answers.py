@@ -9,7 +9,8 @@ from starlette.responses import Response
 
 from marsupial.planning.checker import Verdict
 from marsupial_service.jobs import FINAL, JobRecord, PlanRecord
-from marsupial_service.jobs.documents import action_document, line, timestamp
+from marsupial_service.jobs.documents import action_document, line
+from marsupial_service.moments import timestamp, timestamp_if_any
 
 
 def json_answer(document: object, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
@@ -49,9 +50,9 @@ def summary_document(job: JobRecord) -> dict[str, Any]:
         "attempts": job.attempts,
         "created_at": timestamp(job.created_at_ms),
         "queued_at": timestamp(job.queued_at_ms),
-        "started_at": _moment(job.started_at_ms),
-        "first_plan_at": _moment(job.first_plan_at_ms),
-        "finished_at": _moment(job.finished_at_ms),
+        "started_at": timestamp_if_any(job.started_at_ms),
+        "first_plan_at": timestamp_if_any(job.first_plan_at_ms),
+        "finished_at": timestamp_if_any(job.finished_at_ms),
         "plans": job.plans,
         "makespan_ms": None if job.best is None else job.best.makespan_ms,
         "lower_bound_ms": job.lower_bound_ms,
@@ -84,7 +85,3 @@ def verdict_document(verdict: Verdict, actions: int) -> dict[str, Any]:
         }
     )
     return {"valid": verdict.valid, "violation": violation, "makespan_ms": verdict.makespan_ms, "actions": actions}
-
-
-def _moment(ms: int | None) -> str | None:
-    return None if ms is None else timestamp(ms)

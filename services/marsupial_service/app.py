@@ -19,18 +19,20 @@ from marsupial.errors import MarsupialError
 from marsupial.processes import launcher as processes
 from marsupial_service import openapi
 from marsupial_service.edge import Edge
-from marsupial_service.jobs import Jobs, JobSettings, UnknownJob
+from marsupial_service.entries import KeyReused, TooMany, UnknownEntry
+from marsupial_service.jobs import Jobs, JobSettings
 from marsupial_service.jobs import service as jobs_service
 from marsupial_service.keys import KeyFile
 from marsupial_service.missions import service as missions_service
-from marsupial_service.missions.records import MissionSettings, UnknownMission
+from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
-from marsupial_service.pointers import of_location
+from marsupial_service.pointers import of_location, of_path
 from marsupial_service.problems import KINDS, Detail, HttpProblem, answer, kind_of
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.settings import Settings
 from marsupial_service.state import State, state_of
-from marsupial_service.store import KeyReused, Store, StoreError
+from marsupial_service.store import Store, StoreError
 
 DESCRIPTION = (
     "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
@@ -89,7 +91,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             slots=limits.slots,
             queue=limits.queue,
             retention_s=limits.retention_s,
-            kept_jobs=limits.kept_jobs,
+            kept=limits.kept_jobs,
             memory_bytes=limits.memory_bytes,
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
@@ -102,7 +104,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             backlog=limits.backlog,
             memory_bytes=limits.memory_bytes,
             retention_s=limits.retention_s,
-            kept_missions=limits.kept_missions,
+            kept=limits.kept_missions,
         ),
     )
     try:
@@ -165,8 +167,21 @@ def _methods(request: Request) -> Sequence[str]:
 
 
 def _unknown(request: Request, error: Exception) -> Response:
-    noun = "job" if isinstance(error, UnknownJob) else "mission"
-    return answer(HttpProblem("not-found", f"there is no such {noun}, or no longer"), request.url.path)
+    return answer(HttpProblem("not-found", str(error)), request.url.path)
+
+
+def _conflicts(request: Request, error: Exception) -> Response:
+    """Answer what contradicts a mission, with pointers into the body where there is one."""
+    assert isinstance(error, Conflict)
+    body = getattr(request.state, "json", {})
+    details = [Detail(where="pointer", name=of_path(one.path, body), text=one.message) for one in error.problems]
+    return answer(HttpProblem("conflict", errors=details), request.url.path)
+
+
+def _too_many(request: Request, error: Exception) -> Response:
+    assert isinstance(error, TooMany)
+    headers = {"Retry-After": str(error.retry_after_s)}
+    return answer(HttpProblem("too-many", str(error), headers=headers), request.url.path)
 
 
 def _key_reused(request: Request, error: Exception) -> Response:
@@ -182,8 +197,9 @@ _HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
     MarsupialError: _refused,
     RequestValidationError: _misshaped,
     HTTPException: _http,
-    UnknownJob: _unknown,
-    UnknownMission: _unknown,
+    UnknownEntry: _unknown,
+    Conflict: _conflicts,
+    TooMany: _too_many,
     KeyReused: _key_reused,
     StoreError: _store_fails,
 }

@@ -8,35 +8,15 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import suppress
-from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any
 
 from starlette.responses import StreamingResponse
 
-from marsupial_service.problems import HttpProblem
+from marsupial_service.entries import EventRecord, TooMany
 from marsupial_service.state import State
 
 KEEP_ALIVE_S = 15.0
 BYE = b": the service is ending; take this stream up again later\n\n"
-
-
-class Told(Protocol):
-    """An event as it is stored."""
-
-    @property
-    def seq(self) -> int:
-        """Its number, from 1."""
-        ...
-
-    @property
-    def type(self) -> StrEnum:
-        """What it tells."""
-        ...
-
-    @property
-    def data(self) -> str:
-        """One line of JSON."""
-        ...
 
 
 class EventStream(StreamingResponse):
@@ -45,23 +25,21 @@ class EventStream(StreamingResponse):
     media_type = "text/event-stream"
 
 
-def frame(event: Told) -> bytes:
+def frame(event: EventRecord) -> bytes:
     """Return an event as it is sent."""
     return f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
 
 
-def stream(state: State, owner: str, events: AsyncIterator[Told]) -> EventStream:
+def stream(state: State, owner: str, events: AsyncIterator[EventRecord]) -> EventStream:
     """Return the answer that streams `events`.
 
     Raises
     ------
-    HttpProblem
+    TooMany
         If this owner has as many streams open as it may.
     """
     if state.streams[owner] >= state.settings.limits.streams:
-        raise HttpProblem(
-            "too-many", f"at most {state.settings.limits.streams} streams at a time", headers={"Retry-After": "5"}
-        )
+        raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
     return _Counted(state, owner, _frames(state, events), headers)
@@ -81,10 +59,10 @@ class _Counted(EventStream):
             self._state.streams[self._owner] -= 1
 
 
-async def _frames(state: State, events: AsyncIterator[Told]) -> AsyncIterator[bytes]:
+async def _frames(state: State, events: AsyncIterator[EventRecord]) -> AsyncIterator[bytes]:
     yield b": events\n\n"
     leaving = asyncio.ensure_future(state.leaving.wait())
-    coming: asyncio.Future[Told] | None = None
+    coming: asyncio.Future[EventRecord] | None = None
     try:
         while True:
             coming = coming or asyncio.ensure_future(anext(events))

@@ -35,7 +35,7 @@ _EVENT: dict[str, Any] = {
     "required": ["id", "event", "data"],
 }
 
-_EVENT_TYPES: Mapping[str, type[StrEnum]] = {"jobs": jobs.EventType, "missions": missions.EventType}
+_EVENT_TYPES: Mapping[str, type[StrEnum]] = {"jobs": jobs.JobEventType, "missions": missions.EventType}
 
 _ALWAYS = ("not-acceptable", "invalid", "internal")
 _BODY = ("bad-json", "too-slow", "too-large", "media-type")

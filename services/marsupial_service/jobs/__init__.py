@@ -4,8 +4,7 @@ from marsupial_service.jobs.records import (
     FINAL,
     STATE_OF,
     AnalysisRecord,
-    EventRecord,
-    EventType,
+    JobEventType,
     JobOutcome,
     JobRecord,
     JobRequest,
@@ -14,9 +13,6 @@ from marsupial_service.jobs.records import (
     MapTask,
     Metrics,
     PlanRecord,
-    QueueFull,
-    Submitted,
-    UnknownJob,
 )
 from marsupial_service.jobs.service import Jobs
 
@@ -24,8 +20,7 @@ __all__ = [
     "FINAL",
     "STATE_OF",
     "AnalysisRecord",
-    "EventRecord",
-    "EventType",
+    "JobEventType",
     "JobOutcome",
     "JobRecord",
     "JobRequest",
@@ -35,7 +30,4 @@ __all__ = [
     "MapTask",
     "Metrics",
     "PlanRecord",
-    "QueueFull",
-    "Submitted",
-    "UnknownJob",
 ]

@@ -1,19 +1,13 @@
-"""Plans and events as JSON, and moments as text: what is kept in the store and sent to clients as it is."""
+"""Plans and events as JSON: what is kept in the store and sent to clients as it is."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from typing import Any
 
 from marsupial.model.plan import Action, ActionName, Plan
-
-
-def timestamp(ms: int) -> str:
-    """Return a moment (ms since 1970) as RFC 3339 text, UTC, with milliseconds."""
-    moment = datetime.fromtimestamp(ms // 1000, UTC)
-    return f"{moment:%Y-%m-%dT%H:%M:%S}.{ms % 1000:03d}Z"
+from marsupial_service.moments import timestamp
 
 
 def line(document: object) -> str:

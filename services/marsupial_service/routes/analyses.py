@@ -12,10 +12,10 @@ from marsupial.errors import InputError
 from marsupial.planning.checker import check
 from marsupial_service.analysis import INCLUDE
 from marsupial_service.answers import json_answer, verdict_document
+from marsupial_service.entries import TooMany
 from marsupial_service.intake import read_plan, read_situation, refusing
 from marsupial_service.intake_map import read_map_state
 from marsupial_service.openapi import errors
-from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Json, Service
 from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
@@ -32,7 +32,7 @@ async def analyse(state: Service, sent: Json, body: AnalysisBody) -> Response:
     limits = state.settings.limits
     task = await asyncio.to_thread(read_map_state, sent, limits)
     if state.analyses.locked():
-        raise HttpProblem("too-many", f"at most {limits.analyses} at a time", headers={"Retry-After": "1"})
+        raise TooMany(f"at most {limits.analyses} at a time")
     async with state.analyses:
         found = await value_of(
             "marsupial_service.analysis:analyse",

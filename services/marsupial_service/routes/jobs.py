@@ -15,7 +15,7 @@ from marsupial_service.answers import is_over, job_document, job_path, json_answ
 from marsupial_service.events import EventStream, stream
 from marsupial_service.intake import read_budget, read_situation, refuse
 from marsupial_service.intake_map import read_map_state
-from marsupial_service.jobs import JobRequest, JobState, QueueFull, Submitted
+from marsupial_service.jobs import JobRequest, JobState
 from marsupial_service.openapi import errors
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.problems import HttpProblem
@@ -25,11 +25,14 @@ from marsupial_service.routes.parameters import (
     Json,
     LastEventId,
     Owner,
+    PageLimit,
     Prefer,
     Service,
     digest_of,
+    older_than,
     wait_seconds,
 )
+from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import JobBody
@@ -41,22 +44,12 @@ log = logging.getLogger("marsupial.service")
 
 router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
 
-_ACCEPTED = {
-    "model": answers.Job,
-    "description": "The job is stored; it is at Location.",
-    "headers": {"Location": {"schema": {"type": "string"}}},
-}
-
 
 @router.post(
     "",
     status_code=202,
     response_model=answers.Job,
-    responses={
-        **errors("key-reused", "too-many", "not-ready", body=True),
-        200: {**_ACCEPTED, "description": "The job is over."},
-        202: _ACCEPTED,
-    },
+    responses=stored(answers.Job, "job", 202, at_once="The job is over."),
 )
 async def submit_job(
     state: Service,
@@ -68,23 +61,13 @@ async def submit_job(
 ) -> Response:
     """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
     request = await asyncio.to_thread(_request, sent, state.settings)
-    try:
-        submitted = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
-    except QueueFull as full:
-        raise HttpProblem("too-many", str(full), headers={"Retry-After": str(full.retry_after_s)}) from full
-    log.info("job taken", extra={"job": submitted.job.id, "owner": owner, "planner": submitted.job.planner})
-    return await _answer(state, submitted, prefer)
-
-
-async def _answer(state: Service, submitted: Submitted, prefer: str | None) -> Response:
-    job, seconds = submitted.job, wait_seconds(prefer, state.settings.limits.wait_s)
+    created = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
+    job, headers = created.record, headers_of(created, job_path(created.record.id))
+    log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})
+    seconds = wait_seconds(prefer, state.settings.limits.wait_s)
     if seconds is not None:
         job = await state.running().wait(job.id, seconds)
-    headers = {"Location": job_path(job.id)}
-    if seconds is not None:
         headers["Preference-Applied"] = f"wait={seconds:g}"
-    if submitted.replayed:
-        headers["Idempotency-Replayed"] = "true"
     return json_answer(job_document(job), 200 if is_over(job) else 202, headers)
 
 
@@ -122,16 +105,13 @@ async def list_jobs(
     job_state: Annotated[
         Literal["queued", "running", "succeeded", "failed", "cancelled"] | None, Query(alias="state")
     ] = None,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    before: Annotated[str | None, Query(description="Id of a job: older ones only.", max_length=100)] = None,
+    limit: PageLimit = 50,
+    before: Annotated[str | None, older_than("job")] = None,
 ) -> Response:
     """List one's jobs, the newest first."""
     wanted = None if job_state is None else JobState(job_state)
     found = await state.running().list(owner, state=wanted, limit=limit + 1, before=before)
-    jobs, following = found[:limit], None
-    if len(found) > limit:
-        state_part = f"&state={job_state}" if job_state else ""
-        following = f"/v1/jobs?limit={limit}{state_part}&before={jobs[-1].id}"
+    jobs, following = page(found, limit, router.prefix, state=job_state)
     return json_answer({"jobs": [summary_document(job) for job in jobs], "next": following})
 
 

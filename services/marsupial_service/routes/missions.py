@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Path, Query, Response
+from fastapi import APIRouter, Response
 from starlette.responses import PlainTextResponse
 
 from marsupial_service.answers import json_answer
 from marsupial_service.events import EventStream, stream
-from marsupial_service.jobs.documents import timestamp
 from marsupial_service.keys import Scope
-from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.reading import read_brief, read_report
-from marsupial_service.missions.records import MissionRecord, TooMany, UnknownMission
+from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Wish, runs_in
+from marsupial_service.moments import timestamp, timestamp_if_any
 from marsupial_service.openapi import errors
-from marsupial_service.pointers import of_path
-from marsupial_service.problems import Detail, HttpProblem
-from marsupial_service.routes.parameters import IdempotencyKey, Json, LastEventId, Owner, Service, digest_of
+from marsupial_service.routes.parameters import (
+    IdempotencyKey,
+    Json,
+    LastEventId,
+    MissionOfPath,
+    Owner,
+    PageLimit,
+    Service,
+    digest_of,
+    older_than,
+)
+from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.routing import Route
 from marsupial_service.schemas.base import Answer
 from marsupial_service.schemas.missions import MissionBody, ReportBody
@@ -97,34 +103,12 @@ class KnownMap(Answer):
 
 router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missions"])
 
-_CREATED = {
-    "model": Mission,
-    "description": "The mission is stored; it is at Location.",
-    "headers": {"Location": {"schema": {"type": "string"}}},
-}
-
-
-async def _mission(
-    state: Service, owner: Owner, mission: Annotated[str, Path(description="Id of a mission.", max_length=100)]
-) -> MissionRecord:
-    found = await state.flying().get(mission, owner)
-    if found is None:
-        raise UnknownMission(mission)
-    return found
-
-
-MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
-
 
 @router.post(
     "",
     status_code=201,
     response_model=Mission,
-    responses={
-        **errors("key-reused", "too-many", "not-ready", body=True),
-        200: {**_CREATED, "description": "An earlier request with that key has made the mission."},
-        201: _CREATED,
-    },
+    responses=stored(Mission, "mission", 201, at_once="An earlier request with that key has made the mission."),
 )
 async def create_mission(
     state: Service, owner: Owner, sent: Json, body: MissionBody, idempotency_key: IdempotencyKey = None
@@ -132,27 +116,21 @@ async def create_mission(
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
     brief = await asyncio.to_thread(read_brief, sent, settings.limits, settings.planners)
-    with _refusing(sent):
-        record, replayed = await state.flying().create(
-            brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key
-        )
-    headers = {"Location": _path(record)}
-    if replayed:
-        headers["Idempotency-Replayed"] = "true"
-    return json_answer(_document(record), 200 if replayed else 201, headers)
+    created = await state.flying().create(brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key)
+    record, replayed = created
+    return json_answer(_document(record), 200 if replayed else 201, headers_of(created, _path(record)))
 
 
 @router.get("", response_model=MissionList, responses=errors())
 async def list_missions(
     state: Service,
     owner: Owner,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    before: Annotated[str | None, Query(description="Id of a mission: older ones only.", max_length=100)] = None,
+    limit: PageLimit = 50,
+    before: Annotated[str | None, older_than("mission")] = None,
 ) -> Response:
     """List one's missions, the newest first."""
     found = await state.flying().list(owner, limit=limit + 1, before=before)
-    missions = found[:limit]
-    following = f"/v1/missions?limit={limit}&before={missions[-1].id}" if len(found) > limit else None
+    missions, following = page(found, limit, router.prefix)
     return json_answer({"missions": [_document(record) for record in missions], "next": following})
 
 
@@ -171,8 +149,7 @@ async def report(state: Service, mission: MissionOfPath, sent: Json, body: Repor
     """Take in what has happened. A report that is sent again changes nothing; one that is refused neither."""
     missions = state.flying()
     read = await asyncio.to_thread(read_report, sent, await missions.brief(mission))
-    with _refusing(sent):
-        taken = await missions.report(mission, read, digest_of(sent))
+    taken = await missions.report(mission, read, digest_of(sent))
     return json_answer({"n": read.n, "t_ms": read.t_ms, "revision": taken.revision})
 
 
@@ -232,23 +209,7 @@ async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:
-    with _refusing({}):
-        return json_answer(_document(await state.flying().wish(mission, wish)))
-
-
-@contextmanager
-def _refusing(body: object) -> Iterator[None]:
-    """Turn the refusals of missions into answers."""
-    try:
-        yield
-    except Conflict as conflict:
-        details = [
-            Detail(where="pointer", name=of_path(problem.path, body), text=problem.message)
-            for problem in conflict.problems
-        ]
-        raise HttpProblem("conflict", errors=details) from conflict
-    except TooMany as refusal:
-        raise HttpProblem("too-many", str(refusal), headers={"Retry-After": "1"}) from refusal
+    return json_answer(_document(await state.flying().wish(mission, wish)))
 
 
 def _path(record: MissionRecord) -> str:
@@ -270,6 +231,6 @@ def _document(record: MissionRecord) -> dict[str, Any]:
         "t_ms": record.t_ms,
         "revision": record.revision,
         "created_at": timestamp(record.created_at_ms),
-        "finished_at": None if record.finished_at_ms is None else timestamp(record.finished_at_ms),
+        "finished_at": timestamp_if_any(record.finished_at_ms),
         "links": {"self": path, **{word: f"{path}/{word}" for word in words}},
     }

@@ -15,7 +15,8 @@ from situations import one_room
 
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
-from marsupial_service.jobs import EventRecord, JobRecord, JobRequest, Jobs, JobSettings, MapTask
+from marsupial_service.entries import EventRecord
+from marsupial_service.jobs import JobRecord, JobRequest, Jobs, JobSettings, MapTask
 from marsupial_service.store import Store
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
@@ -57,7 +58,7 @@ def request(
 
 async def submit(jobs: Jobs, wanted: JobRequest | None = None) -> str:
     submitted = await jobs.submit(request() if wanted is None else wanted, owner="me")
-    return submitted.job.id
+    return submitted.record.id
 
 
 async def ended(jobs: Jobs, job: str) -> JobRecord:

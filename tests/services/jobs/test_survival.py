@@ -21,7 +21,7 @@ from strange_tasks import Dies, Escapes, Waits, pid_in
 
 from marsupial.planning.checker import check
 from marsupial.processes import launcher as processes
-from marsupial_service.jobs import EventType, JobOutcome, JobState
+from marsupial_service.jobs import JobEventType, JobOutcome, JobState
 from marsupial_service.store import failpoints
 
 MARK = "MARSUPIAL_TEST_MARK"
@@ -90,9 +90,9 @@ def all_end_well(folder: Path, acknowledged: list[str]) -> None:
                 assert done.outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING), done
                 events = await told(jobs, job)
                 assert [event.seq for event in events] == list(range(1, len(events) + 1))
-                assert [event.type for event in events].count(EventType.END) == 1
-                assert events[-1].type is EventType.END
-                plans = [json.loads(event.data) for event in events if event.type is EventType.PLAN]
+                assert [event.type for event in events].count(JobEventType.END) == 1
+                assert events[-1].type is JobEventType.END
+                plans = [json.loads(event.data) for event in events if event.type is JobEventType.PLAN]
                 assert [plan["revision"] for plan in plans] == list(range(1, done.plans + 1))
                 assert [plan["makespan_ms"] for plan in plans] == sorted(
                     (plan["makespan_ms"] for plan in plans), reverse=True

@@ -15,11 +15,10 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
+from marsupial_service.entries import KeyReused, TooMany
 from marsupial_service.missions.reading import read_brief
-from marsupial_service.missions.records import TooMany
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.settings import Limits
-from marsupial_service.store import KeyReused
 from marsupial_service.store.store import FILE
 
 
@@ -122,13 +121,13 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(tmp_path: Pat
 
 def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(tmp_path: Path) -> None:
     async def fly() -> tuple[int, int]:
-        async with open_missions(tmp_path, kept_missions=1) as missions:
+        async with open_missions(tmp_path, kept=1) as missions:
             for _ in range(3):
                 record = await started(missions)
                 await missions.wish(record, Wish.CANCEL)
                 async for _event in missions.follow(record.id):
                     pass
-        async with open_missions(tmp_path, kept_missions=1) as missions:
+        async with open_missions(tmp_path, kept=1) as missions:
             while len(await missions.list("me")) > 1:
                 await asyncio.sleep(0.05)
             (left,) = await missions.list("me")
