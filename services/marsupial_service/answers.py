@@ -8,8 +8,8 @@ from typing import Any
 from starlette.responses import Response
 
 from marsupial.planning.checker import Verdict
-from marsupial_service.jobs import FINAL, JobRecord, PlanRecord
 from marsupial_service.jobs.documents import action_document, line
+from marsupial_service.jobs.records import FINAL, JobRecord, PlanRecord
 from marsupial_service.moments import timestamp, timestamp_if_any
 
 

@@ -19,9 +19,10 @@ from marsupial.errors import MarsupialError
 from marsupial.processes import launcher as processes
 from marsupial_service import openapi
 from marsupial_service.edge import Edge
-from marsupial_service.entries import KeyReused, TooMany, UnknownEntry
-from marsupial_service.jobs import Jobs, JobSettings
+from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.jobs import service as jobs_service
+from marsupial_service.jobs.records import JobSettings
+from marsupial_service.jobs.service import Jobs
 from marsupial_service.keys import KeyFile
 from marsupial_service.missions import service as missions_service
 from marsupial_service.missions.ledger import Conflict
@@ -42,6 +43,7 @@ DESCRIPTION = (
 PRELOAD = (*jobs_service.PRELOAD, *missions_service.PRELOAD, "marsupial_service.warm")
 """What workers need besides planners' libraries, loaded before they are forked."""
 
+_STORE_RETRY_S = 5
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
 
@@ -73,8 +75,8 @@ def create_app(settings: Settings) -> FastAPI:
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
     app.add_api_route("/openapi.json", lambda: JSONResponse(document), include_in_schema=False)
-    for error, handle in _HANDLERS.items():
-        app.add_exception_handler(error, handle)
+    for error in _PROBLEMS:
+        app.add_exception_handler(error, _respond)
     app.add_middleware(Edge, state=app.state.service)
     return app
 
@@ -113,30 +115,28 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         await state.missions.start()
         yield
     finally:
-        state.leaving.set()
         await asyncio.gather(state.jobs.stop(), state.missions.stop())
         await asyncio.to_thread(store.close)
 
 
-def _problem(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HttpProblem)
-    return answer(error, request.url.path)
+def _respond(request: Request, error: Exception) -> Response:
+    """Answer what was raised; what nobody foresaw goes on to the edge."""
+    problem = next(of(request, error) for kind, of in _PROBLEMS.items() if isinstance(error, kind))
+    return answer(problem, request.url.path)
 
 
-def _refused(request: Request, error: Exception) -> Response:
-    """Answer what the library raises."""
-    assert isinstance(error, MarsupialError)
+def _refused(request: Request, error: MarsupialError) -> HttpProblem:
+    """Return the problem for what the library raises."""
     kind = kind_of(error)
     if KINDS[kind].status >= 500:
         raise error
-    return answer(HttpProblem(kind, str(error)), request.url.path)
+    return HttpProblem(kind, str(error))
 
 
-def _misshaped(request: Request, error: Exception) -> Response:
-    """Answer what pydantic finds wrong."""
-    assert isinstance(error, RequestValidationError)
+def _misshaped(request: Request, error: RequestValidationError) -> HttpProblem:
+    """Return the problem for what pydantic finds wrong."""
     body = getattr(request.state, "json", None)
-    return answer(HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()]), request.url.path)
+    return HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()])
 
 
 def _detail(error: dict[str, Any], body: object) -> Detail:
@@ -148,12 +148,11 @@ def _detail(error: dict[str, Any], body: object) -> Detail:
     return Detail(where=place if place in ("query", "header", "path") else "query", name=name, text=text)
 
 
-def _http(request: Request, error: Exception) -> Response:
-    """Answer what the framework raises: no such route, no such method."""
-    assert isinstance(error, HTTPException)
+def _http(request: Request, error: HTTPException) -> HttpProblem:
+    """Return the problem for what the framework raises: no such route, no such method."""
     kind = _KIND_OF_STATUS.get(error.status_code, "internal" if error.status_code >= 500 else "invalid")
     headers = {"Allow": ", ".join(_methods(request))} if kind == "no-method" else {}
-    return answer(HttpProblem(kind, headers=headers), request.url.path)
+    return HttpProblem(kind, headers=headers)
 
 
 def _methods(request: Request) -> Sequence[str]:
@@ -166,40 +165,26 @@ def _methods(request: Request) -> Sequence[str]:
     return sorted(found)
 
 
-def _unknown(request: Request, error: Exception) -> Response:
-    return answer(HttpProblem("not-found", str(error)), request.url.path)
-
-
-def _conflicts(request: Request, error: Exception) -> Response:
-    """Answer what contradicts a mission, with pointers into the body where there is one."""
-    assert isinstance(error, Conflict)
+def _conflict(request: Request, error: Conflict) -> HttpProblem:
+    """Return the problem for what contradicts a mission, with pointers into the body where there is one."""
     body = getattr(request.state, "json", {})
     details = [Detail(where="pointer", name=of_path(one.path, body), text=one.message) for one in error.problems]
-    return answer(HttpProblem("conflict", errors=details), request.url.path)
+    return HttpProblem("conflict", errors=details)
 
 
-def _too_many(request: Request, error: Exception) -> Response:
-    assert isinstance(error, TooMany)
-    headers = {"Retry-After": str(error.retry_after_s)}
-    return answer(HttpProblem("too-many", str(error), headers=headers), request.url.path)
+def _later(kind: str, said: str, seconds: int) -> HttpProblem:
+    return HttpProblem(kind, said, headers={"Retry-After": str(seconds)})
 
 
-def _key_reused(request: Request, error: Exception) -> Response:
-    return answer(HttpProblem("key-reused", "send another key, or the same request"), request.url.path)
-
-
-def _store_fails(request: Request, error: Exception) -> Response:
-    return answer(HttpProblem("not-ready", str(error), headers={"Retry-After": "5"}), request.url.path)
-
-
-_HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
-    HttpProblem: _problem,
+_PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
+    HttpProblem: lambda _, error: error,
     MarsupialError: _refused,
     RequestValidationError: _misshaped,
     HTTPException: _http,
-    UnknownEntry: _unknown,
-    Conflict: _conflicts,
-    TooMany: _too_many,
-    KeyReused: _key_reused,
-    StoreError: _store_fails,
+    Conflict: _conflict,
+    UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),
+    TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
+    KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
+    StoreError: lambda _, error: _later("not-ready", str(error), _STORE_RETRY_S),
 }
+"""What each exception becomes."""

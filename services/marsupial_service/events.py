@@ -8,11 +8,11 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import suppress
-from typing import Any
 
 from starlette.responses import StreamingResponse
 
-from marsupial_service.entries import EventRecord, TooMany
+from marsupial_service.entries.records import E, EventRecord, TooMany
+from marsupial_service.entries.service import Entries
 from marsupial_service.state import State
 
 KEEP_ALIVE_S = 15.0
@@ -30,8 +30,8 @@ def frame(event: EventRecord) -> bytes:
     return f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
 
 
-def stream(state: State, owner: str, events: AsyncIterator[EventRecord]) -> EventStream:
-    """Return the answer that streams `events`.
+def stream(state: State, owner: str, entries: Entries[E], entry: str, last_event_id: str | None) -> EventStream:
+    """Return the answer that streams the events of an entry after the last one that was seen.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def stream(state: State, owner: str, events: AsyncIterator[EventRecord]) -> Even
         raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    return _Counted(state, owner, _frames(state, events), headers)
+    return _Counted(state, owner, _frames(entries, entry, int(last_event_id or 0)), headers)
 
 
 class _Counted(EventStream):
@@ -59,31 +59,30 @@ class _Counted(EventStream):
             self._state.streams[self._owner] -= 1
 
 
-async def _frames(state: State, events: AsyncIterator[EventRecord]) -> AsyncIterator[bytes]:
+async def _frames(entries: Entries[E], entry: str, after: int) -> AsyncIterator[bytes]:
     yield b": events\n\n"
-    leaving = asyncio.ensure_future(state.leaving.wait())
-    coming: asyncio.Future[EventRecord] | None = None
+    events = entries.follow(entry, after)
+    coming: asyncio.Future[EventRecord | None] | None = None
     try:
         while True:
-            coming = coming or asyncio.ensure_future(anext(events))
-            both: set[asyncio.Future[Any]] = {coming, leaving}
-            await asyncio.wait(both, timeout=KEEP_ALIVE_S, return_when=asyncio.FIRST_COMPLETED)
-            if coming.done():
-                with suppress(StopAsyncIteration):
-                    event, coming = coming.result(), None
-                    yield frame(event)
-                    continue
-                if state.leaving.is_set():
-                    yield BYE
-                return
-            if leaving.done():
-                yield BYE
-                return
-            yield b": still there\n\n"
+            coming = coming or asyncio.ensure_future(_next(events))
+            await asyncio.wait({coming}, timeout=KEEP_ALIVE_S)
+            if not coming.done():
+                yield b": still there\n\n"
+                continue
+            event, coming = coming.result(), None
+            if event is None:
+                break
+            yield frame(event)
+        if entries.stopping:
+            yield BYE
     finally:
-        leaving.cancel()
         if coming is not None:
             coming.cancel()
-            with suppress(asyncio.CancelledError, StopAsyncIteration):
+            with suppress(asyncio.CancelledError):
                 await coming
-        await events.aclose()  # type: ignore[attr-defined]
+        await events.aclose()
+
+
+async def _next(events: AsyncIterator[EventRecord]) -> EventRecord | None:
+    return await anext(events, None)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
-from marsupial_service.jobs import Metrics
+from marsupial_service.jobs.records import Metrics
 from marsupial_service.missions.records import MissionState
 
 

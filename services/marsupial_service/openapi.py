@@ -14,8 +14,8 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from marsupial_service import jobs
 from marsupial_service.examples import EXAMPLES
+from marsupial_service.jobs import records as jobs
 from marsupial_service.missions import values as missions
 from marsupial_service.problems import KINDS, MEDIA_TYPE
 from marsupial_service.schemas.answers import Problem

@@ -63,9 +63,9 @@ class ProcessEngine:
             raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         if budget.seconds is None:
             raise UsageError(f"{self.info.name} can't count steps: give it a budget in seconds")
-        settled = _settle(situation) if start is None else None
-        if settled is not None:
-            return Events(None, settled)
+        without_search = settled(situation) if start is None else None
+        if without_search is not None:
+            return Events(None, without_search)
         first = (Improved(plan=start, elapsed_s=0.0),) if start is not None else ()
         below = None if start is None else start.makespan_ms
         task = Task(situation=situation, seconds=budget.seconds, below_ms=below)
@@ -127,7 +127,7 @@ def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | Non
     return f"not installed; to get it: pip install {' '.join(lacking)}"
 
 
-def _settle(situation: Situation) -> tuple[Improved | Finished, ...] | None:
+def settled(situation: Situation) -> tuple[Improved | Finished, ...] | None:
     """Return the events where no search is needed."""
     nothing = Plan(actions=())
     if check(situation, nothing).valid:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import sqlite3
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
 from contextlib import suppress
 from enum import StrEnum
 from functools import partial
@@ -60,10 +60,10 @@ class Entries(Generic[E]):
         """Return the entries of an owner, the newest first: those made before entry `before`, those in `state`."""
         return await self._read(lambda reader: self._table.newest(reader, owner, limit, before, state))
 
-    async def follow(self, entry: str, after: int = 0) -> AsyncIterator[EventRecord]:
+    async def follow(self, entry: str, after: int = 0) -> AsyncGenerator[EventRecord]:
         """Yield the stored events after number `after`, then those to come; ends after the last one or at `stop`."""
         with self._bells.bell(entry) as bell:
-            while not self._stopping:
+            while not self.stopping:
                 bell.clear()
                 batch = await self._read(partial(self._table.events, entry=entry, after=after, limit=_BATCH))
                 for event in batch.events:
@@ -81,7 +81,8 @@ class Entries(Generic[E]):
         return await self._read(lambda reader: self._table.existing(reader, entry))
 
     @property
-    def _stopping(self) -> bool:
+    def stopping(self) -> bool:
+        """Whether the service is about to end."""
         return self._stop.is_set()
 
     async def _begin(self, preload: tuple[str, ...]) -> None:
@@ -90,8 +91,8 @@ class Entries(Generic[E]):
         await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=preload))
         self._go(self._sweep())
 
-    def _end(self) -> None:
-        """End streams."""
+    def leave(self) -> None:
+        """End streams, and begin nothing more: `stop` is about to come."""
         self._stop.set()
         self._bells.ring_all()
 
@@ -102,7 +103,7 @@ class Entries(Generic[E]):
 
     async def _sweep(self) -> None:
         """Remove old entries now and then."""
-        while not self._stopping:
+        while not self.stopping:
             removed = await self._surely(lambda tx: self._table.remove_old(tx, self._kept, self._now_ms()))
             if not removed:
                 await self._pause(_SWEEP_S)
@@ -114,7 +115,7 @@ class Entries(Generic[E]):
                 return await self._write(write)
             except StoreError as error:
                 log.error("the store can't be written", extra={"reason": str(error)})
-            if self._stopping:
+            if self.stopping:
                 return None
             await self._pause(_RETRY_S)
 

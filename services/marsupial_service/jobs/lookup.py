@@ -6,7 +6,7 @@ import sqlite3
 import zlib
 
 from marsupial.model.planning import Budget
-from marsupial_service.entries import EntryTable, Reader
+from marsupial_service.entries.table import EntryTable, Reader
 from marsupial_service.jobs.documents import plan_of
 from marsupial_service.jobs.records import (
     MOVES,

@@ -13,7 +13,7 @@ from typing import Protocol
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
-from marsupial_service.entries import Entry, EntrySettings
+from marsupial_service.entries.records import Entry, EntrySettings
 
 
 class JobState(StrEnum):

@@ -12,10 +12,8 @@ from marsupial.errors import UsageError
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import Task, Verdict
-from marsupial.planning.external.process_engine import ProcessEngine
-from marsupial.planning.reachability import impossible
+from marsupial.planning.external.process_engine import ProcessEngine, settled
 from marsupial.processes.jobs import Job
 
 
@@ -31,14 +29,9 @@ def _here(
 ) -> Iterator[Improved | Finished]:
     if budget.seconds is None:
         raise UsageError(f"planner {engine.info.name} can't count steps: give it a budget in seconds")
-    nothing = Plan(actions=())
-    if check(situation, nothing).valid:
-        yield Improved(plan=nothing, elapsed_s=0.0)
-        yield Finished(outcome=Outcome.OPTIMAL, detail="there is nothing to do", lower_bound_ms=0)
-        return
-    proof = impossible(situation)
-    if proof is not None:
-        yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof)
+    without_search = settled(situation)
+    if without_search is not None:
+        yield from without_search
         return
     below_ms = None if start is None else start.makespan_ms
     verdict = Verdict(outcome=Outcome.NO_PLAN)

@@ -18,7 +18,8 @@ from contextlib import suppress
 
 from marsupial.errors import InternalError
 from marsupial.processes import launcher as processes
-from marsupial_service.entries import Created, Entries
+from marsupial_service.entries.records import Created
+from marsupial_service.entries.service import Entries
 from marsupial_service.jobs import lookup, table
 from marsupial_service.jobs.attempt import Attempt, Lost
 from marsupial_service.jobs.lookup import JOBS
@@ -70,7 +71,7 @@ class Jobs(Entries[JobRecord]):
 
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; jobs under way go back into the queue, to go on at the next start."""
-        self._end()
+        self.leave()
         self._work.set()
         for attempt in self._attempts.values():
             attempt.cancel()
@@ -148,7 +149,7 @@ class Jobs(Entries[JobRecord]):
         try:
             async with asyncio.timeout(seconds):
                 with self._bells.bell(job) as bell:
-                    while (record := await self._existing(job)).finished_at_ms is None and not self._stopping:
+                    while (record := await self._existing(job)).finished_at_ms is None and not self.stopping:
                         await bell.wait()
                         bell.clear()
                     return record
@@ -166,12 +167,12 @@ class Jobs(Entries[JobRecord]):
         """Run one job after the other, once the launcher is ready: an attempt is not to be lost by waiting for it."""
         with suppress(InternalError):
             await asyncio.to_thread(processes.warm_up)
-        while not self._stopping:
+        while not self.stopping:
             self._work.clear()
             claim = await self._surely(lambda tx: table.claim(tx, self._now_ms()))
             if claim is not None:
                 await self._attend(claim)
-            elif not self._stopping:
+            elif not self.stopping:
                 await self._work.wait()
 
     async def _attend(self, claim: table.Claim) -> None:
@@ -187,7 +188,7 @@ class Jobs(Entries[JobRecord]):
         attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self._now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         try:
-            if self._stopping:
+            if self.stopping:
                 attempt.cancel()
             return await asyncio.get_running_loop().run_in_executor(self._threads, attempt.run)
         except Exception as error:

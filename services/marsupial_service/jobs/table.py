@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.planning.score import Score
-from marsupial_service.entries import Created, NewEntry, TooMany
+from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from marsupial_service.entries import Entry, EntrySettings
+from marsupial_service.entries.records import Entry, EntrySettings
 from marsupial_service.missions.values import Wish
 
 

@@ -10,7 +10,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
-from marsupial_service.entries import Created, Entries, TooMany
+from marsupial_service.entries.records import Created, TooMany
+from marsupial_service.entries.service import Entries
 from marsupial_service.missions import table
 from marsupial_service.missions.keeper import Exchange, Keeper
 from marsupial_service.missions.ledger import Conflict, Ledger
@@ -49,7 +50,7 @@ class Missions(Entries[MissionRecord]):
 
     async def stop(self) -> None:
         """End streams and processes; open missions go on at the next start."""
-        self._end()
+        self.leave()
         for task in self._tasks:
             task.cancel()
         if self._tasks:
@@ -173,7 +174,7 @@ class Missions(Entries[MissionRecord]):
         try:
             await keeper.keep()
         finally:
-            if not self._stopping:
+            if not self.stopping:
                 del self._keepers[keeper.id]
 
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass, fields
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
-from marsupial_service.entries import Created, EntryTable, NewEntry, Reader, TooMany
+from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.table import EntryTable, Reader
 from marsupial_service.missions import documents
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.records import MOVES, WISHED, MissionRecord, MissionSettings, MissionState

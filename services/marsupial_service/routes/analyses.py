@@ -12,7 +12,7 @@ from marsupial.errors import InputError
 from marsupial.planning.checker import check
 from marsupial_service.analysis import INCLUDE
 from marsupial_service.answers import json_answer, verdict_document
-from marsupial_service.entries import TooMany
+from marsupial_service.entries.records import TooMany
 from marsupial_service.intake import read_plan, read_situation, refusing
 from marsupial_service.intake_map import read_map_state
 from marsupial_service.openapi import errors

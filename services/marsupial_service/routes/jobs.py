@@ -15,7 +15,7 @@ from marsupial_service.answers import is_over, job_document, job_path, json_answ
 from marsupial_service.events import EventStream, stream
 from marsupial_service.intake import read_budget, read_situation, refuse
 from marsupial_service.intake_map import read_map_state
-from marsupial_service.jobs import JobRequest, JobState
+from marsupial_service.jobs.records import JobRequest, JobState
 from marsupial_service.openapi import errors
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.problems import HttpProblem
@@ -144,7 +144,7 @@ async def list_plans(state: Service, job: JobOfPath) -> Response:
 )
 async def follow_job(state: Service, owner: Owner, job: JobOfPath, last_event_id: LastEventId = None) -> Response:
     """Stream the events of a job as they come, the stored ones first."""
-    return stream(state, owner, state.running().follow(job.id, int(last_event_id or 0)))
+    return stream(state, owner, state.running(), job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituation, responses=errors("not-found"))

@@ -183,7 +183,7 @@ async def follow_mission(
     state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
     """Stream what a mission commands and decides as it comes, what is stored first; ends after `end`."""
-    return stream(state, owner, state.flying().follow(mission.id, int(last_event_id or 0)))
+    return stream(state, owner, state.flying(), mission.id, last_event_id)
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request
 
-from marsupial_service.jobs import JobRecord
+from marsupial_service.jobs.records import JobRecord
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.state import State, state_of
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from marsupial_service.entries import EntrySettings, KeyReused, NewEntry
+from marsupial_service.entries.records import EntrySettings, KeyReused, NewEntry
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.store import Store, Transaction
 

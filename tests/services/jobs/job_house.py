@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import sys
-import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-import psutil
-from launcher_tree import below_launcher
 from situations import one_room
 
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
-from marsupial_service.entries import EventRecord
-from marsupial_service.jobs import JobRecord, JobRequest, Jobs, JobSettings, MapTask
+from marsupial_service.entries.records import EventRecord
+from marsupial_service.jobs.records import JobRecord, JobRequest, JobSettings, MapTask
+from marsupial_service.jobs.service import Jobs
 from marsupial_service.store import Store
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
@@ -78,25 +76,3 @@ async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
     async with asyncio.timeout(20):
         while len(await jobs.plans(job)) < revision:
             await asyncio.sleep(0.01)
-
-
-def nothing_runs(within_s: float = 5.0) -> bool:
-    """Say whether nothing but the launcher runs any more, or soon does."""
-    until = time.monotonic() + within_s
-    while (left := below_launcher()) and time.monotonic() < until:
-        time.sleep(0.01)
-    return not left
-
-
-def is_gone(pid: int, within_s: float = 5.0) -> bool:
-    until = time.monotonic() + within_s
-    while is_alive(pid) and time.monotonic() < until:
-        time.sleep(0.01)
-    return not is_alive(pid)
-
-
-def is_alive(pid: int) -> bool:
-    try:
-        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False

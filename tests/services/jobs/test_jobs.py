@@ -8,7 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_house import SLOW, ended, is_gone, nothing_runs, open_jobs, planned, request, submit, told
+from job_house import SLOW, ended, open_jobs, planned, request, submit, told
+from launcher_tree import is_gone, nothing_runs
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
 
@@ -16,8 +17,8 @@ from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
 from marsupial.planning.checker import check
 from marsupial.planning.score import score
-from marsupial_service.entries import KeyReused, TooMany, UnknownEntry
-from marsupial_service.jobs import FINAL, STATE_OF, JobEventType, JobOutcome, JobState
+from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.jobs.records import FINAL, STATE_OF, JobEventType, JobOutcome, JobState
 from marsupial_service.store import StoreError, failpoints
 
 MIB = 1 << 20

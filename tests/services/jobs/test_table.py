@@ -9,10 +9,11 @@ from situations import one_hall
 
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial_service.jobs import JobOutcome, JobRecord, JobSettings, JobState, table
+from marsupial_service.jobs import table
 from marsupial_service.jobs.documents import actions_text, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
+from marsupial_service.jobs.records import JobOutcome, JobRecord, JobSettings, JobState
 from marsupial_service.store import Store, Transaction
 
 SETTINGS = JobSettings(slots=1, queue=2, max_attempts=2)

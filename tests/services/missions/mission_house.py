@@ -8,17 +8,13 @@ import json
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from marsupial.bench.simulate import simulate
-from marsupial.formats.missionlog import encode_event
+from undisturbed import STEPS
+
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
 from marsupial_service.missions.reading import read_brief, read_report
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.scenarios import mission_document
@@ -27,28 +23,6 @@ from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import Brief
 from marsupial_service.settings import Limits
 from marsupial_service.store import Store
-
-STEPS = Budget(steps=1)
-
-
-class Lines(Observer):
-    """Keeps the lines of a mission log."""
-
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.lines.append(encode_event(event))
-
-
-@cache
-def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
-    """Return the log of a mission in this process, one step a plan."""
-    seen = Lines()
-    simulate(
-        builtin_scenario(scenario), strategy_name=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen
-    )
-    return "".join(f"{line}\n" for line in seen.lines)
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:

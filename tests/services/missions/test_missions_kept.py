@@ -8,14 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mission_house import Driver, body, brief, open_missions, run, send, started, team, undisturbed
+from mission_house import Driver, body, brief, open_missions, run, send, started, team
+from undisturbed import undisturbed
 
 from marsupial.formats.missionlog import MissionLog, parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
-from marsupial_service.entries import KeyReused, TooMany
+from marsupial_service.entries.records import KeyReused, TooMany
 from marsupial_service.missions.reading import read_brief
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.settings import Limits
