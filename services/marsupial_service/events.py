@@ -6,10 +6,12 @@ A stream that is taken up after an event (``Last-Event-ID``) goes on with what a
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
+from functools import partial
 
 from starlette.responses import StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 from marsupial_service.entries.records import E, EventRecord, TooMany
 from marsupial_service.entries.service import Entries
@@ -20,9 +22,20 @@ BYE = b": the service is ending; take this stream up again later\n\n"
 
 
 class EventStream(StreamingResponse):
-    """An answer that is a stream of events."""
+    """An answer that is a stream of events; `close` is called once it is over, however that comes."""
 
     media_type = "text/event-stream"
+
+    def __init__(self, frames: AsyncIterator[bytes], close: Callable[[], None]) -> None:
+        super().__init__(frames, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
+        self._close = close
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._close()
 
 
 def frame(event: EventRecord) -> bytes:
@@ -41,22 +54,7 @@ def stream(state: State, owner: str, entries: Entries[E], entry: str, last_event
     if state.streams[owner] >= state.settings.limits.streams:
         raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1
-    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    return _Counted(state, owner, _frames(entries, entry, int(last_event_id or 0)), headers)
-
-
-class _Counted(EventStream):
-    """A stream that counts as open until it is over, however that comes."""
-
-    def __init__(self, state: State, owner: str, frames: AsyncIterator[bytes], headers: dict[str, str]) -> None:
-        super().__init__(frames, headers=headers)
-        self._state, self._owner = state, owner
-
-    async def __call__(self, scope, receive, send) -> None:  # type: ignore[no-untyped-def]
-        try:
-            await super().__call__(scope, receive, send)
-        finally:
-            self._state.streams[self._owner] -= 1
+    return EventStream(_frames(entries, entry, int(last_event_id or 0)), partial(state.streams.subtract, (owner,)))
 
 
 async def _frames(entries: Entries[E], entry: str, after: int) -> AsyncIterator[bytes]:

@@ -8,6 +8,7 @@ import sqlite3
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from functools import partial
 
 from marsupial_service.entries.records import Created, TooMany
@@ -148,11 +149,9 @@ class Missions(Entries[MissionRecord]):
 
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
         keeper = self._keepers.get(mission)
-        if keeper is None:
-            return await self._write(lambda tx: table.add_wish(tx, mission, wish, self._now_ms()))
-        async with keeper.lock:
+        async with nullcontext() if keeper is None else keeper.lock:
             stored = await self._write(lambda tx: table.add_wish(tx, mission, wish, self._now_ms()))
-            if stored.inputs > keeper.inputs:
+            if keeper is not None and stored.inputs > keeper.inputs:
                 keeper.came()
             return stored
 

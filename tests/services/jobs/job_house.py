@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 
+from entry_house import opened
 from situations import one_room
 
 from marsupial.model.planning import Budget
@@ -15,25 +15,14 @@ from marsupial.model.situation import Situation
 from marsupial_service.entries.records import EventRecord
 from marsupial_service.jobs.records import JobRecord, JobRequest, JobSettings, MapTask
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.store import Store
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
 
 
-@asynccontextmanager
-async def open_jobs(folder: Path, **settings: object) -> AsyncIterator[Jobs]:
-    """Give the jobs of a folder, started; stopped and closed afterwards."""
-    store = Store(folder)
-    try:
-        jobs = Jobs(store, JobSettings(**{"slots": 1, **settings}))
-        await jobs.start()
-        try:
-            yield jobs
-        finally:
-            await jobs.stop()
-    finally:
-        store.close()
+def open_jobs(folder: Path, **settings: object) -> AbstractAsyncContextManager[Jobs]:
+    """Give the jobs of a folder, one at a time unless told otherwise."""
+    return opened(folder, lambda store: Jobs(store, JobSettings(**{"slots": 1, **settings})))
 
 
 def request(

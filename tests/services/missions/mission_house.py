@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from entry_house import opened
 from undisturbed import STEPS
 
 from marsupial.generators.builtin import builtin_scenario
@@ -22,7 +23,6 @@ from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import Brief
 from marsupial_service.settings import Limits
-from marsupial_service.store import Store
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
@@ -39,19 +39,8 @@ def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
     return SimulatedTeam(world.grid, {kind.name: kind for kind in world.robot_types}, place_team(world, seed))
 
 
-@asynccontextmanager
-async def open_missions(folder: Path, **settings: object) -> AsyncIterator[Missions]:
-    """Give the missions of a folder, started; stopped and closed afterwards."""
-    store = Store(folder)
-    try:
-        missions = Missions(store, MissionSettings(**settings))  # type: ignore[arg-type]
-        await missions.start()
-        try:
-            yield missions
-        finally:
-            await missions.stop()
-    finally:
-        store.close()
+def open_missions(folder: Path, **settings: object) -> AbstractAsyncContextManager[Missions]:
+    return opened(folder, lambda store: Missions(store, MissionSettings(**settings)))  # type: ignore[arg-type]
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:
