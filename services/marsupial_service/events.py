@@ -22,9 +22,13 @@ BYE = b": the service is ending; take this stream up again later\n\n"
 
 
 class EventStream(StreamingResponse):
-    """An answer that is a stream of events; `close` is called once it is over, however that comes."""
+    """An answer that is a stream of events."""
 
     media_type = "text/event-stream"
+
+
+class _Counted(EventStream):
+    """Calls `close` once it is over, however that comes."""
 
     def __init__(self, frames: AsyncIterator[bytes], close: Callable[[], None]) -> None:
         super().__init__(frames, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
@@ -54,7 +58,7 @@ def stream(state: State, owner: str, entries: Entries[E], entry: str, last_event
     if state.streams[owner] >= state.settings.limits.streams:
         raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1
-    return EventStream(_frames(entries, entry, int(last_event_id or 0)), partial(state.streams.subtract, (owner,)))
+    return _Counted(_frames(entries, entry, int(last_event_id or 0)), partial(state.streams.subtract, (owner,)))
 
 
 async def _frames(entries: Entries[E], entry: str, after: int) -> AsyncIterator[bytes]:
