@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test slow check lint types contract clean
+.PHONY: demo test slow trial check lint types contract clean
 
 demo: $(STAMP)
 	@$(BIN)/marsupial demo --out demo
@@ -14,6 +14,10 @@ test: $(STAMP)
 
 slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow
+
+# The HTTP service killed, given hostile planners and timed: some minutes. docs/benchmarks.md says what more there is.
+trial: $(STAMP)
+	cd tests && $(CURDIR)/$(BIN)/python -m trial --quick
 
 check: lint types contract test
 

@@ -1,8 +1,36 @@
-"""The processes that planners run in, as a test sees them from outside."""
+"""Processes, as a test sees them from outside."""
 
 from __future__ import annotations
 
+import time
+
 import psutil
+
+_ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
+
+
+def is_alive(pid: int) -> bool:
+    """Say whether a process runs; one that has ended and was not collected does not."""
+    try:
+        return psutil.Process(pid).status() not in _ENDED
+    except psutil.NoSuchProcess:
+        return False
+
+
+def is_gone(pid: int, within_s: float = 5.0) -> bool:
+    """Say whether a process has ended, or soon does."""
+    until = time.monotonic() + within_s
+    while is_alive(pid) and time.monotonic() < until:
+        time.sleep(0.01)
+    return not is_alive(pid)
+
+
+def nothing_runs(within_s: float = 5.0) -> bool:
+    """Say whether nothing but the launcher of this process runs any more, or soon does."""
+    until = time.monotonic() + within_s
+    while (left := below_launcher()) and time.monotonic() < until:
+        time.sleep(0.01)
+    return not left
 
 
 def below_launcher() -> list[psutil.Process]:
@@ -13,7 +41,7 @@ def below_launcher() -> list[psutil.Process]:
 def _is_planning(process: psutil.Process) -> bool:
     try:
         names = [" ".join(parent.cmdline()) for parent in process.parents()]
-        alive = process.status() != psutil.STATUS_ZOMBIE
+        alive = process.status() not in _ENDED
     except psutil.NoSuchProcess:
         return False
     return alive and any("marsupial.processes.fork_server" in name for name in names)

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 from starlette.responses import Response
 
-from marsupial_service.jobs import FINAL, JobRecord, PlanRecord
 from marsupial_service.jobs.documents import line
+from marsupial_service.jobs.records import FINAL, JobRecord, PlanRecord
 from marsupial_service.missions.records import MissionRecord
+from marsupial_service.moments import timestamp
 from marsupial_service.schemas.answers import (
     JobAnswer,
     JobLinksAnswer,
@@ -17,7 +18,7 @@ from marsupial_service.schemas.answers import (
     MissionLinksAnswer,
     PlanAnswer,
 )
-from marsupial_service.schemas.base import Answer, timestamp
+from marsupial_service.schemas.base import Answer
 
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:

@@ -17,10 +17,12 @@ from starlette.routing import Match
 from marsupial.errors import InputError, MarsupialError, Problem
 from marsupial_service import openapi
 from marsupial_service.edge import Edge
-from marsupial_service.jobs import Jobs, JobSettings, QueueFull, UnknownJob
+from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.jobs.records import JobSettings
+from marsupial_service.jobs.service import Jobs
 from marsupial_service.keys import KeyFile
 from marsupial_service.missions.ledger import Conflict
-from marsupial_service.missions.records import MissionSettings, TooMany, UnknownMission
+from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
 from marsupial_service.pointers import of_location, of_path
 from marsupial_service.problems import KINDS, HttpProblem, answer, kind_of
@@ -28,13 +30,14 @@ from marsupial_service.routes import analyses, catalogue, jobs, missions, operat
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.settings import Settings
 from marsupial_service.state import State, state_of
-from marsupial_service.store import KeyReused, Store, StoreError
+from marsupial_service.store import Store, StoreError
 
 DESCRIPTION = (
     "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
     "`_ms`; places on the map are metres of the map frame."
 )
 
+_STORE_RETRY_S = 5
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
 
@@ -66,8 +69,8 @@ def create_app(settings: Settings) -> FastAPI:
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
     app.add_api_route("/openapi.json", lambda: JSONResponse(document), include_in_schema=False)
-    for error, handle in _HANDLERS.items():
-        app.add_exception_handler(error, handle)
+    for error in _PROBLEMS:
+        app.add_exception_handler(error, _respond)
     app.add_middleware(Edge, state=app.state.service)
     return app
 
@@ -84,7 +87,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             slots=limits.slots,
             queue=limits.queue,
             retention_s=limits.retention_s,
-            kept_jobs=limits.kept_jobs,
+            kept=limits.kept_jobs,
             memory_bytes=limits.memory_bytes,
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
@@ -97,7 +100,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             backlog=limits.backlog,
             memory_bytes=limits.memory_bytes,
             retention_s=limits.retention_s,
-            kept_missions=limits.kept_missions,
+            kept=limits.kept_missions,
         ),
     )
     try:
@@ -105,29 +108,23 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         await state.missions.start()
         yield
     finally:
-        state.leaving.set()
         await asyncio.gather(state.jobs.stop(), state.missions.stop())
         await asyncio.to_thread(store.close)
 
 
-def _problem(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HttpProblem)
-    return answer(error, request.url.path)
+def _respond(request: Request, error: Exception) -> Response:
+    """Answer what was raised; what nobody foresaw goes on to the edge."""
+    problem = next(of(request, error) for kind, of in _PROBLEMS.items() if isinstance(error, kind))
+    return answer(problem, request.url.path)
 
 
-def _refused(request: Request, error: Exception) -> Response:
-    """Answer what the library raises; input is the body of the request."""
-    assert isinstance(error, MarsupialError)
+def _refused(request: Request, error: MarsupialError) -> HttpProblem:
+    """Return the problem for what the library raises; input is the body of the request."""
     kind = kind_of(error)
     if KINDS[kind].status >= 500:
         raise error
     details = _details(error.problems, request) if isinstance(error, InputError) else ()
-    return answer(HttpProblem(kind, "" if details else str(error), errors=details), request.url.path)
-
-
-def _conflict(request: Request, error: Exception) -> Response:
-    assert isinstance(error, Conflict)
-    return answer(HttpProblem("conflict", errors=_details(error.problems, request)), request.url.path)
+    return HttpProblem(kind, "" if details else str(error), errors=details)
 
 
 def _details(problems: Iterable[Problem], request: Request) -> list[ProblemDetailAnswer]:
@@ -135,16 +132,10 @@ def _details(problems: Iterable[Problem], request: Request) -> list[ProblemDetai
     return [ProblemDetailAnswer(pointer=of_path(problem.path, body), detail=problem.message) for problem in problems]
 
 
-def _too_many(request: Request, error: Exception) -> Response:
-    retry_after_s = error.retry_after_s if isinstance(error, QueueFull) else 1
-    return answer(HttpProblem("too-many", str(error), headers={"Retry-After": str(retry_after_s)}), request.url.path)
-
-
-def _misshaped(request: Request, error: Exception) -> Response:
-    """Answer what pydantic finds wrong."""
-    assert isinstance(error, RequestValidationError)
+def _misshaped(request: Request, error: RequestValidationError) -> HttpProblem:
+    """Return the problem for what pydantic finds wrong."""
     body = getattr(request.state, "json", None)
-    return answer(HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()]), request.url.path)
+    return HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()])
 
 
 def _detail(error: dict[str, Any], body: object) -> ProblemDetailAnswer:
@@ -157,12 +148,11 @@ def _detail(error: dict[str, Any], body: object) -> ProblemDetailAnswer:
     return ProblemDetailAnswer.model_validate({where: name, "detail": text})
 
 
-def _http(request: Request, error: Exception) -> Response:
-    """Answer what the framework raises: no such route, no such method."""
-    assert isinstance(error, HTTPException)
+def _http(request: Request, error: HTTPException) -> HttpProblem:
+    """Return the problem for what the framework raises: no such route, no such method."""
     kind = _KIND_OF_STATUS.get(error.status_code, "internal" if error.status_code >= 500 else "invalid")
     headers = {"Allow": ", ".join(_methods(request))} if kind == "no-method" else {}
-    return answer(HttpProblem(kind, headers=headers), request.url.path)
+    return HttpProblem(kind, headers=headers)
 
 
 def _methods(request: Request) -> Sequence[str]:
@@ -175,29 +165,19 @@ def _methods(request: Request) -> Sequence[str]:
     return sorted(found)
 
 
-def _unknown(request: Request, error: Exception) -> Response:
-    noun = "job" if isinstance(error, UnknownJob) else "mission"
-    return answer(HttpProblem("not-found", f"there is no such {noun}, or no longer"), request.url.path)
+def _later(kind: str, said: str, seconds: int) -> HttpProblem:
+    return HttpProblem(kind, said, headers={"Retry-After": str(seconds)})
 
 
-def _key_reused(request: Request, error: Exception) -> Response:
-    return answer(HttpProblem("key-reused", "send another key, or the same request"), request.url.path)
-
-
-def _store_fails(request: Request, error: Exception) -> Response:
-    return answer(HttpProblem("not-ready", str(error), headers={"Retry-After": "5"}), request.url.path)
-
-
-_HANDLERS: dict[type[Exception], Callable[[Request, Exception], Response]] = {
-    HttpProblem: _problem,
+_PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
+    HttpProblem: lambda _, error: error,
     MarsupialError: _refused,
     RequestValidationError: _misshaped,
     HTTPException: _http,
-    UnknownJob: _unknown,
-    UnknownMission: _unknown,
-    KeyReused: _key_reused,
-    StoreError: _store_fails,
-    Conflict: _conflict,
-    TooMany: _too_many,
-    QueueFull: _too_many,
+    Conflict: lambda request, error: HttpProblem("conflict", errors=_details(error.problems, request)),
+    UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),
+    TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
+    KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
+    StoreError: lambda _, error: _later("not-ready", str(error), _STORE_RETRY_S),
 }
+"""What each exception becomes."""

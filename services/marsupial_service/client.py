@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 from functools import partial
 from http import HTTPStatus
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 from marsupial.errors import UsageError
@@ -35,6 +35,14 @@ _PATIENCE_S = 30.0
 _PAUSE_S = 0.2
 _BROKEN = (OSError, http.client.HTTPException)
 _BUSY = (HTTPStatus.TOO_MANY_REQUESTS, HTTPStatus.SERVICE_UNAVAILABLE)
+
+
+class Frame(NamedTuple):
+    """An event of a stream as it was sent: its number, from 1, its type, and one line of JSON."""
+
+    id: int
+    type: str
+    data: str
 
 
 class Refused(Exception):
@@ -86,15 +94,15 @@ class Client:
         kind = {} if body is None else {"Content-Type": "application/json"}
         return self._patiently(lambda: self._ask(method, path, data, {**self._headers, **kind, **(headers or {})}))
 
-    def events(self, path: str) -> Iterator[tuple[str, str]]:
-        """Yield (type, data) of the events of a stream up to its `end`, however often it breaks."""
-        last = "0"
+    def events(self, path: str) -> Iterator[Frame]:
+        """Yield the events of a stream up to its `end`, however often it breaks."""
+        last = 0
         while True:
             with suppress(*_BROKEN):
-                for number, kind, data in self._patiently(partial(self._stream, path, last)):
-                    last = number
-                    yield kind, data
-                    if kind == "end":
+                for frame in self._patiently(partial(self._stream, path, last)):
+                    last = frame.id
+                    yield frame
+                    if frame.type == "end":
                         return
             time.sleep(_PAUSE_S)
 
@@ -124,14 +132,14 @@ class Client:
         _check(answer.status, text)
         return json.loads(text)
 
-    def _stream(self, path: str, last: str) -> Iterator[tuple[str, str, str]]:
+    def _stream(self, path: str, last: int) -> Iterator[Frame]:
         connection = self._make(self._host, self._port, timeout=_TIMEOUT_S)
-        connection.request("GET", self._path + path, headers={**self._headers, "Last-Event-ID": last})
+        connection.request("GET", self._path + path, headers={**self._headers, "Last-Event-ID": str(last)})
         answer = connection.getresponse()
         if answer.status != HTTPStatus.OK:
             with closing(connection):
                 _check(answer.status, answer.read())
-        return _events(connection, answer)
+        return read_frames(connection, answer)
 
 
 def _check(status: int, text: bytes) -> None:
@@ -148,19 +156,17 @@ def _check(status: int, text: bytes) -> None:
         raise Refused(status, said)
 
 
-def _events(connection: http.client.HTTPConnection, answer: http.client.HTTPResponse) -> Iterator[tuple[str, str, str]]:
+def read_frames(connection: http.client.HTTPConnection, answer: http.client.HTTPResponse) -> Iterator[Frame]:
+    """Yield the events of a stream as they come, until it ends; its connection is closed then."""
     fields: dict[str, str] = {}
-    try:
+    with closing(connection):
         while line := answer.readline():
             name, _, value = line.decode().rstrip("\n").partition(":")
             if name:
                 fields[name] = value.removeprefix(" ")
             elif "data" in fields:
-                yield fields["id"], fields["event"], fields["data"]
+                yield Frame(int(fields["id"]), fields["event"], fields["data"])
                 fields = {}
-        raise OSError("the stream ended before the mission did")
-    finally:
-        connection.close()
 
 
 def simulate_by(
@@ -217,7 +223,7 @@ def _drive(
     ended: MissionEnded | None = None
     reports: list[PlanningReport] = []
     asked_to_end = False
-    for kind, data in client.events(f"{path}/events"):
+    for _, kind, data in client.events(f"{path}/events"):
         if kind == "log":
             event = decode_event(data)
             observer.event(event)

@@ -6,37 +6,19 @@ A stream that is taken up after an event (``Last-Event-ID``) goes on with what a
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
-from enum import StrEnum
-from typing import Any, Protocol
+from functools import partial
 
 from starlette.responses import StreamingResponse
+from starlette.types import Receive, Scope, Send
 
-from marsupial_service.problems import HttpProblem
+from marsupial_service.entries.records import E, EventRecord, TooMany
+from marsupial_service.entries.service import Entries
 from marsupial_service.state import State
 
 KEEP_ALIVE_S = 15.0
 BYE = b": the service is ending; take this stream up again later\n\n"
-
-
-class Told(Protocol):
-    """An event as it is stored."""
-
-    @property
-    def seq(self) -> int:
-        """Its number, from 1."""
-        ...
-
-    @property
-    def type(self) -> StrEnum:
-        """What it tells."""
-        ...
-
-    @property
-    def data(self) -> str:
-        """One line of JSON."""
-        ...
 
 
 class EventStream(StreamingResponse):
@@ -45,67 +27,64 @@ class EventStream(StreamingResponse):
     media_type = "text/event-stream"
 
 
-def frame(event: Told) -> bytes:
+class _Counted(EventStream):
+    """Calls `close` once it is over, however that comes."""
+
+    def __init__(self, frames: AsyncIterator[bytes], close: Callable[[], None]) -> None:
+        super().__init__(frames, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
+        self._close = close
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send it."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._close()
+
+
+def frame(event: EventRecord) -> bytes:
     """Return an event as it is sent."""
     return f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
 
 
-def stream(state: State, owner: str, events: AsyncIterator[Told]) -> EventStream:
-    """Return the answer that streams `events`.
+def stream(state: State, owner: str, entries: Entries[E], entry: str, last_event_id: str | None) -> EventStream:
+    """Return the answer that streams the events of an entry after the last one that was seen.
 
     Raises
     ------
-    HttpProblem
+    TooMany
         If this owner has as many streams open as it may.
     """
     if state.streams[owner] >= state.settings.limits.streams:
-        raise HttpProblem(
-            "too-many", f"at most {state.settings.limits.streams} streams at a time", headers={"Retry-After": "5"}
-        )
+        raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1
-    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    return _Counted(state, owner, _frames(state, events), headers)
+    return _Counted(_frames(entries, entry, int(last_event_id or 0)), partial(state.streams.subtract, (owner,)))
 
 
-class _Counted(EventStream):
-    """A stream that counts as open until it is over, however that comes."""
-
-    def __init__(self, state: State, owner: str, frames: AsyncIterator[bytes], headers: dict[str, str]) -> None:
-        super().__init__(frames, headers=headers)
-        self._state, self._owner = state, owner
-
-    async def __call__(self, scope, receive, send) -> None:  # type: ignore[no-untyped-def]
-        try:
-            await super().__call__(scope, receive, send)
-        finally:
-            self._state.streams[self._owner] -= 1
-
-
-async def _frames(state: State, events: AsyncIterator[Told]) -> AsyncIterator[bytes]:
+async def _frames(entries: Entries[E], entry: str, after: int) -> AsyncIterator[bytes]:
     yield b": events\n\n"
-    leaving = asyncio.ensure_future(state.leaving.wait())
-    coming: asyncio.Future[Told] | None = None
+    events = entries.follow(entry, after)
+    coming: asyncio.Future[EventRecord | None] | None = None
     try:
         while True:
-            coming = coming or asyncio.ensure_future(anext(events))
-            both: set[asyncio.Future[Any]] = {coming, leaving}
-            await asyncio.wait(both, timeout=KEEP_ALIVE_S, return_when=asyncio.FIRST_COMPLETED)
-            if coming.done():
-                with suppress(StopAsyncIteration):
-                    event, coming = coming.result(), None
-                    yield frame(event)
-                    continue
-                if state.leaving.is_set():
-                    yield BYE
-                return
-            if leaving.done():
-                yield BYE
-                return
-            yield b": still there\n\n"
+            coming = coming or asyncio.ensure_future(_next(events))
+            await asyncio.wait({coming}, timeout=KEEP_ALIVE_S)
+            if not coming.done():
+                yield b": still there\n\n"
+                continue
+            event, coming = coming.result(), None
+            if event is None:
+                break
+            yield frame(event)
+        if entries.stopping:
+            yield BYE
     finally:
-        leaving.cancel()
         if coming is not None:
             coming.cancel()
-            with suppress(asyncio.CancelledError, StopAsyncIteration):
+            with suppress(asyncio.CancelledError):
                 await coming
-        await events.aclose()  # type: ignore[attr-defined]
+        await events.aclose()
+
+
+async def _next(events: AsyncIterator[EventRecord]) -> EventRecord | None:
+    return await anext(events, None)

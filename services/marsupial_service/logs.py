@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import sys
-from datetime import UTC, datetime
+
+from marsupial_service.moments import timestamp
 
 _OWN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName", "color_message"}
 
@@ -15,9 +16,8 @@ class JsonLines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line."""
-        moment = datetime.fromtimestamp(record.created, UTC)
         document = {
-            "at": moment.isoformat(timespec="milliseconds").replace("+00:00", "Z"),
+            "at": timestamp(int(1000 * record.created)),
             "level": record.levelname.lower(),
             "logger": record.name,
             "message": record.getMessage(),

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
-from marsupial_service.jobs import Metrics
+from marsupial_service.jobs.records import Metrics
+from marsupial_service.missions.records import MissionState
 
 
 class HttpMetrics:
@@ -32,14 +33,14 @@ class HttpMetrics:
         self._requests.labels(method=method, route=route, status=str(status)).inc()
         self._seconds.labels(route=route).observe(seconds)
 
-    def text(self, jobs: Metrics, missions: Mapping[str, int], streams: int) -> bytes:
+    def text(self, jobs: Metrics, missions: Mapping[MissionState, int], streams: int) -> bytes:
         """Return everything in Prometheus' text format."""
         for state, count in jobs.states.items():
             self._jobs.labels(state=state.value).set(count)
         for outcome, count in jobs.outcomes.items():
             self._outcomes.labels(outcome=outcome.value).set(count)
-        for word, count in missions.items():
-            self._missions.labels(state=word).set(count)
+        for mission_state, count in missions.items():
+            self._missions.labels(state=mission_state.value).set(count)
         self._slots.set(jobs.slots)
         self._slots_used.set(jobs.slots_in_use)
         self._streams.set(streams)

@@ -15,8 +15,8 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from marsupial_service import jobs
 from marsupial_service.examples import EXAMPLES
+from marsupial_service.jobs import records as jobs
 from marsupial_service.missions import values as missions
 from marsupial_service.problems import KINDS, MEDIA_TYPE
 from marsupial_service.schemas.answers import ProblemAnswer
@@ -39,7 +39,7 @@ _EVENT: dict[str, Any] = {
     "required": ["id", "event", "data"],
 }
 
-_EVENT_TYPES: Mapping[str, type[StrEnum]] = {"jobs": jobs.EventType, "missions": missions.EventType}
+_EVENT_TYPES: Mapping[str, type[StrEnum]] = {"jobs": jobs.JobEventType, "missions": missions.EventType}
 
 _ALWAYS = ("not-acceptable", "invalid", "internal")
 _BODY = ("bad-json", "too-slow", "too-large", "media-type")

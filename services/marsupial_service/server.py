@@ -77,7 +77,7 @@ def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> boo
         )
         host = f"[{settings.host}]" if ":" in settings.host else settings.host
         address = f"http://{host}:{line.getsockname()[1]}"
-        server = _Server(config, state_of(app).leaving.set, lambda: tell(address))
+        server = _Server(config, state_of(app).leave, lambda: tell(address))
         try:
             server.run(sockets=[line])
         finally:

@@ -11,20 +11,18 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import TypeVar
 
 from marsupial.errors import UsageError
 
 PREFIX = "MARSUPIAL_"
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
-
-def _limit(default: float, at_least: float, meaning: str) -> float:
-    number: float = field(default=default, metadata={"at_least": at_least, "meaning": meaning})
-    return number
+N = TypeVar("N", int, float)
 
 
-def _count(default: int, at_least: int, meaning: str) -> int:
-    number: int = field(default=default, metadata={"at_least": at_least, "meaning": meaning})
+def _limit(default: N, at_least: N, meaning: str) -> N:
+    number: N = field(default=default, metadata={"at_least": at_least, "meaning": meaning})
     return number
 
 
@@ -38,27 +36,27 @@ class ServiceLimits:
         If a limit is not a number, or too small to be kept.
     """
 
-    body_bytes: int = _count(16_000_000, 1000, "bytes of a request's body")
+    body_bytes: int = _limit(16_000_000, 1000, "bytes of a request's body")
     body_s: float = _limit(30.0, 0.1, "seconds within which a request's body has to arrive")
-    cells: int = _count(4_000_000, 1, "cells of a map")
-    robots: int = _count(200, 1, "robots of a team")
-    targets: int = _count(1000, 1, "targets of a situation")
-    places: int = _count(2000, 1, "places of a situation")
+    cells: int = _limit(4_000_000, 1, "cells of a map")
+    robots: int = _limit(200, 1, "robots of a team")
+    targets: int = _limit(1000, 1, "targets of a situation")
+    places: int = _limit(2000, 1, "places of a situation")
     budget_s: float = _limit(300.0, 0.01, "seconds a planner may be given")
-    budget_steps: int = _count(10_000_000, 1, "steps a planner may be given")
+    budget_steps: int = _limit(10_000_000, 1, "steps a planner may be given")
     steps_s: float = _limit(300.0, 0.01, "seconds after which a budget in steps ends all the same")
-    memory_bytes: int = _count(2 << 30, 1 << 26, "bytes of memory all processes of one job may take")
-    slots: int = _count(max(1, os.cpu_count() or 1), 1, "jobs that run at a time")
-    queue: int = _count(1000, 0, "jobs that wait")
-    streams: int = _count(64, 1, "event streams open at a time, of one key")
+    memory_bytes: int = _limit(2 << 30, 1 << 26, "bytes of memory all processes of one job may take")
+    slots: int = _limit(max(1, os.cpu_count() or 1), 1, "jobs that run at a time")
+    queue: int = _limit(1000, 0, "jobs that wait")
+    streams: int = _limit(64, 1, "event streams open at a time, of one key")
     wait_s: float = _limit(30.0, 0.0, "seconds a request may wait for its job (Prefer: wait)")
-    analyses: int = _count(2, 1, "analyses and readiness checks that run at a time")
+    analyses: int = _limit(2, 1, "analyses and readiness checks that run at a time")
     analysis_s: float = _limit(30.0, 0.1, "seconds an analysis may take")
     retention_s: float = _limit(7 * 86400.0, 1.0, "seconds a job or mission is kept after its end")
-    kept_jobs: int = _count(10_000, 1, "jobs kept after their end")
-    missions: int = _count(20, 1, "missions open at a time")
-    backlog: int = _count(1000, 1, "reports of a mission that wait for its planner")
-    kept_missions: int = _count(1000, 1, "missions kept after their end")
+    kept_jobs: int = _limit(10_000, 1, "jobs kept after their end")
+    missions: int = _limit(20, 1, "missions open at a time")
+    backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
+    kept_missions: int = _limit(1000, 1, "missions kept after their end")
 
     def __post_init__(self) -> None:
         for one in fields(self):

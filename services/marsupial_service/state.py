@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from starlette.applications import Starlette
 
-from marsupial_service.jobs import Jobs
+from marsupial_service.jobs.service import Jobs
 from marsupial_service.keys import KeyFile
 from marsupial_service.metrics import HttpMetrics
 from marsupial_service.missions.service import Missions
@@ -37,8 +37,6 @@ class State:
         The one to be used, if it is open already.
     jobs, missions
         None until the service has started.
-    leaving
-        Set when the service is asked to end: streams end then.
     streams
         Open event streams by owner.
     analyses
@@ -52,9 +50,14 @@ class State:
     store: Store | None = None
     jobs: Jobs | None = None
     missions: Missions | None = None
-    leaving: asyncio.Event = field(default_factory=asyncio.Event)
     streams: Counter[str] = field(default_factory=Counter)
     readiness: Readiness = field(default_factory=Readiness)
+
+    def leave(self) -> None:
+        """End streams, as the service is asked to end."""
+        for entries in (self.jobs, self.missions):
+            if entries is not None:
+                entries.leave()
 
     def running(self) -> Jobs:
         """Return the jobs of a service that has started."""

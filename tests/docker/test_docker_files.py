@@ -5,6 +5,7 @@ import re
 import subprocess
 from dataclasses import fields
 from fnmatch import fnmatch
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -116,6 +117,13 @@ def test_what_is_copied_is_there_and_not_ignored() -> None:
     for source in (word for words in copied for word in words if not word.startswith("--")):
         assert (CHECKOUT / source).exists()
         assert any(fnmatch(source, pattern) for pattern in let_in), source
+
+
+def test_what_is_imported_to_compile_kernels_is_there() -> None:
+    text = " ".join(rest for name, rest in instructions() if name == "RUN")
+    modules = re.search(r'-c "import ([^"]+)"', text)
+    assert modules is not None
+    assert all(find_spec(module.strip()) for module in modules[1].split(","))
 
 
 def test_the_entrypoint_puts_the_kernels_where_they_can_be_written(tmp_path: Path) -> None:

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 
 import httpx
 import pytest
-from service_house import Server, client, serving
+from servers import Server
+from service_house import client
 
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     limits = ("--limit", "body_bytes=200000", "--limit", "cells=10000", "--limit", "robots=30", "--limit", "streams=3")
-    with serving(tmp_path_factory.mktemp("service"), *limits) as found:
+    with Server(tmp_path_factory.mktemp("service"), *limits) as found:
         yield found
 
 

@@ -1,53 +1,11 @@
-"""A real server in a process of its own, for tests."""
+"""How tests ask a server, and what they expect of its answers."""
 
 from __future__ import annotations
 
-import re
-import subprocess
-import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import httpx
-
-START = [sys.executable, "-m", "marsupial.cli.main", "serve"]
-CLOSED = [["#####", "#...#", "#####"]]
-
-
-@dataclass
-class Server:
-    """A server that answers; `log` is what it has written to stderr so far."""
-
-    process: subprocess.Popen[str]
-    url: str
-    log: list[str]
-
-
-@contextmanager
-def serving(folder: Path, *options: str) -> Iterator[Server]:
-    """Run `marsupial serve` on a free port until the end of the block."""
-    command = [*START, "--port", "0", "--data", str(folder), *options]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    assert process.stderr is not None
-    log: list[str] = []
-    try:
-        for line in process.stderr:
-            log.append(line)
-            if match := re.search(r"serves at (http://\S+)", line):
-                break
-        else:
-            raise AssertionError("".join(log))
-        reader = threading.Thread(target=log.extend, args=(process.stderr,), daemon=True)
-        reader.start()
-        yield Server(process, match[1], log)
-    finally:
-        process.terminate()
-        process.wait(20)
-        process.stderr.close()
+from servers import Server
 
 
 def client(server: Server, **headers: str) -> httpx.Client:
@@ -64,8 +22,3 @@ def problem(answer: httpx.Response, status: int, kind: str) -> dict[str, Any]:
 
 def pointers(document: dict[str, Any]) -> list[str]:
     return [error["pointer"] for error in document["errors"]]
-
-
-def events_of(lines: Iterator[str]) -> list[str]:
-    """Return a stream's lines without comments."""
-    return [line for line in lines if not line.startswith(":")]

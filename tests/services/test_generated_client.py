@@ -12,7 +12,7 @@ from typing import Any
 
 import httpx
 import pytest
-from service_house import Server
+from servers import Server
 
 import marsupial_service
 from marsupial_service.examples import EXAMPLES

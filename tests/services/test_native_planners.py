@@ -11,7 +11,8 @@ import httpx
 import psutil
 import pytest
 from launcher_tree import below_launcher
-from service_house import Server, client, serving
+from servers import Server
+from service_house import client
 
 from marsupial.errors import UsageError
 from marsupial.formats.situation import situation_from_fields
@@ -39,7 +40,7 @@ def planner(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with serving(tmp_path_factory.mktemp("service")) as found, client(found) as http:
+    with Server(tmp_path_factory.mktemp("service")) as found, client(found) as http:
         assert http.get("/readyz").status_code == 200
         yield found
 
@@ -121,7 +122,7 @@ def test_nothing_of_a_mission_outlives_a_server_that_is_killed(
 ) -> None:
     monkeypatch.setattr("marsupial_service.client._PATIENCE_S", 0.1)
     reports = Reports()
-    with serving(tmp_path) as server, leaving_nothing():
+    with Server(tmp_path) as server, leaving_nothing():
 
         def kill() -> bool:
             if reports.all:

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from service_house import Server
+from servers import Server
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -4,7 +4,8 @@ import threading
 from pathlib import Path
 
 import httpx
-from service_house import client, serving
+from servers import Server
+from service_house import client
 
 STREAMS = 50
 
@@ -20,7 +21,7 @@ def test_the_service_ends_within_three_seconds_with_50_open_streams(tmp_path: Pa
             opened.wait(60)
             ends.append(list(lines)[-2])
 
-    with serving(tmp_path) as server, client(server) as http:
+    with Server(tmp_path) as server, client(server) as http:
         http._transport = httpx.HTTPTransport(limits=httpx.Limits(max_connections=STREAMS + 5))
         body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 120}}
         path = http.post("/v1/jobs", json=body).json()["links"]["events"]

@@ -6,7 +6,9 @@ from typing import Any
 
 import httpx
 import pytest
-from service_house import events_of, pointers, problem
+from servers import Server
+from service_house import pointers, problem
+from talk import frames
 
 from marsupial.formats.situation import situation_from_fields
 from marsupial.planning.checker import check
@@ -65,24 +67,22 @@ def test_plans_only_get_better_and_the_last_is_the_best(http: httpx.Client) -> N
     assert plans[-1] == job["best"]
 
 
-def test_a_resumed_stream_is_the_rest_of_an_uninterrupted_one(http: httpx.Client) -> None:
+def test_a_resumed_stream_is_the_rest_of_an_uninterrupted_one(http: httpx.Client, server: Server) -> None:
     body = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 0.5}}
     path = http.post("/v1/jobs", json=body).json()["links"]["events"]
     with http.stream("GET", path) as answer:
         assert answer.headers["content-type"].startswith("text/event-stream")
         assert answer.headers["x-accel-buffering"] == "no"
-        whole = events_of(answer.iter_lines())
-    frames = [frame for frame in "\n".join(whole).strip("\n").split("\n\n") if frame.strip()]
-    kinds = [re.search(r"event: (\w+)", frame)[1] for frame in frames]  # type: ignore[index]
+    whole = list(frames(server.port, path))
+    kinds = [frame.type for frame in whole]
     assert kinds[-1] == "end"
     assert "plan" in kinds
-    for frame in frames:
-        json.loads(frame.partition("data: ")[2])
-    for seen in range(len(frames)):
-        rest = http.get(path, headers={"Last-Event-ID": str(seen)}).text.splitlines()
-        resumed = [f for f in "\n".join(events_of(iter(rest))).strip("\n").split("\n\n") if f.strip()]
-        assert [f.strip() for f in resumed] == [f.strip() for f in frames[seen:]]
-        assert resumed[0].strip().startswith(f"id: {seen + 1}\n")
+    for frame in whole:
+        json.loads(frame.data)
+    for seen in range(len(whole)):
+        resumed = list(frames(server.port, path, after=seen))
+        assert resumed == whole[seen:]
+        assert resumed[0].id == seen + 1
 
 
 def test_a_job_that_is_cancelled_keeps_its_best_plan(http: httpx.Client, long: dict[str, Any]) -> None:

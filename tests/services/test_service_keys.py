@@ -5,7 +5,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from service_house import START, client, problem, serving
+from servers import START, Server
+from service_house import client, problem
 
 from marsupial.errors import UsageError
 from marsupial_service.keys import FILE, KeyFile
@@ -60,7 +61,7 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path
         for name, scope in (("ann", "plan"), ("bob", "plan"), ("ops", "admin"))
     }
     assert "ann" in run("keys", "list", "--data", str(tmp_path)).stdout
-    with serving(tmp_path, "--require-keys") as server, client(server) as http:
+    with Server(tmp_path, "--require-keys") as server, client(server) as http:
         bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in made.items()}
         job = http.get("/v1/demo-data/tiny", headers=bearer["ann"]).json()
         answer = problem(http.post("/v1/jobs", content=b"not read"), 401, "no-key")
@@ -79,9 +80,9 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path
         assert http.get("/v1/jobs", headers=bearer["bob"]).json()["jobs"] == []
         run("keys", "revoke", "ann", "--data", str(tmp_path))
         problem(http.get(path, headers=bearer["ann"]), 401, "no-key")
-        lines = [json.loads(line) for line in server.log if line.startswith("{")]
+        lines = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
         assert any(line["message"] == "job taken" and line["owner"] == "ann" for line in lines)
-        assert not any(secret in "".join(server.log) for secret in made.values())
+        assert not any(secret in server.log for secret in made.values())
 
 
 def test_a_limit_of_the_environment_holds() -> None:

@@ -6,14 +6,15 @@ from pathlib import Path
 
 import httpx
 import pytest
-from service_house import START, client, problem, serving
+from servers import START, Server
+from service_house import client, problem
 
 from marsupial_service.app import create_app
 from marsupial_service.settings import Settings
 
 
 def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -> None:
-    with serving(tmp_path, "--limit", "slots=1", "--limit", "queue=1") as server, client(server) as http:
+    with Server(tmp_path, "--limit", "slots=1", "--limit", "queue=1") as server, client(server) as http:
         body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 60}}
         running = http.post("/v1/jobs", json=body).json()["links"]
         while http.get(running["self"]).json()["state"] == "queued":
@@ -28,7 +29,7 @@ def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -
 
 
 def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
-    with serving(tmp_path):
+    with Server(tmp_path):
         second = subprocess.run(
             [*START, "--port", "0", "--data", str(tmp_path)], capture_output=True, text=True, timeout=60
         )

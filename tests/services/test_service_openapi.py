@@ -4,7 +4,7 @@ import subprocess
 from pathlib import Path
 
 import httpx
-from service_house import START
+from servers import START
 
 from marsupial_service.app import create_app
 from marsupial_service.openapi import FILE, kept_text, text_of

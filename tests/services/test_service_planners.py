@@ -12,7 +12,8 @@ from typing import Any
 
 import httpx
 import pytest
-from service_house import START, Server, client, pointers, problem, serving
+from servers import START, Server
+from service_house import client, pointers, problem
 from situations import one_hall
 
 from marsupial.formats.situation import situation_to_json
@@ -40,7 +41,7 @@ def command(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture(scope="module")
 def offering(tmp_path_factory: pytest.TempPathFactory, command: str) -> Iterator[Server]:
     planners = (f"--planner=scripted={command}", "--planner=gone=./nowhere {domain} {problem}")
-    with serving(tmp_path_factory.mktemp("service"), *planners) as found:
+    with Server(tmp_path_factory.mktemp("service"), *planners) as found:
         yield found
 
 

@@ -12,18 +12,22 @@ import typer
 from marsupial.cli.display.messages import say
 from marsupial.cli.display.tables import print_text
 from marsupial.cli.outputs import write_file
+from trial.parts import FULL, QUICK, Extent, trial
 from trial.rows import Judgement, table
-from trial.run import QUICK, Extent, trial
 
 
-def service(
-    kills: Annotated[int, typer.Option(min=0, help="Processes killed at random moments; 0 leaves a part out.")] = 1000,
-    hostile: Annotated[int, typer.Option(min=0, help="Runs of planners that misbehave.")] = 200,
-    clients: Annotated[int, typer.Option(min=0, help="Clients at once, and streams open at the end.")] = 50,
-    posts: Annotated[int, typer.Option(min=0, help="Jobs whose answers are timed while 100 wait.")] = 500,
-    plans: Annotated[int, typer.Option(min=0, help="Jobs whose first plans are timed.")] = 100,
-    fuzz_minutes: Annotated[float, typer.Option(min=0, help="Minutes of Schemathesis, if it is installed.")] = 15.0,
-    seed: Annotated[int, typer.Option(min=0, help="Draws the moments of kills, and what is fuzzed.")] = 1,
+def command(
+    kills: Annotated[
+        int, typer.Option(min=0, help="Processes killed at random moments; 0 leaves a part out.")
+    ] = FULL.kills,
+    hostile: Annotated[int, typer.Option(min=0, help="Runs of planners that misbehave.")] = FULL.hostile,
+    clients: Annotated[int, typer.Option(min=0, help="Clients at once, and streams open at the end.")] = FULL.clients,
+    posts: Annotated[int, typer.Option(min=0, help="Jobs whose answers are timed while 100 wait.")] = FULL.posts,
+    plans: Annotated[int, typer.Option(min=0, help="Jobs whose first plans are timed.")] = FULL.plans,
+    fuzz_minutes: Annotated[
+        float, typer.Option(min=0, help="Minutes of Schemathesis, if it is installed.")
+    ] = FULL.fuzz_minutes,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the moments of kills, and what is fuzzed.")] = FULL.seed,
     quick: Annotated[bool, typer.Option("--quick", help="A little of everything but fuzzing.")] = False,
     json: Annotated[Path | None, typer.Option("--json", help="Write a row per requirement there.")] = None,
 ) -> None:
@@ -42,22 +46,17 @@ def service(
         fuzz_minutes=fuzz_minutes,
         seed=seed,
     )
-    if not run_trial(QUICK if quick else wanted, json):
-        raise typer.Exit(1)
-
-
-def run_trial(extent: Extent, json: Path | None) -> bool:
-    """Put servers on trial; return whether no requirement is missed."""
     rows = []
     before = os.getloadavg()[0]
-    for row in trial(extent, say):
+    for row in trial(QUICK if quick else wanted, say):
         rows.append(row)
         if json is not None:
             write_file(json, json_text.dumps([one.document() for one in rows], indent=1) + "\n")
     load = f"{os.cpu_count()} cores; load {before:.1f} before, {os.getloadavg()[0]:.1f} after, with the trial's own"
     print_text(f"{table(rows)}\n{load}\n")
-    return all(row.judgement is not Judgement.MISSED for row in rows)
+    if any(row.judgement is Judgement.MISSED for row in rows):
+        raise typer.Exit(1)
 
 
 if __name__ == "__main__":
-    typer.run(service)
+    typer.run(command)

@@ -3,37 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any
 
+import talk
+from undisturbed import STEPS, LogLines, undisturbed
+
 from marsupial.errors import UsageError
-from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.library.missions import simulate
-from marsupial.mission.observer import Observer
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
 from marsupial_service.client import Client, simulate_by
-from trial import talk
-from trial.rows import Row, none_of
+from trial.rows import TrialRow, none_of
 
 SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
 SEEDS = 5
-_STEPS = Budget(steps=1)
 _UNREACHED = "can't be reached"
-
-
-class Lines(Observer):
-    """The lines of a mission log."""
-
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-
-    def event(self, event: MissionEvent) -> None:
-        """Keep what happened."""
-        self.lines.append(encode_event(event))
 
 
 class Reporter(Client):
@@ -72,7 +56,7 @@ class Journeys:
     differ: int = 0
     odd: list[str] = field(default_factory=list)
 
-    def rows(self, part: str) -> list[Row]:
+    def rows(self, part: str) -> list[TrialRow]:
         """Return what must not have happened."""
         said = "".join(f"; {reason}" for reason in sorted(set(self.odd)))
         return [
@@ -110,11 +94,20 @@ class Explorer:
                     self._journeys.odd.append(f"{error}")
 
     def _explore(self, seed: int) -> None:
-        expected, lines = undisturbed(seed), Lines()
+        expected, seen = undisturbed_mission(seed), LogLines()
         client = Reporter(f"http://{talk.HOST}:{self._port}")
         self._journeys.missions += 1
         try:
-            _run(lambda *args, **more: simulate_by(client, *args, **more), seed, lines)
+            simulate_by(
+                client,
+                builtin_scenario(SCENARIO),
+                strategy_name=STRATEGY,
+                planner=PLANNER,
+                budget=STEPS,
+                seed=seed,
+                observer=seen,
+                cancelled=lambda: False,
+            )
         except UsageError as error:
             if _UNREACHED in str(error):
                 self._journeys.missions -= 1
@@ -122,24 +115,9 @@ class Explorer:
         for path, count in client.acknowledged.items():
             self._journeys.reports += count
             self._journeys.lost += max(0, count - client.ask("GET", path)["n"])
-        self._journeys.differ += lines.lines != expected
+        self._journeys.differ += seen.text != expected
 
 
-@cache
-def undisturbed(seed: int) -> list[str]:
+def undisturbed_mission(seed: int) -> str:
     """Return the log of the mission carried out in this process."""
-    lines = Lines()
-    _run(simulate, seed, lines)
-    return lines.lines
-
-
-def _run(run: Callable[..., object], seed: int, lines: Lines) -> None:
-    run(
-        builtin_scenario(SCENARIO),
-        strategy=STRATEGY,
-        planner=PLANNER,
-        budget=_STEPS,
-        seed=seed,
-        observer=lines,
-        cancelled=lambda: False,
-    )
+    return undisturbed(SCENARIO, PLANNER, STRATEGY, seed)

@@ -15,9 +15,10 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from trial import talk
+import talk
+
 from trial.house import opened
-from trial.rows import Judgement, Row, none_of
+from trial.rows import Judgement, TrialRow, none_of
 
 PART = "fuzzing"
 INSTALL = "pip install 'marsupial[fuzz]'"
@@ -29,13 +30,13 @@ expected-statuses = ["2xx", "401", "403", "404", "409", "413", "422", "429", "50
 """
 
 
-def rows(minutes: float, seed: int, say: Callable[[str], None]) -> list[Row]:
+def rows(minutes: float, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Fuzz for so many minutes; say so if Schemathesis is not installed."""
     program = found_program()
     requirement = "failures of all checks, stateful ones too"
     if program is None:
         said = f"Schemathesis is not installed: {INSTALL}"
-        return [Row(part=PART, requirement=requirement, figure=said, goal="0", judgement=Judgement.NOT_RUN)]
+        return [TrialRow(part=PART, requirement=requirement, figure=said, goal="0", judgement=Judgement.NOT_RUN)]
     say(f"fuzzing: {minutes:g} minutes")
     with opened(_OPTIONS) as house, TemporaryDirectory() as folder:
         code, printed = _run(program, Path(folder), house.port, minutes, seed)

@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import psutil
+from talk import Talk, ask
 
 from marsupial_service.jobs.warm import tiny
 from trial import villain
 from trial.house import House, opened, strays
-from trial.ledger import FINAL
-from trial.rows import Row, none_of, times
-from trial.talk import Talk, ask
+from trial.promises import FINAL
+from trial.rows import TrialRow, none_of, times
 from trial.tasks import body
 
 PART = "hostile planners"
@@ -50,7 +50,7 @@ def options() -> list[str]:
     return [*planners, f"--limit=memory_bytes={_MEMORY_BYTES}", "--limit=queue=10000"]
 
 
-def rows(runs: int, say: Callable[[str], None]) -> list[Row]:
+def rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Run so many of them, two or more at a time as the service does, and watch their processes."""
     with opened(options()) as house:
         before = house.resident_bytes()
@@ -77,7 +77,7 @@ def rows(runs: int, say: Callable[[str], None]) -> list[Row]:
         times(PART, "last process gone after that limit, seen from outside", watch.over_s(), GOAL_S),
         none_of(PART, "outcomes that are wrong", wrong.total(), f" of {runs}" + (f" ({said})" if said else "")),
         none_of(PART, "processes left after the last job, and after the server", len(left_below) + len(left)),
-        Row(
+        TrialRow(
             part=PART,
             requirement="memory the server has gained",
             figure=f"{grown / 2**20:.0f} MiB",

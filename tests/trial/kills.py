@@ -19,12 +19,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 
+from talk import ACCEPTED, BROKEN, BUSY, Talk, frames
+
 from marsupial_service.store.failpoints import AFTER_COMMIT, BEFORE_COMMIT, VARIABLE
-from trial.explorers import SEEDS, Explorer, Journeys, undisturbed
+from trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
 from trial.house import House, NotStarted, end_strays, strays, unopened
-from trial.ledger import Findings, Ledger, audit
-from trial.rows import Judgement, Row, none_of, times
-from trial.talk import ACCEPTED, BROKEN, BUSY, Talk, frames
+from trial.promises import Findings, Promises, audit
+from trial.rows import Judgement, TrialRow, none_of, times
 from trial.tasks import short_jobs
 
 OPTIONS = ("--limit", "queue=600", "--limit", "kept_jobs=1000000", "--limit", "streams=500")
@@ -58,8 +59,8 @@ class Toll:
 class Crowd:
     """Threads that send, follow and cancel until they are told to stop, whether there is a server or not."""
 
-    def __init__(self, port: int, ledger: Ledger, draw: random.Random) -> None:
-        self.ledger = ledger
+    def __init__(self, port: int, promises: Promises, draw: random.Random) -> None:
+        self.promises = promises
         self._port = port
         self._draw = draw
         self._over = threading.Event()
@@ -79,7 +80,7 @@ class Crowd:
             try:
                 act()
             except Exception as error:
-                self.ledger.note_odd(f"client failed: {error!r}")
+                self.promises.note_odd(f"client failed: {error!r}")
 
     def _send(self) -> None:
         """Send a job, again and again until it is acknowledged; sometimes cancel it."""
@@ -91,19 +92,19 @@ class Crowd:
                 answer = talk.ask("POST", "/v1/jobs", body, {"Idempotency-Key": key})
                 if answer.status in BUSY:
                     continue
-                self.ledger.acknowledge(key, answer)
+                self.promises.acknowledge(key, answer)
                 if answer.status in ACCEPTED and self._draw.random() < _CANCELLED:
-                    self.ledger.look(talk.ask("POST", f"/v1/jobs/{answer.document['id']}/cancel"))
+                    self.promises.look(talk.ask("POST", f"/v1/jobs/{answer.document['id']}/cancel"))
                 break
         talk.close()
 
     def _follow(self) -> None:
         """Follow some job to its end, through all breaks."""
-        job = self.ledger.any_job(self._draw)
-        if job is None or job in self.ledger.streams:
+        job = self.promises.any_job(self._draw)
+        if job is None or job in self.promises.streams:
             time.sleep(_PAUSE_S)
             return
-        told = self.ledger.streams.setdefault(job, [])
+        told = self.promises.streams.setdefault(job, [])
         while not self._over.is_set() and not (told and told[-1].type == "end"):
             with suppress(*BROKEN):
                 for frame in frames(self._port, f"/v1/jobs/{job}/events", after=len(told)):
@@ -113,47 +114,47 @@ class Crowd:
             time.sleep(_PAUSE_S)
 
 
-def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[Row]:
+def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Kill so many processes, then look at every job that was acknowledged."""
-    draw, toll, ledger, journeys = random.Random(seed), Toll(), Ledger(), Journeys()
+    draw, toll, promises, journeys = random.Random(seed), Toll(), Promises(), Journeys()
     for number in range(1, SEEDS + 1):
-        undisturbed(number)
+        undisturbed_mission(number)
     with unopened(OPTIONS) as house:
-        crowd, explorer = Crowd(house.port, ledger, random.Random(seed)), Explorer(house.port, journeys)
+        crowd, explorer = Crowd(house.port, promises, random.Random(seed)), Explorer(house.port, journeys)
         while toll.victims.total() < kills:
-            _LIVES[draw.randrange(len(_LIVES))](house, draw, toll, ledger)
+            _LIVES[draw.randrange(len(_LIVES))](house, draw, toll, promises)
             _bury(house, toll)
             if len(toll.gone_s) % 10 == 0:
-                say(f"kills: {toll.victims.total()}/{kills}, {len(ledger.jobs)} jobs, {journeys.missions} missions")
-        house.start()
+                say(f"kills: {toll.victims.total()}/{kills}, {len(promises.jobs)} jobs, {journeys.missions} missions")
+        house.launch()
         house.wait_ready()
         crowd.stop()
         explorer.stop(_END_S)
-        say(f"kills: looking at {len(ledger.jobs)} jobs")
-        found = audit(house.port, ledger, _END_S)
+        say(f"kills: looking at {len(promises.jobs)} jobs")
+        found = audit(house.port, promises, _END_S)
         house.terminate()
         toll.strays += len(strays(_GONE_S))
-    return [*_report(toll, ledger, found), *journeys.rows(PART)]
+    return [*_report(toll, promises, found), *journeys.rows(PART)]
 
 
-def _starting(house: House, draw: random.Random, toll: Toll, ledger: Ledger) -> None:
+def _starting(house: House, draw: random.Random, toll: Toll, promises: Promises) -> None:
     """Kill it while it starts, or soon after."""
-    house.start()
+    house.launch()
     time.sleep(draw.uniform(0, _STARTING_S))
 
 
-def _committing(house: House, draw: random.Random, toll: Toll, ledger: Ledger) -> None:
+def _committing(house: House, draw: random.Random, toll: Toll, promises: Promises) -> None:
     """Let it be killed right before or after a commit."""
     point = draw.choice((BEFORE_COMMIT, AFTER_COMMIT))
-    house.start({VARIABLE: f"{point}=kill@{draw.randint(1, _LAST_COMMIT)}"})
+    house.launch({VARIABLE: f"{point}=kill@{draw.randint(1, _LAST_COMMIT)}"})
     until = time.monotonic() + _ARMED_S
     while house.runs and time.monotonic() < until:
         time.sleep(_PAUSE_S)
 
 
-def _working(house: House, draw: random.Random, toll: Toll, ledger: Ledger) -> None:
+def _working(house: House, draw: random.Random, toll: Toll, promises: Promises) -> None:
     """Kill some of the processes below it, then it, at random moments of its work."""
-    house.start()
+    house.launch()
     try:
         house.wait_ready()
     except NotStarted:
@@ -185,13 +186,13 @@ def _bury(house: House, toll: Toll) -> None:
         end_strays()
 
 
-def _report(toll: Toll, ledger: Ledger, found: Findings) -> list[Row]:
-    of = f" of {len(ledger.jobs)}"
+def _report(toll: Toll, promises: Promises, found: Findings) -> list[TrialRow]:
+    of = f" of {len(promises.jobs)}"
     plans = f" of {found.plans} plans"
     kinds = ", ".join(f"{count} {victim}s" for victim, count in toll.victims.most_common())
     outcomes = ", ".join(f"{word} {count}" for word, count in found.outcomes.most_common())
     return [
-        Row(part=PART, requirement="killed at random moments", figure=kinds, values=dict(toll.victims)),
+        TrialRow(part=PART, requirement="killed at random moments", figure=kinds, values=dict(toll.victims)),
         none_of(PART, "acknowledged jobs lost", found.lost, of),
         none_of(PART, "acknowledged jobs that never end", found.unfinished, of),
         none_of(PART, "jobs that ended more than once", found.ended_again, of),
@@ -200,13 +201,15 @@ def _report(toll: Toll, ledger: Ledger, found: Findings) -> list[Row]:
         none_of(PART, "revisions the checker refuses", found.bad_plans, plans),
         none_of(PART, "jobs with a revision that is not better", found.not_better, of),
         none_of(
-            PART, "resumed streams unlike an uninterrupted one", found.streams_differ, f" of {len(ledger.streams)}"
+            PART, "resumed streams unlike an uninterrupted one", found.streams_differ, f" of {len(promises.streams)}"
         ),
-        none_of(PART, "requests answered as they should not be", ledger.odd.total(), _words(ledger.odd)),
+        none_of(PART, "requests answered as they should not be", promises.odd.total(), _words(promises.odd)),
         none_of(PART, "servers that ended by themselves", toll.failed, f" of {toll.victims['server']}"),
         none_of(PART, "processes left 5 s after their server", toll.strays),
         times(PART, "last process gone after its server", toll.gone_s),
-        Row(part=PART, requirement="how jobs ended", figure=outcomes, judgement=Judgement.NOTED, values=found.outcomes),
+        TrialRow(
+            part=PART, requirement="how jobs ended", figure=outcomes, judgement=Judgement.NOTED, values=found.outcomes
+        ),
     ]
 
 

@@ -19,7 +19,7 @@ class Judgement(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class TrialRow:
     """A requirement: `figure` is for people, `values` for programs; `goal` is empty where there is none."""
 
     part: str
@@ -46,9 +46,9 @@ def judged(held: bool) -> Judgement:
     return Judgement.HELD if held else Judgement.MISSED
 
 
-def none_of(part: str, requirement: str, count: int, of: str = "") -> Row:
+def none_of(part: str, requirement: str, count: int, of: str = "") -> TrialRow:
     """Return the row of something that must not happen at all."""
-    return Row(
+    return TrialRow(
         part=part,
         requirement=requirement,
         figure=f"{count}{of}",
@@ -65,12 +65,14 @@ def percentile(numbers: Sequence[float], share: float) -> float:
     return sorted(numbers)[max(0, math.ceil(share * len(numbers)) - 1)]
 
 
-def times(part: str, requirement: str, seconds: Sequence[float], goal_s: float | None = None, more: str = "") -> Row:
+def times(
+    part: str, requirement: str, seconds: Sequence[float], goal_s: float | None = None, more: str = ""
+) -> TrialRow:
     """Return the row of measured times; the goal is for the 99th percentile."""
     found = {word: percentile(seconds, share) for word, share in (("p50", 0.5), ("p99", 0.99), ("max", 1.0))}
     if not seconds:
-        return Row(part=part, requirement=requirement, figure="nothing measured", judgement=Judgement.MISSED)
-    return Row(
+        return TrialRow(part=part, requirement=requirement, figure="nothing measured", judgement=Judgement.MISSED)
+    return TrialRow(
         part=part,
         requirement=requirement,
         figure=", ".join(f"{word} {1000 * value:.0f}" for word, value in found.items())
@@ -81,7 +83,7 @@ def times(part: str, requirement: str, seconds: Sequence[float], goal_s: float |
     )
 
 
-def table(rows: Iterable[Row]) -> str:
+def table(rows: Iterable[TrialRow]) -> str:
     """Return the rows as text."""
     lines = [("part", "requirement", "goal", "found", "verdict")]
     lines += [(row.part, row.requirement, row.goal, row.figure, row.judgement.value) for row in rows]

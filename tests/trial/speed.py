@@ -14,11 +14,12 @@ from functools import partial
 from tempfile import TemporaryFile
 from typing import Any
 
+from talk import ACCEPTED, BROKEN, Talk, ask, frames
+
 from marsupial.model.situation import Situation
 from trial.house import House, opened, strays
-from trial.ledger import improving
-from trial.rows import Row, judged, none_of, percentile, times
-from trial.talk import ACCEPTED, BROKEN, Talk, ask, frames
+from trial.promises import improving
+from trial.rows import TrialRow, judged, none_of, percentile, times
 from trial.tasks import LARGEST, body, read_situation, scored, small_floor, suite_body
 
 ANSWER, FIRST, CROWD, END, FLOOD = "answer", "first plan", "clients at once", "end", "full queue"
@@ -34,7 +35,7 @@ _GONE_S = 5.0
 _SPREAD_S = 0.01
 
 
-def answer_rows(posts: int, say: Callable[[str], None]) -> list[Row]:
+def answer_rows(posts: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Post jobs while a hundred wait and the slots are taken; between them, ask for nothing, and write to the disk."""
     say(f"answer: {posts} jobs while {_WAITING} wait")
     with opened(OPTIONS) as house:
@@ -60,7 +61,7 @@ def answer_rows(posts: int, say: Callable[[str], None]) -> list[Row]:
     ]
 
 
-def first_plan_rows(runs: int, say: Callable[[str], None]) -> list[Row]:
+def first_plan_rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Post situations of the largest team, one at a time, and follow each until its first plan."""
     say(f"first plan: {runs} jobs")
     with opened(OPTIONS) as house:
@@ -73,7 +74,7 @@ def first_plan_rows(runs: int, say: Callable[[str], None]) -> list[Row]:
     ]
 
 
-def crowd_rows(clients: int, say: Callable[[str], None]) -> list[Row]:
+def crowd_rows(clients: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Have many clients post at once, each something else, follow their jobs and check every plan."""
     say(f"clients at once: {clients}")
     with opened(OPTIONS) as house:
@@ -90,7 +91,7 @@ def crowd_rows(clients: int, say: Callable[[str], None]) -> list[Row]:
     ]
 
 
-def end_rows(streams: int, say: Callable[[str], None]) -> list[Row]:
+def end_rows(streams: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Ask a server to end that has so many streams open, on jobs that run and jobs that wait."""
     say(f"end: {streams} streams")
     with opened(OPTIONS) as house:
@@ -108,7 +109,7 @@ def end_rows(streams: int, say: Callable[[str], None]) -> list[Row]:
     figure = f"{1000 * seconds:.0f} ms until nothing runs, {clean} of {streams} streams ended in order"
     held = seconds <= END_GOAL_S and clean == streams
     return [
-        Row(
+        TrialRow(
             part=END,
             requirement=f"SIGTERM with {streams} streams open",
             figure=figure,
@@ -120,7 +121,7 @@ def end_rows(streams: int, say: Callable[[str], None]) -> list[Row]:
     ]
 
 
-def flood_rows(say: Callable[[str], None]) -> list[Row]:
+def flood_rows(say: Callable[[str], None]) -> list[TrialRow]:
     """Post ten times as many jobs as may wait: the rest is refused, and the server doesn't grow by it."""
     say(f"full queue: {10 * _QUEUE} jobs where {_QUEUE} may wait")
     with opened((f"--limit=queue={_QUEUE}",)) as house:
@@ -135,7 +136,7 @@ def flood_rows(say: Callable[[str], None]) -> list[Row]:
     taken = sum(status in ACCEPTED for status in refused)
     odd = len(refused) - taken - refused.count(429)
     return [
-        Row(
+        TrialRow(
             part=FLOOD,
             requirement=f"memory gained by {len(refused)} jobs too many",
             figure=f"{grown / 2**20:.0f} MiB",

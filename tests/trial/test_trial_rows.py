@@ -4,11 +4,11 @@ import json
 import math
 
 import pytest
+from talk import Frame, Reply
 
 from trial.fuzz import read
-from trial.ledger import Ledger, improving, in_order
-from trial.rows import Judgement, Row, none_of, percentile, table, times
-from trial.talk import Answer, Frame
+from trial.promises import Promises, improving, in_order
+from trial.rows import Judgement, TrialRow, none_of, percentile, table, times
 
 
 def frame(number: int, kind: str, **data: object) -> Frame:
@@ -41,7 +41,7 @@ def test_what_must_not_happen_is_missed_when_it_does() -> None:
 
 
 def test_the_table_has_a_line_for_each_row_and_the_documents_are_json() -> None:
-    rows = [none_of("kills", "jobs lost", 0, " of 7"), Row(part="a", requirement="b", figure="c")]
+    rows = [none_of("kills", "jobs lost", 0, " of 7"), TrialRow(part="a", requirement="b", figure="c")]
     assert [line.split() for line in table(rows).splitlines()[1:]] == [
         ["kills", "jobs", "lost", "0", "0", "of", "7", "held"],
         ["a", "b", "c"],
@@ -68,24 +68,24 @@ def test_revisions_have_to_get_better() -> None:
 
 
 def test_a_job_that_ends_twice_is_noticed() -> None:
-    ledger = Ledger()
-    ledger.acknowledge("key", Answer(202, job("queued", None)))
-    ledger.see(job())
-    ledger.see(job())
-    assert ledger.ended_again == 0
-    ledger.see(job(finished_at="12:01"))
-    assert ledger.ended_again == 1
+    promises = Promises()
+    promises.acknowledge("key", Reply(202, "application/json", job("queued", None)))
+    promises.see(job())
+    promises.see(job())
+    assert promises.ended_again == 0
+    promises.see(job(finished_at="12:01"))
+    assert promises.ended_again == 1
 
 
 def test_a_key_that_makes_two_jobs_is_noticed() -> None:
-    ledger = Ledger()
-    ledger.acknowledge("key", Answer(202, job("queued", None)))
-    ledger.acknowledge("key", Answer(200, job("queued", None)))
-    assert ledger.made_twice == 0
-    ledger.acknowledge("key", Answer(202, {**job("queued", None), "id": "other"}))
-    assert ledger.made_twice == 1
-    ledger.acknowledge("key", Answer(500, None))
-    assert ledger.odd.total() == 1
+    promises = Promises()
+    promises.acknowledge("key", Reply(202, "application/json", job("queued", None)))
+    promises.acknowledge("key", Reply(200, "application/json", job("queued", None)))
+    assert promises.made_twice == 0
+    promises.acknowledge("key", Reply(202, "application/json", {**job("queued", None), "id": "other"}))
+    assert promises.made_twice == 1
+    promises.acknowledge("key", Reply(500, "application/json", None))
+    assert promises.odd.total() == 1
 
 
 SUMMARY = """

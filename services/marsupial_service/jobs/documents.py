@@ -1,4 +1,4 @@
-"""Plans and events as JSON, and moments as text: what is kept in the store and sent to clients as it is."""
+"""Plans and events as JSON: what is kept in the store and sent to clients as it is."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import json
 from typing import Any
 
 from marsupial.model.plan import Action, ActionName, Plan
+from marsupial_service.moments import timestamp
 from marsupial_service.schemas.answers import ActionAnswer
-from marsupial_service.schemas.base import timestamp
 
 
 def line(document: object) -> str:

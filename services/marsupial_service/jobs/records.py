@@ -1,6 +1,6 @@
 """What passes between planning jobs and those who ask for them: requests, records, events, refusals.
 
-Times are integer milliseconds since 1970 (UTC); they become text in `marsupial_service.jobs.documents` only.
+Times are integer milliseconds since 1970 (UTC).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Protocol
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
+from marsupial_service.entries.records import Entry, EntrySettings
 
 
 class JobState(StrEnum):
@@ -56,8 +57,15 @@ STATE_OF: Mapping[JobOutcome, JobState] = {
 
 FINAL = frozenset(STATE_OF.values())
 
+MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
+    JobState.QUEUED: frozenset({JobState.RUNNING, JobState.CANCELLED}),
+    JobState.RUNNING: frozenset({JobState.QUEUED, *FINAL}),
+    **dict.fromkeys(FINAL, frozenset[StrEnum]()),
+}
+"""The states that may follow each state."""
 
-class EventType(StrEnum):
+
+class JobEventType(StrEnum):
     """What an event of a job tells."""
 
     STATE = "state"
@@ -120,8 +128,8 @@ class PlanRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JobRecord:
-    """A job as it is stored; `outcome` and `finished_at_ms` are there if and only if the state is final.
+class JobRecord(Entry):
+    """A job as it is stored; it has an `outcome` if and only if its state is final.
 
     Parameters
     ----------
@@ -133,8 +141,6 @@ class JobRecord:
         On the makespan, where the planner proved one.
     """
 
-    id: str
-    owner: str
     state: JobState
     outcome: JobOutcome | None
     detail: str
@@ -144,11 +150,9 @@ class JobRecord:
     plans: int
     best: PlanRecord | None
     lower_bound_ms: int | None
-    created_at_ms: int
     queued_at_ms: int
     started_at_ms: int | None
     first_plan_at_ms: int | None
-    finished_at_ms: int | None
 
     @property
     def gap(self) -> float | None:
@@ -168,37 +172,17 @@ class AnalysisRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EventRecord:
-    """An event of a job: `seq` counts from 1, `data` is one line of JSON."""
-
-    job: str
-    seq: int
-    type: EventType
-    data: str
-    at_ms: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Submitted:
-    """An acknowledged job; `replayed` if an earlier request with the same key had made it."""
-
-    job: JobRecord
-    replayed: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Counts for operators: jobs in the store by state and by outcome, slots in use, those who follow or wait."""
+    """Counts for operators: jobs in the store by state and by outcome, and slots in use."""
 
     states: Mapping[JobState, int]
     outcomes: Mapping[JobOutcome, int]
     slots: int
     slots_in_use: int
-    following: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JobSettings:
+class JobSettings(EntrySettings):
     """What jobs may use.
 
     Parameters
@@ -207,10 +191,6 @@ class JobSettings:
         How many run at once.
     queue
         How many may wait.
-    retention_s, kept_jobs
-        Finished jobs are removed when they are that old, or when there are more than that many.
-    memory_bytes
-        Of all processes of one job together.
     max_attempts
         How often a job is started, if its processes are killed or the server is.
     steps_limit_s
@@ -221,21 +201,6 @@ class JobSettings:
 
     slots: int = 2
     queue: int = 100
-    retention_s: float = 24 * 3600.0
-    kept_jobs: int = 10_000
-    memory_bytes: int = 2 << 30
     max_attempts: int = 3
     steps_limit_s: float = 60.0
     commands: Mapping[str, str] = field(default_factory=dict)
-
-
-class QueueFull(Exception):
-    """No more jobs are taken at the moment; worth another try after `retry_after_s` seconds."""
-
-    def __init__(self, retry_after_s: int) -> None:
-        super().__init__(f"the queue is full, try again in {retry_after_s} s")
-        self.retry_after_s = retry_after_s
-
-
-class UnknownJob(Exception):
-    """There is no such job, or no longer."""

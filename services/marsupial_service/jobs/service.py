@@ -10,28 +10,23 @@ import asyncio
 import json
 import logging
 import pickle
-import sqlite3
-import time
 import uuid
 import zlib
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from functools import partial
-from typing import TypeVar
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
 from marsupial.processes import launcher as processes
+from marsupial_service.entries.records import Created
+from marsupial_service.entries.service import Entries
 from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
+from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Closed
-from marsupial_service.jobs.news import News
 from marsupial_service.jobs.records import (
-    FINAL,
     AnalysisRecord,
-    EventRecord,
-    EventType,
     JobOutcome,
     JobRecord,
     JobRequest,
@@ -39,48 +34,27 @@ from marsupial_service.jobs.records import (
     JobState,
     Metrics,
     PlanRecord,
-    QueueFull,
-    Submitted,
 )
 from marsupial_service.jobs.warm import load_planners
-from marsupial_service.store import Store, StoreError, Transaction
+from marsupial_service.moments import wall_clock_ms
+from marsupial_service.store import Store
 
 PRELOAD = (*engines.PRELOAD, work, load_planners)
 """What all workers need, loaded before they are forked."""
 
-_BATCH = 64
-_SWEEP_S = 30.0
-_RETRY_S = 1.0
 _BUSY_RETRY_S = 1
 _HANG_S = 1.0
 
-T = TypeVar("T")
 log = logging.getLogger("marsupial.jobs")
 
 
-def wall_clock_ms() -> int:
-    """Return now, in ms since 1970."""
-    return time.time_ns() // 1_000_000
-
-
-class Jobs:
-    """All planning jobs of one store.
-
-    Parameters
-    ----------
-    now_ms
-        The clock, in ms since 1970.
-    """
+class Jobs(Entries[JobRecord]):
+    """All planning jobs of one store."""
 
     def __init__(self, store: Store, settings: JobSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
-        self._store = store
+        super().__init__(store, JOBS, settings, now_ms)
         self._settings = settings
-        self._now_ms = now_ms
-        self._news = News()
-        self._stopping = False
-        self._stop = asyncio.Event()
         self._work = asyncio.Event()
-        self._tasks: list[asyncio.Task[None]] = []
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
         self._storing = 0
@@ -93,18 +67,15 @@ class Jobs:
         StoreError
             If that can't be stored.
         """
-        self._news.attend(self._store)
         await self._write(lambda tx: table.recover(tx, self._settings, self._now_ms()))
-        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
-        self._tasks = [asyncio.create_task(self._slot()) for _ in range(self._settings.slots)]
-        self._tasks.append(asyncio.create_task(self._sweep()))
+        await self._begin(PRELOAD)
+        for _ in range(self._settings.slots):
+            self._go(self._slot())
 
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; jobs under way go back into the queue, to go on at the next start."""
-        self._stopping = True
-        self._stop.set()
+        self.leave()
         self._work.set()
-        self._news.ring_all()
         for attempt in self._attempts.values():
             attempt.cancel()
         if not self._tasks:
@@ -117,12 +88,14 @@ class Jobs:
             task.cancel()
         self._threads.shutdown(wait=False)
 
-    async def submit(self, request: JobRequest, *, owner: str, idempotency_key: str | None = None) -> Submitted:
+    async def submit(
+        self, request: JobRequest, *, owner: str, idempotency_key: str | None = None
+    ) -> Created[JobRecord]:
         """Store a job; what is returned is committed.
 
         Raises
         ------
-        QueueFull
+        TooMany
             If too many jobs wait.
         KeyReused
             If the key came with another request before.
@@ -130,7 +103,7 @@ class Jobs:
             If it can't be stored.
         """
         if self._storing >= self._settings.queue:
-            raise QueueFull(_BUSY_RETRY_S)
+            raise table.queue_full(_BUSY_RETRY_S)
         self._storing += 1
         try:
             job = await asyncio.to_thread(_packed, request, owner, idempotency_key)
@@ -140,34 +113,24 @@ class Jobs:
         self._work.set()
         return submitted
 
-    async def get(self, job: str, owner: str) -> JobRecord | None:
-        """Return a job, or None if that owner has no such job."""
-        return await self._read(lambda source: lookup.job(source, job, owner))
-
-    async def list(
-        self, owner: str, *, state: JobState | None = None, limit: int = 50, before: str | None = None
-    ) -> tuple[JobRecord, ...]:
-        """Return the jobs of an owner, the newest first, those made before job `before` only."""
-        return await self._read(lambda source: lookup.jobs(source, owner, state, limit, before))
-
     async def plans(self, job: str) -> tuple[PlanRecord, ...]:
         """Return every revision, the first one first."""
-        return await self._read(lambda source: lookup.plans(source, job))
+        return await self._read(lambda reader: lookup.plans(reader, job))
 
     async def analysis(self, job: str) -> AnalysisRecord | None:
         """Return what was found on the map, or None (not yet, or a ready situation was sent)."""
-        return await self._read(lambda source: lookup.analysis(source, job))
+        return await self._read(lambda reader: lookup.analysis(reader, job))
 
     async def source(self, job: str) -> str | None:
         """Return what was sent, as JSON text."""
-        return await self._read(lambda source: lookup.source_text(source, job))
+        return await self._read(lambda reader: lookup.source_text(reader, job))
 
     async def cancel(self, job: str) -> JobRecord:
         """End a job, which keeps its best plan; one that is over stays as it is.
 
         Raises
         ------
-        UnknownJob
+        UnknownEntry
             If there is none.
         StoreError
             If it can't be stored; the job goes on.
@@ -183,59 +146,36 @@ class Jobs:
 
         Raises
         ------
-        UnknownJob
+        UnknownEntry
             If there is none.
         """
         try:
             async with asyncio.timeout(seconds):
-                with self._news.bell(job) as bell:
-                    while (record := await self._existing(job)).state not in FINAL and not self._stopping:
+                with self._bells.bell(job) as bell:
+                    while (record := await self._existing(job)).finished_at_ms is None and not self.stopping:
                         await bell.wait()
                         bell.clear()
                     return record
         except TimeoutError:
             return await self._existing(job)
 
-    async def follow(self, job: str, after: int = 0) -> AsyncIterator[EventRecord]:
-        """Yield the stored events after number `after`, then those to come; ends after `END` or at `stop`."""
-        with self._news.bell(job) as bell:
-            while not self._stopping:
-                bell.clear()
-                batch = await self._read(partial(lookup.events, job=job, after=after, limit=_BATCH))
-                for event in batch.events:
-                    after = event.seq
-                    yield event
-                    if event.type is EventType.END:
-                        return
-                if not batch.is_open:
-                    return
-                if not batch.events:
-                    await bell.wait()
-
     async def metrics(self) -> Metrics:
         """Return counts for operators."""
-        states, outcomes = await self._read(lookup.counts)
-        return Metrics(
-            states=states,
-            outcomes=outcomes,
-            slots=self._settings.slots,
-            slots_in_use=len(self._attempts),
-            following=self._news.listening,
+        states, outcomes = await self._read(
+            lambda reader: (JOBS.counts(reader, "state", JobState), JOBS.counts(reader, "outcome", JobOutcome))
         )
-
-    async def _existing(self, job: str) -> JobRecord:
-        return lookup.existing(await self._read(lambda source: lookup.job(source, job)), job)
+        return Metrics(states=states, outcomes=outcomes, slots=self._settings.slots, slots_in_use=len(self._attempts))
 
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
         with suppress(InternalError):
             await asyncio.to_thread(processes.warm_up)
-        while not self._stopping:
+        while not self.stopping:
             self._work.clear()
             claim = await self._surely(lambda tx: table.claim(tx, self._now_ms()))
             if claim is not None:
                 await self._attend(claim)
-            elif not self._stopping:
+            elif not self.stopping:
                 await self._work.wait()
 
     async def _attend(self, claim: table.Claim) -> None:
@@ -251,7 +191,7 @@ class Jobs:
         attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self._now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         try:
-            if self._stopping:
+            if self.stopping:
                 attempt.cancel()
             return await asyncio.get_running_loop().run_in_executor(self._threads, attempt.run)
         except Exception as error:
@@ -271,35 +211,6 @@ class Jobs:
         if again:
             log.warning("job interrupted", extra={"job": claim.id, "reason": end.reason or "the server stops"})
             self._work.set()
-
-    async def _sweep(self) -> None:
-        """Remove old jobs now and then."""
-        while not self._stopping:
-            removed = await self._surely(lambda tx: table.remove_old(tx, self._settings, self._now_ms()))
-            if not removed:
-                await self._pause(_SWEEP_S)
-
-    async def _surely(self, write: Callable[[Transaction], T]) -> T | None:
-        """Write, again and again while the disk refuses; None if that goes on until `stop`."""
-        while True:
-            try:
-                return await self._write(write)
-            except StoreError as error:
-                log.error("the store can't be written", extra={"reason": str(error)})
-            if self._stopping:
-                return None
-            await self._pause(_RETRY_S)
-
-    async def _pause(self, seconds: float) -> None:
-        with suppress(TimeoutError):
-            async with asyncio.timeout(seconds):
-                await self._stop.wait()
-
-    def _write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
-        return asyncio.wrap_future(self._store.write(write))
-
-    def _read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
-        return asyncio.wrap_future(self._store.read(read))
 
 
 def _failed(error: Exception) -> Closed:

@@ -1,11 +1,13 @@
-"""What passes between missions and those who ask for them: records, settings, refusals."""
+"""What passes between missions and those who ask for them: states, records, settings."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from marsupial_service.missions.values import EventType
+from marsupial_service.entries.records import Entry, EntrySettings
+from marsupial_service.missions.values import Wish
 
 
 class MissionState(StrEnum):
@@ -17,9 +19,25 @@ class MissionState(StrEnum):
     ENDED = "ended"
 
 
+MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
+    MissionState.RUNNING: frozenset({MissionState.PAUSED, MissionState.CANCELLING, MissionState.ENDED}),
+    MissionState.PAUSED: frozenset({MissionState.RUNNING, MissionState.CANCELLING, MissionState.ENDED}),
+    MissionState.CANCELLING: frozenset({MissionState.ENDED}),
+    MissionState.ENDED: frozenset(),
+}
+"""The states that may follow each state."""
+
+WISHED: Mapping[Wish, MissionState] = {
+    Wish.PAUSE: MissionState.PAUSED,
+    Wish.RESUME: MissionState.RUNNING,
+    Wish.CANCEL: MissionState.CANCELLING,
+}
+"""The state that each wish asks for."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MissionRecord:
-    """A mission as it is stored; `status` and `finished_at_ms` are there if and only if it has ended.
+class MissionRecord(Entry):
+    """A mission as it is stored; it has a `status` if and only if it has ended.
 
     Parameters
     ----------
@@ -31,13 +49,10 @@ class MissionRecord:
         How much went in, and how many answers came out: an answer to the brief and then one to each input.
     """
 
-    number: int
-    id: str
-    owner: str
+    state: MissionState
     name: str
     strategy: str
     planner: str
-    state: MissionState
     status: str | None
     reason: str
     n: int
@@ -45,21 +60,10 @@ class MissionRecord:
     revision: int
     inputs: int
     turns: int
-    created_at_ms: int
-    finished_at_ms: int | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MissionEventRecord:
-    """An event of a mission: `seq` counts from 1, `data` is one line of JSON."""
-
-    seq: int
-    type: EventType
-    data: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MissionSettings:
+class MissionSettings(EntrySettings):
     """What missions may use.
 
     Parameters
@@ -68,22 +72,8 @@ class MissionSettings:
         How many may be open at a time.
     backlog
         How many reports of one mission may wait for its process.
-    memory_bytes
-        Of all processes of one mission together.
-    retention_s, kept_missions
-        Missions that ended are removed when they are that old, or when there are more than that many.
     """
 
     missions: int = 20
     backlog: int = 1000
-    memory_bytes: int = 2 << 30
-    retention_s: float = 24 * 3600.0
-    kept_missions: int = 1000
-
-
-class TooMany(Exception):
-    """No more missions, or no more reports, are taken at the moment."""
-
-
-class UnknownMission(Exception):
-    """There is no such mission, or no longer."""
+    kept: int = 1000

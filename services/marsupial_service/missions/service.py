@@ -6,49 +6,34 @@ import asyncio
 import pickle
 import sqlite3
 import uuid
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import nullcontext
 from functools import partial
-from typing import TypeVar
 
-from marsupial.processes import launcher as processes
 from marsupial_service.analysis import load_analysis
-from marsupial_service.jobs.news import News
-from marsupial_service.jobs.service import wall_clock_ms
+from marsupial_service.entries.records import Created, TooMany
+from marsupial_service.entries.service import Entries
 from marsupial_service.missions import host, table
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.records import MissionEventRecord, MissionRecord, MissionSettings, TooMany
-from marsupial_service.missions.values import Brief, EventType, Report, Wish
-from marsupial_service.store import Store, StoreError, Transaction
+from marsupial_service.missions.records import MissionRecord, MissionSettings, MissionState
+from marsupial_service.missions.table import MISSIONS
+from marsupial_service.missions.values import Brief, Report, Wish
+from marsupial_service.moments import wall_clock_ms
+from marsupial_service.store import Store
 
 PRELOAD = (load_analysis, host)
 
-_BATCH = 64
-_SWEEP_S = 60.0
 
-T = TypeVar("T")
-
-
-class Missions:
-    """All missions of one store.
-
-    Parameters
-    ----------
-    now_ms
-        The clock, in ms since 1970.
-    """
+class Missions(Entries[MissionRecord]):
+    """All missions of one store."""
 
     def __init__(self, store: Store, settings: MissionSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
-        self._store = store
+        super().__init__(store, MISSIONS, settings, now_ms)
         self._settings = settings
-        self._now_ms = now_ms
-        self._news = News()
-        self._stopping = False
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
 
     async def start(self) -> None:
         """Take up the missions that an earlier run left open.
@@ -58,17 +43,14 @@ class Missions:
         StoreError
             If they can't be read.
         """
-        self._news.attend(self._store)
-        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=PRELOAD))
+        await self._begin(PRELOAD)
         for mission in await self._read(table.open_missions):
             record, ledger = await self._read(partial(_state, mission=mission))
             await self._open(record, ledger)
-        self._go(self._sweep())
 
     async def stop(self) -> None:
         """End streams and processes; open missions go on at the next start."""
-        self._stopping = True
-        self._news.ring_all()
+        self.leave()
         for task in self._tasks:
             task.cancel()
         if self._tasks:
@@ -77,8 +59,8 @@ class Missions:
 
     async def create(
         self, brief: Brief, digest: bytes, *, owner: str, idempotency_key: str | None = None
-    ) -> tuple[MissionRecord, bool]:
-        """Store a mission and begin it; True if an earlier request with the same key had made it.
+    ) -> Created[MissionRecord]:
+        """Store a mission and begin it, or find the one that an earlier request with the same key had made.
 
         Raises
         ------
@@ -95,18 +77,10 @@ class Missions:
         )
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
 
-    async def get(self, mission: str, owner: str) -> MissionRecord | None:
-        """Return a mission, or None if that owner has no such mission."""
-        return await self._read(lambda source: table.find(source, mission, owner))
-
-    async def list(self, owner: str, *, limit: int = 50, before: str | None = None) -> tuple[MissionRecord, ...]:
-        """Return the missions of an owner, the newest first, those made before mission `before` only."""
-        return await self._read(lambda source: table.missions(source, owner, limit, before))
-
     async def brief(self, record: MissionRecord) -> Brief:
         """Return what a mission was created with."""
         keeper = self._keepers.get(record.id)
-        return await self._read(lambda source: table.brief(source, record)) if keeper is None else keeper.brief
+        return await self._read(lambda reader: table.brief(reader, record)) if keeper is None else keeper.brief
 
     async def report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
         """Take a report in; what is returned is committed. One that was taken before changes nothing.
@@ -136,49 +110,33 @@ class Missions:
 
     async def log(self, record: MissionRecord) -> str:
         """Return the mission log as far as there is one; where the map changed, of the time since."""
-        lines = await self._read(lambda source: table.log(source, record))
+        lines = await self._read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
     async def ledger(self, record: MissionRecord) -> Ledger:
         """Return what is known of a mission, the map included; not to be changed."""
         keeper = self._keepers.get(record.id)
-        return await self._read(lambda source: table.ledger(source, record)) if keeper is None else keeper.ledger
+        return await self._read(lambda reader: table.ledger(reader, record)) if keeper is None else keeper.ledger
 
-    async def follow(self, mission: str, after: int = 0) -> AsyncIterator[MissionEventRecord]:
-        """Yield the stored events after number `after`, then those to come; ends after `END` or at `stop`."""
-        with self._news.bell(mission) as bell:
-            while not self._stopping:
-                bell.clear()
-                batch, is_open = await self._read(partial(table.events, mission=mission, after=after, limit=_BATCH))
-                for event in batch:
-                    after = event.seq
-                    yield event
-                    if event.type is EventType.END:
-                        return
-                if not is_open:
-                    return
-                if not batch:
-                    await bell.wait()
-
-    async def counts(self) -> dict[str, int]:
+    async def counts(self) -> dict[MissionState, int]:
         """Return how many missions there are by state."""
-        return await self._read(table.counts)
+        return await self._read(lambda reader: MISSIONS.counts(reader, "state", MissionState))
 
-    async def _create(self, new: table.NewMission) -> tuple[MissionRecord, bool]:
-        record, replayed = await self._write(lambda tx: table.insert(tx, new, self._settings, self._now_ms()))
-        if not replayed:
-            await self._open(record, Ledger(new.brief), new.brief)
-        return record, replayed
+    async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
+        created = await self._write(lambda tx: table.insert(tx, new, self._settings, self._now_ms()))
+        if not created.replayed:
+            await self._open(created.record, Ledger(new.brief), new.brief)
+        return created
 
     async def _report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
         keeper = self._keepers.get(record.id)
         if keeper is None:
             if (await self.ledger(record)).is_repeat(report.n, digest):
                 return record
-            raise Conflict(table.over(await self._read(lambda source: table.existing(source, record.id))))
+            raise Conflict(table.over(await self._existing(record.id)))
         async with keeper.lock:
             if keeper.ledger.is_repeat(report.n, digest):
-                return await self._read(lambda source: table.existing(source, record.id))
+                return await self._existing(record.id)
             if keeper.inputs - keeper.turns >= self._settings.backlog:
                 raise TooMany(f"{self._settings.backlog} reports wait for the planner")
             keeper.ledger.check(report)
@@ -189,11 +147,9 @@ class Missions:
 
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
         keeper = self._keepers.get(mission)
-        if keeper is None:
-            return await self._write(lambda tx: table.add_wish(tx, mission, wish, self._now_ms()))
-        async with keeper.lock:
+        async with nullcontext() if keeper is None else keeper.lock:
             stored = await self._write(lambda tx: table.add_wish(tx, mission, wish, self._now_ms()))
-            if stored.inputs > keeper.inputs:
+            if keeper is not None and stored.inputs > keeper.inputs:
                 keeper.came()
             return stored
 
@@ -214,30 +170,10 @@ class Missions:
         try:
             await keeper.keep()
         finally:
-            if not self._stopping:
+            if not self.stopping:
                 del self._keepers[keeper.id]
 
-    def _go(self, work: Awaitable[None]) -> None:
-        task = asyncio.ensure_future(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
 
-    async def _sweep(self) -> None:
-        """Remove old missions now and then."""
-        while True:
-            removed = 0
-            with suppress(StoreError):
-                removed = await self._write(lambda tx: table.remove_old(tx, self._settings, self._now_ms()))
-            if not removed:
-                await asyncio.sleep(_SWEEP_S)
-
-    def _write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
-        return asyncio.wrap_future(self._store.write(write))
-
-    def _read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
-        return asyncio.wrap_future(self._store.read(read))
-
-
-def _state(source: sqlite3.Connection, mission: str) -> tuple[MissionRecord, Ledger]:
-    record = table.existing(source, mission)
-    return record, table.ledger(source, record)
+def _state(reader: sqlite3.Connection, mission: str) -> tuple[MissionRecord, Ledger]:
+    record = MISSIONS.existing(reader, mission)
+    return record, table.ledger(reader, record)

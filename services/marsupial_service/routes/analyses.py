@@ -11,10 +11,10 @@ from marsupial.formats.fields import Notes
 from marsupial.planning.checker import check
 from marsupial_service import analysis
 from marsupial_service.answers import json_answer
+from marsupial_service.entries.records import TooMany
 from marsupial_service.intake import plan_of, situation_of
 from marsupial_service.intake_map import map_state_of
 from marsupial_service.openapi import errors
-from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
 from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
@@ -31,7 +31,7 @@ async def analyse(state: Service, body: AnalysisBody) -> Response:
     limits = state.settings.limits
     task = await asyncio.to_thread(map_state_of, body.map_state, limits)
     if state.analyses.locked():
-        raise HttpProblem("too-many", f"at most {limits.analyses} at a time", headers={"Retry-After": "1"})
+        raise TooMany(f"at most {limits.analyses} at a time")
     async with state.analyses:
         found = await value_of(
             analysis.analyse,

@@ -16,7 +16,7 @@ from marsupial_service.answers import is_over, job_answer, job_path, json_answer
 from marsupial_service.events import EventStream, stream
 from marsupial_service.intake import budget_of, refuse, situation_of
 from marsupial_service.intake_map import map_state_of
-from marsupial_service.jobs import JobRequest, JobState, MapTask, Submitted
+from marsupial_service.jobs.records import JobRequest, JobState, MapTask
 from marsupial_service.openapi import errors
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.problems import HttpProblem
@@ -26,11 +26,14 @@ from marsupial_service.routes.parameters import (
     Json,
     LastEventId,
     Owner,
+    PageLimit,
     Prefer,
     Service,
     digest_of,
+    older_than,
     wait_seconds,
 )
+from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
@@ -42,22 +45,12 @@ log = logging.getLogger("marsupial.service")
 
 router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
 
-_ACCEPTED = {
-    "model": answers.JobAnswer,
-    "description": "The job is stored; it is at Location.",
-    "headers": {"Location": {"schema": {"type": "string"}}},
-}
-
 
 @router.post(
     "",
     status_code=202,
     response_model=answers.JobAnswer,
-    responses={
-        **errors("key-reused", "too-many", "not-ready", body=True),
-        200: {**_ACCEPTED, "description": "The job is over."},
-        202: _ACCEPTED,
-    },
+    responses=stored(answers.JobAnswer, "job", 202, at_once="The job is over."),
 )
 async def submit_job(
     state: Service,
@@ -69,20 +62,13 @@ async def submit_job(
 ) -> Response:
     """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
     request = await asyncio.to_thread(_request, body.root, sent, state.settings)
-    submitted = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
-    log.info("job taken", extra={"job": submitted.job.id, "owner": owner, "planner": submitted.job.planner})
-    return await _answer(state, submitted, prefer)
-
-
-async def _answer(state: Service, submitted: Submitted, prefer: str | None) -> Response:
-    job, seconds = submitted.job, wait_seconds(prefer, state.settings.limits.wait_s)
+    created = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
+    job, headers = created.record, headers_of(created, job_path(created.record.id))
+    log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})
+    seconds = wait_seconds(prefer, state.settings.limits.wait_s)
     if seconds is not None:
         job = await state.running().wait(job.id, seconds)
-    headers = {"Location": job_path(job.id)}
-    if seconds is not None:
         headers["Preference-Applied"] = f"wait={seconds:g}"
-    if submitted.replayed:
-        headers["Idempotency-Replayed"] = "true"
     return json_answer(job_answer(job), 200 if is_over(job) else 202, headers)
 
 
@@ -115,16 +101,13 @@ async def list_jobs(
     state: Service,
     owner: Owner,
     job_state: Annotated[answers.StateWord | None, Query(alias="state")] = None,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    before: Annotated[str | None, Query(description="Id of a job: older ones only.", max_length=100)] = None,
+    limit: PageLimit = 50,
+    before: Annotated[str | None, older_than("job")] = None,
 ) -> Response:
     """List one's jobs, the newest first."""
     wanted = None if job_state is None else JobState(job_state)
     found = await state.running().list(owner, state=wanted, limit=limit + 1, before=before)
-    jobs, following = found[:limit], None
-    if len(found) > limit:
-        state_part = f"&state={job_state}" if job_state else ""
-        following = f"/v1/jobs?limit={limit}{state_part}&before={jobs[-1].id}"
+    jobs, following = page(found, limit, router.prefix, state=job_state)
     return json_answer(answers.JobListAnswer(jobs=[summary_answer(job) for job in jobs], next=following))
 
 
@@ -157,7 +140,7 @@ async def list_plans(state: Service, job: JobOfPath) -> Response:
 )
 async def follow_job(state: Service, owner: Owner, job: JobOfPath, last_event_id: LastEventId = None) -> Response:
     """Stream the events of a job as they come, the stored ones first."""
-    return stream(state, owner, state.running().follow(job.id, int(last_event_id or 0)))
+    return stream(state, owner, state.running(), job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))

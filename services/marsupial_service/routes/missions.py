@@ -5,17 +5,28 @@ from __future__ import annotations
 import asyncio
 from typing import Annotated
 
-from fastapi import APIRouter, Depends, Path, Query, Response
+from fastapi import APIRouter, Response
 from starlette.responses import PlainTextResponse
 
 from marsupial_service.answers import json_answer, mission_answer, mission_path
 from marsupial_service.events import EventStream, stream
 from marsupial_service.keys import Scope
 from marsupial_service.missions.reading import brief_of, report_of
-from marsupial_service.missions.records import MissionRecord, UnknownMission
+from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.openapi import errors
-from marsupial_service.routes.parameters import IdempotencyKey, Json, LastEventId, Owner, Service, digest_of
+from marsupial_service.routes.parameters import (
+    IdempotencyKey,
+    Json,
+    LastEventId,
+    MissionOfPath,
+    Owner,
+    PageLimit,
+    Service,
+    digest_of,
+    older_than,
+)
+from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.routing import Route
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportBody
@@ -35,35 +46,14 @@ class LogAnswer(PlainTextResponse):
 
 router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missions"])
 
-_CREATED = {
-    "model": answers.MissionAnswer,
-    "description": "The mission is stored; it is at Location.",
-    "headers": {"Location": {"schema": {"type": "string"}}},
-}
-_WISHED = errors("not-found", "conflict", "not-ready")
-
-
-async def _mission(
-    state: Service, owner: Owner, mission: Annotated[str, Path(description="Id of a mission.", max_length=100)]
-) -> MissionRecord:
-    found = await state.flying().get(mission, owner)
-    if found is None:
-        raise UnknownMission(mission)
-    return found
-
-
-MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
-
 
 @router.post(
     "",
     status_code=201,
     response_model=answers.MissionAnswer,
-    responses={
-        **errors("key-reused", "too-many", "not-ready", body=True),
-        200: {**_CREATED, "description": "An earlier request with that key has made the mission."},
-        201: _CREATED,
-    },
+    responses=stored(
+        answers.MissionAnswer, "mission", 201, at_once="An earlier request with that key has made the mission."
+    ),
 )
 async def create_mission(
     state: Service, owner: Owner, sent: Json, body: MissionBody, idempotency_key: IdempotencyKey = None
@@ -71,24 +61,21 @@ async def create_mission(
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
     brief = await asyncio.to_thread(brief_of, body, settings.limits, settings.planners)
-    record, replayed = await state.flying().create(brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key)
-    headers = {"Location": mission_path(record.id)}
-    if replayed:
-        headers["Idempotency-Replayed"] = "true"
-    return json_answer(mission_answer(record), 200 if replayed else 201, headers)
+    created = await state.flying().create(brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key)
+    record, replayed = created
+    return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(created, mission_path(record.id)))
 
 
 @router.get("", response_model=answers.MissionListAnswer, responses=errors())
 async def list_missions(
     state: Service,
     owner: Owner,
-    limit: Annotated[int, Query(ge=1, le=200)] = 50,
-    before: Annotated[str | None, Query(description="Id of a mission: older ones only.", max_length=100)] = None,
+    limit: PageLimit = 50,
+    before: Annotated[str | None, older_than("mission")] = None,
 ) -> Response:
     """List one's missions, the newest first."""
     found = await state.flying().list(owner, limit=limit + 1, before=before)
-    missions = found[:limit]
-    following = f"/v1/missions?limit={limit}&before={missions[-1].id}" if len(found) > limit else None
+    missions, following = page(found, limit, router.prefix)
     shown = [mission_answer(record) for record in missions]
     return json_answer(answers.MissionListAnswer(missions=shown, next=following))
 
@@ -148,7 +135,7 @@ async def follow_mission(
     state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the commands and decisions of a mission as they come, stored ones first, up to the event `end`."""
-    return stream(state, owner, state.flying().follow(mission.id, int(last_event_id or 0)))
+    return stream(state, owner, state.flying(), mission.id, last_event_id)
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))

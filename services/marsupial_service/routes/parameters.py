@@ -1,4 +1,4 @@
-"""What several routes take: who asks, headers, the job of the path."""
+"""What several routes take: who asks, headers, which page of a list, the job or mission of the path."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import json
 import re
 from typing import Annotated, Any
 
-from fastapi import Depends, Header, Path, Request
+from fastapi import Depends, Header, Path, Query, Request
 
-from marsupial_service.jobs import JobRecord, UnknownJob
+from marsupial_service.jobs.records import JobRecord
+from marsupial_service.missions.records import MissionRecord
 from marsupial_service.state import State, state_of
 
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?:;.*)?", re.IGNORECASE)
@@ -47,16 +48,29 @@ LastEventId = Annotated[
 ]
 
 
-async def _job(
-    state: Service, owner: Owner, job: Annotated[str, Path(description="Id of a job.", max_length=100)]
-) -> JobRecord:
-    found = await state.running().get(job, owner)
-    if found is None:
-        raise UnknownJob(job)
-    return found
+PageLimit = Annotated[int, Query(ge=1, le=200)]
+
+
+def older_than(noun: str) -> Any:
+    """Return the parameter of a list that begins after one of its entries."""
+    return Query(description=f"Id of a {noun}: older ones only.", max_length=100)
+
+
+def id_of(noun: str) -> Any:
+    """Return the parameter of a path that names an entry."""
+    return Path(description=f"Id of a {noun}.", max_length=100)
+
+
+async def _job(state: Service, owner: Owner, job: Annotated[str, id_of("job")]) -> JobRecord:
+    return await state.running().of(owner, job)
+
+
+async def _mission(state: Service, owner: Owner, mission: Annotated[str, id_of("mission")]) -> MissionRecord:
+    return await state.flying().of(owner, mission)
 
 
 JobOfPath = Annotated[JobRecord, Depends(_job)]
+MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
 
 
 def digest_of(sent: Any) -> bytes:

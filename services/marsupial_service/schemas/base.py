@@ -6,7 +6,6 @@ Numbers lie within `marsupial.model.bounds`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from datetime import UTC, datetime
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
@@ -25,14 +24,9 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from marsupial.model.bounds import BOUNDS, LONGEST_NAME, LONGEST_TEXT
 from marsupial.model.grid import Cell
+from marsupial_service.moments import timestamp
 
 T = TypeVar("T")
-
-
-def timestamp(ms: int) -> str:
-    """Return a moment (ms since 1970) as RFC 3339 text, UTC, with milliseconds."""
-    moment = datetime.fromtimestamp(ms // 1000, UTC)
-    return f"{moment:%Y-%m-%dT%H:%M:%S}.{ms % 1000:03d}Z"
 
 
 class Request(BaseModel):

@@ -1,4 +1,4 @@
-"""The SQLite file: how connections are opened, and its tables.
+"""The SQLite file: how connections to it are opened.
 
 Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. Whoever can write to
 the folder can make the workers run anything, as tasks are kept pickled: the folder is made for its owner alone.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import sqlite3
 from pathlib import Path
 
-from marsupial_service.store import mission_tables
+from marsupial_service.store import tables
 from marsupial_service.store.errors import StoreError
 
 VERSION = 1
@@ -17,61 +17,6 @@ VERSION = 1
 
 _BUSY_MS = 10_000
 _LONGEST_LOG = 64 << 20
-
-_TABLES = """
-CREATE TABLE jobs (
-    number INTEGER PRIMARY KEY AUTOINCREMENT,
-    id TEXT NOT NULL UNIQUE,
-    owner TEXT NOT NULL,
-    idempotency_key TEXT,
-    digest BLOB NOT NULL,
-    planner TEXT NOT NULL,
-    seconds REAL,
-    steps INTEGER,
-    state TEXT NOT NULL,
-    outcome TEXT,
-    detail TEXT NOT NULL DEFAULT '',
-    attempts INTEGER NOT NULL DEFAULT 0,
-    plans INTEGER NOT NULL DEFAULT 0,
-    events INTEGER NOT NULL DEFAULT 0,
-    lower_bound_ms INTEGER,
-    created_ms INTEGER NOT NULL,
-    queued_ms INTEGER NOT NULL,
-    started_ms INTEGER,
-    first_plan_ms INTEGER,
-    finished_ms INTEGER
-) STRICT;
-CREATE UNIQUE INDEX jobs_by_key ON jobs (owner, idempotency_key) WHERE idempotency_key IS NOT NULL;
-CREATE INDEX jobs_by_owner ON jobs (owner, number);
-CREATE INDEX jobs_open ON jobs (state, number) WHERE finished_ms IS NULL;
-CREATE INDEX jobs_over ON jobs (finished_ms) WHERE finished_ms IS NOT NULL;
-CREATE TABLE payloads (
-    job INTEGER PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
-    task BLOB,
-    source BLOB NOT NULL,
-    situation TEXT,
-    places TEXT
-) STRICT;
-CREATE TABLE plans (
-    job INTEGER NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
-    revision INTEGER NOT NULL,
-    makespan_ms INTEGER NOT NULL,
-    score TEXT NOT NULL,
-    found_after_ms INTEGER NOT NULL,
-    at_ms INTEGER NOT NULL,
-    actions TEXT NOT NULL,
-    ipc TEXT NOT NULL,
-    PRIMARY KEY (job, revision)
-) STRICT, WITHOUT ROWID;
-CREATE TABLE events (
-    job INTEGER NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
-    seq INTEGER NOT NULL,
-    type TEXT NOT NULL,
-    data TEXT NOT NULL,
-    at_ms INTEGER NOT NULL,
-    PRIMARY KEY (job, seq)
-) STRICT, WITHOUT ROWID;
-"""
 
 
 def open_for_writing(path: Path) -> sqlite3.Connection:
@@ -120,6 +65,4 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
         raise StoreError(f"{path}: this file system can't hold a write-ahead log")
     connection.execute(f"PRAGMA journal_size_limit = {_LONGEST_LOG}")
     if version == 0:
-        connection.executescript(
-            f"BEGIN IMMEDIATE;{_TABLES}{mission_tables.TABLES}PRAGMA user_version = {VERSION};COMMIT;"
-        )
+        connection.executescript(f"BEGIN IMMEDIATE;{tables.TABLES}PRAGMA user_version = {VERSION};COMMIT;")

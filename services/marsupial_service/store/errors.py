@@ -9,7 +9,3 @@ class StoreError(Exception):
 
 class StoreInUse(StoreError):
     """Another server uses the folder."""
-
-
-class KeyReused(Exception):
-    """An idempotency key came again with another request."""

@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
+from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 VARIABLE = "MARSUPIAL_FAILPOINTS"
 BEFORE_COMMIT, AFTER_COMMIT = "before_commit", "after_commit"
@@ -31,28 +31,20 @@ POINTS: Mapping[str, Mapping[str, Callable[[], None]]] = {
 """What can happen when a group of writes is done but not committed, and when it is committed but nobody was told."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Failpoint:
-    """What happens at a point; `at` is the number of the passing at which it does, 0 for every one."""
-
-    act: Callable[[], None]
-    at: int
-
-
 class Failpoints:
-    """The points that are armed; passing any other does nothing."""
+    """The points that are armed: what happens there, and at which passing (0: at every one). Any other does nothing."""
 
-    def __init__(self, armed: Mapping[str, Failpoint]) -> None:
+    def __init__(self, armed: Mapping[str, tuple[Callable[[], None], int]]) -> None:
         self._armed = armed
-        self._passed = dict.fromkeys(armed, 0)
+        self._passed = Counter[str]()
 
     def reach(self, point: str) -> None:
         """Do what is to be done at `point`."""
-        armed = self._armed.get(point)
-        if armed is not None:
+        if point in self._armed:
+            act, at = self._armed[point]
             self._passed[point] += 1
-            if armed.at in (0, self._passed[point]):
-                armed.act()
+            if at in (0, self._passed[point]):
+                act()
 
 
 def failpoints(environment: Mapping[str, str]) -> Failpoints:
@@ -66,11 +58,11 @@ def failpoints(environment: Mapping[str, str]) -> Failpoints:
     return Failpoints(dict(_parse(part) for part in environment.get(VARIABLE, "").split(",") if part.strip()))
 
 
-def _parse(text: str) -> tuple[str, Failpoint]:
+def _parse(text: str) -> tuple[str, tuple[Callable[[], None], int]]:
     point, _, rest = text.strip().partition("=")
     action, _, at = rest.partition("@")
     actions = POINTS.get(point, {})
     if action not in actions or not (at or "0").isdecimal():
         known = ", ".join(f"{point}={action}" for point, actions in POINTS.items() for action in actions)
         raise ValueError(f"{VARIABLE}: {text!r} is not one of {known}, with or without '@N'")
-    return point, Failpoint(act=actions[action], at=int(at or 0))
+    return point, (actions[action], int(at or 0))

@@ -32,6 +32,12 @@ class Transaction:
         """Run one statement."""
         return self._connection.execute(sql, tuple(values))
 
+    def insert(self, table: str, **columns: Any) -> int:
+        """Add a row to a table, and return its number."""
+        places = ", ".join("?" * len(columns))
+        sql = f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({places})"
+        return self.execute(sql, columns.values()).lastrowid or 0
+
 
 class _Errand:
     def __init__(self, write: Callable[[Transaction], Any]) -> None:

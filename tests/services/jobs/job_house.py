@@ -4,37 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import sys
-import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 
-import psutil
-from launcher_tree import below_launcher
+from entry_house import opened
 from situations import one_room
 
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
-from marsupial_service.jobs import EventRecord, JobRecord, JobRequest, Jobs, JobSettings, MapTask
-from marsupial_service.store import Store
+from marsupial_service.entries.records import EventRecord
+from marsupial_service.jobs.records import JobRecord, JobRequest, JobSettings, MapTask
+from marsupial_service.jobs.service import Jobs
 
 SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{domain}} {{problem}}"
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
 
 
-@asynccontextmanager
-async def open_jobs(folder: Path, **settings: object) -> AsyncIterator[Jobs]:
-    """Give the jobs of a folder, started; stopped and closed afterwards."""
-    store = Store(folder)
-    try:
-        jobs = Jobs(store, JobSettings(**{"slots": 1, **settings}))
-        await jobs.start()
-        try:
-            yield jobs
-        finally:
-            await jobs.stop()
-    finally:
-        store.close()
+def open_jobs(folder: Path, **settings: object) -> AbstractAsyncContextManager[Jobs]:
+    """Give the jobs of a folder, one at a time unless told otherwise."""
+    return opened(folder, lambda store: Jobs(store, JobSettings(**{"slots": 1, **settings})))
 
 
 def request(
@@ -57,7 +45,7 @@ def request(
 
 async def submit(jobs: Jobs, wanted: JobRequest | None = None) -> str:
     submitted = await jobs.submit(request() if wanted is None else wanted, owner="me")
-    return submitted.job.id
+    return submitted.record.id
 
 
 async def ended(jobs: Jobs, job: str) -> JobRecord:
@@ -77,25 +65,3 @@ async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
     async with asyncio.timeout(20):
         while len(await jobs.plans(job)) < revision:
             await asyncio.sleep(0.01)
-
-
-def nothing_runs(within_s: float = 5.0) -> bool:
-    """Say whether nothing but the launcher runs any more, or soon does."""
-    until = time.monotonic() + within_s
-    while (left := below_launcher()) and time.monotonic() < until:
-        time.sleep(0.01)
-    return not left
-
-
-def is_gone(pid: int, within_s: float = 5.0) -> bool:
-    until = time.monotonic() + within_s
-    while is_alive(pid) and time.monotonic() < until:
-        time.sleep(0.01)
-    return not is_alive(pid)
-
-
-def is_alive(pid: int) -> bool:
-    try:
-        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False

@@ -15,7 +15,7 @@ async def serve(folder: Path, what: str) -> None:
     from job_house import SLOW, open_jobs, planned, request, submit
     from situations import many_rooms, one_hall
 
-    from marsupial_service.jobs import QueueFull
+    from marsupial_service.entries.records import TooMany
 
     async with open_jobs(folder, slots=2, queue=8, commands={"slow": f"{SLOW} {folder / 'go'}"}) as jobs:
         if what == "slow":
@@ -28,7 +28,7 @@ async def serve(folder: Path, what: str) -> None:
             wanted = request(one_hall()) if number % 2 else longer
             try:
                 print(await submit(jobs, wanted), flush=True)
-            except QueueFull:
+            except TooMany:
                 await asyncio.sleep(0.05)
 
 

@@ -8,7 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from job_house import SLOW, ended, is_gone, nothing_runs, open_jobs, planned, request, submit, told
+from job_house import SLOW, ended, open_jobs, planned, request, submit, told
+from launcher_tree import is_gone, nothing_runs
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
 
@@ -16,8 +17,9 @@ from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.formats.situation import situation_from_json
 from marsupial.model.objective import MAKESPAN
 from marsupial.planning.checker import check
-from marsupial_service.jobs import FINAL, STATE_OF, EventType, JobOutcome, JobState, QueueFull, UnknownJob
-from marsupial_service.store import KeyReused, StoreError, failpoints
+from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.jobs.records import FINAL, STATE_OF, JobEventType, JobOutcome, JobState
+from marsupial_service.store import StoreError, failpoints
 
 MIB = 1 << 20
 
@@ -32,9 +34,9 @@ def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(tmp_path: Path) 
     async def run() -> None:
         async with open_jobs(tmp_path) as jobs:
             submitted = await jobs.submit(request(), owner="me")
-            assert (submitted.job.state, submitted.replayed) == (JobState.QUEUED, False)
-            events = await told(jobs, submitted.job.id)
-            job = await jobs.get(submitted.job.id, "me")
+            assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
+            events = await told(jobs, submitted.record.id)
+            job = await jobs.get(submitted.record.id, "me")
             assert job is not None
             assert (job.state, job.outcome) == (JobState.SUCCEEDED, JobOutcome.SATISFICING)
             assert (job.attempts, job.plans) == (1, 1)
@@ -65,7 +67,7 @@ def test_revisions_improve_strictly_are_valid_and_are_what_events_told(tmp_path:
             scores = [MAKESPAN.value(situation, record.plan) for record in plans]
             assert all(later < earlier for earlier, later in pairwise(scores))
             assert [read_plan_text(record.ipc, situation) for record in plans] == [record.plan for record in plans]
-            in_events = [json.loads(event.data) for event in events if event.type is EventType.PLAN]
+            in_events = [json.loads(event.data) for event in events if event.type is JobEventType.PLAN]
             assert [(plan["revision"], plan["makespan_ms"]) for plan in in_events] == [
                 (record.revision, record.plan.makespan_ms) for record in plans
             ]
@@ -102,16 +104,16 @@ def test_the_same_key_gives_the_same_job_and_another_request_is_refused(tmp_path
         async with open_jobs(tmp_path) as jobs:
             together = [jobs.submit(request(), owner="me", idempotency_key="k") for _ in range(8)]
             answers = await asyncio.gather(*together)
-            assert len({answer.job.id for answer in answers}) == 1
+            assert len({answer.record.id for answer in answers}) == 1
             assert sorted(answer.replayed for answer in answers) == [False] + [True] * 7
             with pytest.raises(KeyReused):
                 await jobs.submit(request(digest=b"other"), owner="me", idempotency_key="k")
             others = await jobs.submit(request(digest=b"other"), owner="you", idempotency_key="k")
             assert not others.replayed
-            await ended(jobs, answers[0].job.id)
+            await ended(jobs, answers[0].record.id)
             again = await jobs.submit(request(), owner="me", idempotency_key="k")
-            assert (again.replayed, again.job.id) == (True, answers[0].job.id)
-            assert again.job.outcome is not None
+            assert (again.replayed, again.record.id) == (True, answers[0].record.id)
+            assert again.record.outcome is not None
 
     asyncio.run(run())
 
@@ -129,10 +131,10 @@ def test_ten_times_the_queue_is_refused_and_takes_no_memory(tmp_path: Path) -> N
             answers = await asyncio.gather(*(submit(jobs, wanted) for _ in range(40)), return_exceptions=True)
             _, peak = tracemalloc.get_traced_memory()
             tracemalloc.stop()
-            refused = [answer for answer in answers if isinstance(answer, QueueFull)]
+            refused = [answer for answer in answers if isinstance(answer, TooMany)]
             assert all(1 <= answer.retry_after_s <= 60 for answer in refused)
             for _ in range(36):
-                with pytest.raises(QueueFull):
+                with pytest.raises(TooMany):
                     await submit(jobs, wanted)
             counts = (await jobs.metrics()).states
             assert (counts[JobState.RUNNING], counts[JobState.QUEUED]) == (1, 4)
@@ -199,7 +201,7 @@ def test_a_cancelled_job_keeps_its_best_plan(tmp_path: Path) -> None:
             assert cancelled.outcome is JobOutcome.CANCELLED
             assert cancelled.best is not None
             assert check(one_room(), cancelled.best.plan).valid
-            assert (await told(jobs, job))[-1].type is EventType.END
+            assert (await told(jobs, job))[-1].type is JobEventType.END
 
     asyncio.run(run())
 
@@ -215,7 +217,7 @@ def test_cancelling_at_any_moment_leads_to_one_end(tmp_path: Path) -> None:
                 final = await ended(jobs, job)
                 assert all(answer == final for answer in answers)
                 events = await follower
-                assert [event.type for event in events].count(EventType.END) == 1
+                assert [event.type for event in events].count(JobEventType.END) == 1
                 end = json.loads(events[-1].data)
                 assert (end["state"], end["outcome"]) == (final.state, final.outcome)
                 assert events == await told(jobs, job)
@@ -226,9 +228,9 @@ def test_cancelling_at_any_moment_leads_to_one_end(tmp_path: Path) -> None:
 def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(tmp_path: Path) -> None:
     async def run() -> None:
         async with open_jobs(tmp_path) as jobs:
-            with pytest.raises(UnknownJob):
+            with pytest.raises(UnknownEntry):
                 await jobs.cancel("nobody")
-            with pytest.raises(UnknownJob):
+            with pytest.raises(UnknownEntry):
                 await jobs.wait("nobody", 1)
 
     asyncio.run(run())
@@ -297,7 +299,7 @@ def test_an_owner_sees_only_their_own_jobs_the_newest_first(tmp_path: Path) -> N
     async def run() -> None:
         async with open_jobs(tmp_path) as jobs:
             mine = [await submit(jobs) for _ in range(3)]
-            other = (await jobs.submit(request(), owner="you")).job.id
+            other = (await jobs.submit(request(), owner="you")).record.id
             assert await jobs.get(other, "me") is None
             assert [job.id for job in await jobs.list("you")] == [other]
             assert [job.id for job in await jobs.list("me")] == mine[::-1]
@@ -333,7 +335,7 @@ def test_finished_jobs_are_removed_when_too_old_or_too_many(tmp_path: Path) -> N
                     await asyncio.sleep(0.01)
             return [job.id for job in await jobs.list("me")] + ids
 
-    kept, *rest = asyncio.run(run(kept_jobs=1))
+    kept, *rest = asyncio.run(run(kept=1))
     assert kept == rest[-1]
     assert len(asyncio.run(run(retention_s=0.0))) == 3
 
@@ -368,6 +370,6 @@ def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(tmp_path: Pat
             assert done.attempts <= 2
             events = await told(jobs, job)
             assert [event.seq for event in events] == list(range(1, len(events) + 1))
-            assert [event.type for event in events].count(EventType.END) == 1
+            assert [event.type for event in events].count(JobEventType.END) == 1
 
     asyncio.run(run())

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import psutil
 import pytest
-from job_house import SLOW, ended, is_alive, nothing_runs, open_jobs, planned, request, submit, told
-from launcher_tree import below_launcher
+from job_house import SLOW, ended, open_jobs, planned, request, submit, told
+from launcher_tree import below_launcher, is_alive, nothing_runs
 from situations import one_room
 from strange_tasks import Dies, Escapes, Waits, pid_in
 
 from marsupial.planning.checker import check
 from marsupial.processes import launcher as processes
-from marsupial_service.jobs import EventType, JobOutcome, JobState
+from marsupial_service.jobs.records import JobEventType, JobOutcome, JobState
 from marsupial_service.store import failpoints
 
 MARK = "MARSUPIAL_TEST_MARK"
@@ -33,7 +33,7 @@ def nothing_left() -> Iterator[None]:
     assert nothing_runs()
 
 
-class Server:
+class JobServer:
     """The process of `job_server.py`, and everything it starts."""
 
     def __init__(self, folder: Path, what: str, armed: str = "") -> None:
@@ -90,9 +90,9 @@ def all_end_well(folder: Path, acknowledged: list[str]) -> None:
                 assert done.outcome in (JobOutcome.OPTIMAL, JobOutcome.SATISFICING), done
                 events = await told(jobs, job)
                 assert [event.seq for event in events] == list(range(1, len(events) + 1))
-                assert [event.type for event in events].count(EventType.END) == 1
-                assert events[-1].type is EventType.END
-                plans = [json.loads(event.data) for event in events if event.type is EventType.PLAN]
+                assert [event.type for event in events].count(JobEventType.END) == 1
+                assert events[-1].type is JobEventType.END
+                plans = [json.loads(event.data) for event in events if event.type is JobEventType.PLAN]
                 assert [plan["revision"] for plan in plans] == list(range(1, done.plans + 1))
                 assert [plan["makespan_ms"] for plan in plans] == sorted(
                     (plan["makespan_ms"] for plan in plans), reverse=True
@@ -105,7 +105,7 @@ def all_end_well(folder: Path, acknowledged: list[str]) -> None:
     "armed", ["", "after_commit=kill@12", pytest.param("before_commit=kill@12", marks=pytest.mark.slow)]
 )
 def test_an_acknowledged_job_survives_the_kill_of_the_server(tmp_path: Path, armed: str) -> None:
-    server = Server(tmp_path, "many", armed)
+    server = JobServer(tmp_path, "many", armed)
     acknowledged = server.acknowledged(5)
     acknowledged += server.rest() if armed else server.kill()
     assert len(acknowledged) >= 3
@@ -118,7 +118,7 @@ def test_acknowledged_jobs_survive_many_kills_at_any_moment(tmp_path: Path) -> N
     draw = random.Random(1)
     acknowledged: list[str] = []
     for _ in range(25):
-        server = Server(tmp_path, "many")
+        server = JobServer(tmp_path, "many")
         acknowledged += server.acknowledged(1)
         time.sleep(draw.uniform(0, 6))
         acknowledged += server.kill()
@@ -128,7 +128,7 @@ def test_acknowledged_jobs_survive_many_kills_at_any_moment(tmp_path: Path) -> N
 
 @pytest.mark.slow
 def test_a_running_job_goes_on_from_its_best_plan_after_the_server_was_killed(tmp_path: Path) -> None:
-    server = Server(tmp_path, "slow")
+    server = JobServer(tmp_path, "slow")
     (job,) = server.acknowledged(1)
     server.kill()
     assert server.left() == []

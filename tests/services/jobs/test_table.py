@@ -9,9 +9,11 @@ from situations import one_hall
 
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial_service.jobs import JobOutcome, JobRecord, JobSettings, JobState, lookup, table
+from marsupial_service.jobs import table
 from marsupial_service.jobs.documents import actions_text, plan_of
+from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
+from marsupial_service.jobs.records import JobOutcome, JobRecord, JobSettings, JobState
 from marsupial_service.store import Store, Transaction
 
 SETTINGS = JobSettings(slots=1, queue=2, max_attempts=2)
@@ -40,7 +42,7 @@ class Table:
             task=b"task",
             source=b"",
         )
-        return self.do(lambda tx: table.insert(tx, new, SETTINGS, 1)).job
+        return self.do(lambda tx: table.insert(tx, new, SETTINGS, 1)).record
 
     def claim(self) -> table.Claim:
         claim = self.do(lambda tx: table.claim(tx, 2))
@@ -48,7 +50,7 @@ class Table:
         return claim
 
     def job(self, job: str = "j") -> JobRecord:
-        return lookup.existing(self.store.read(lambda c: lookup.job(c, job)).result(10), job)
+        return self.store.read(lambda c: JOBS.existing(c, job)).result(10)
 
 
 @pytest.fixture
@@ -136,7 +138,7 @@ def test_nothing_of_a_removed_job_is_left(jobs: Table) -> None:
     claim = jobs.claim()
     jobs.do(lambda tx: table.add_plan(tx, claim, found(9), 3))
     jobs.do(lambda tx: table.finish(tx, claim, DONE, 3))
-    assert jobs.do(lambda tx: table.remove_old(tx, JobSettings(retention_s=10), 10_004)) == 1
+    assert jobs.do(lambda tx: JOBS.remove_old(tx, JobSettings(retention_s=10), 10_004)) == 1
     tables = ("jobs", "payloads", "plans", "events")
     counts = jobs.do(lambda tx: [tx.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in tables])
     assert counts == [0, 0, 0, 0]

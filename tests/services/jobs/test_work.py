@@ -10,8 +10,8 @@ from marsupial.model.planning import Finished, Improved, Outcome
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
 from marsupial.planning.list_scheduling.greedy import serve
-from marsupial_service.jobs import JobOutcome
 from marsupial_service.jobs.messages import Closed, Found
+from marsupial_service.jobs.records import JobOutcome
 from marsupial_service.jobs.warm import PLANNERS, tiny
 from marsupial_service.jobs.work import told
 

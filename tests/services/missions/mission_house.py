@@ -5,20 +5,17 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
-from marsupial.formats.missionlog import encode_event
+from entry_house import opened
+from undisturbed import STEPS
+
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.library.missions import simulate
-from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
-from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
 from marsupial_service.missions.reading import brief_of, report_of
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.scenarios import mission_document
@@ -27,27 +24,6 @@ from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import Brief
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.store import Store
-
-STEPS = Budget(steps=1)
-
-
-class Lines(Observer):
-    """Keeps the lines of a mission log."""
-
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.lines.append(encode_event(event))
-
-
-@cache
-def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
-    """Return the log of a mission in this process, one step a plan."""
-    seen = Lines()
-    simulate(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen)
-    return "".join(f"{line}\n" for line in seen.lines)
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
@@ -64,19 +40,8 @@ def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
     return SimulatedTeam(world.grid, {kind.name: kind for kind in world.robot_types}, place_team(world, seed))
 
 
-@asynccontextmanager
-async def open_missions(folder: Path, **settings: object) -> AsyncIterator[Missions]:
-    """Give the missions of a folder, started; stopped and closed afterwards."""
-    store = Store(folder)
-    try:
-        missions = Missions(store, MissionSettings(**settings))  # type: ignore[arg-type]
-        await missions.start()
-        try:
-            yield missions
-        finally:
-            await missions.stop()
-    finally:
-        store.close()
+def open_missions(folder: Path, **settings: object) -> AbstractAsyncContextManager[Missions]:
+    return opened(folder, lambda store: Missions(store, MissionSettings(**settings)))  # type: ignore[arg-type]
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:

@@ -13,8 +13,9 @@ from typing import Any
 
 import httpx
 import pytest
-from mission_house import Driver, body, open_missions, run, started, team, undisturbed
+from mission_house import Driver, body, open_missions, run, started, team
 from service_house import problem
+from undisturbed import undisturbed
 
 from marsupial_service.app import create_app
 from marsupial_service.missions.records import MissionRecord

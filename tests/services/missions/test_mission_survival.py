@@ -11,7 +11,8 @@ from pathlib import Path
 import psutil
 import pytest
 from launcher_tree import below_launcher
-from mission_house import Driver, open_missions, run, started, team, undisturbed
+from mission_house import Driver, open_missions, run, started, team
+from undisturbed import undisturbed
 
 from marsupial_service.missions.records import MissionState
 from marsupial_service.missions.service import Missions

@@ -12,8 +12,9 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from mission_house import STEPS, Lines, body, undisturbed
-from mission_server import Server
+from mission_house import body
+from servers import Server
+from undisturbed import STEPS, LogLines, undisturbed
 
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
@@ -38,7 +39,7 @@ def mission(server: Server) -> Iterator[str]:
     server.ask("POST", created["links"]["cancel"])
 
 
-def explore(url: str, lines: Lines, cancelled: Any = lambda: False) -> Summary:
+def explore(url: str, lines: LogLines, cancelled: Any = lambda: False) -> Summary:
     return simulate_by(
         Client(url),
         builtin_scenario("lobby"),
@@ -70,7 +71,7 @@ def test_a_run_by_a_server_is_the_run_in_process(
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, seed: int) -> None:
     draw = random.Random(seed)
-    lines = Lines()
+    lines = LogLines()
     with Server(tmp_path) as server:
         exploring = threading.Thread(target=lambda: explore(server.url, lines))
         exploring.start()
@@ -86,7 +87,7 @@ def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, s
         assert (mission["state"], mission["status"]) == ("ended", "complete")
         assert server.ask("GET", mission["links"]["log"])[2] == undisturbed("lobby")
     assert kills >= 2
-    assert "".join(f"{line}\n" for line in lines.lines) == undisturbed("lobby")
+    assert lines.text == undisturbed("lobby")
 
 
 def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:
@@ -194,14 +195,14 @@ def stream(server: Server, mission: str, last: int = 0) -> str:
 
 def test_a_mission_whose_client_wants_to_end_ends_with_its_report(server: Server) -> None:
     asked = iter([False] * 9)
-    ended = explore(server.url, Lines(), lambda: next(asked, True))
+    ended = explore(server.url, LogLines(), lambda: next(asked, True))
     assert ended.status is Status.CANCELLED
     assert ended.remaining
 
 
 @pytest.mark.slow
 def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) -> None:
-    lines = Lines()
+    lines = LogLines()
     with Server(tmp_path) as server:
         exploring = threading.Thread(target=lambda: explore(server.url, lines))
         exploring.start()
@@ -213,12 +214,12 @@ def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) 
         server.start()
         exploring.join(120)
     assert took_s < 8
-    assert "".join(f"{line}\n" for line in lines.lines) == undisturbed("lobby")
+    assert lines.text == undisturbed("lobby")
 
 
 def test_a_server_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("marsupial_service.client._PATIENCE_S", 0.1)
     with pytest.raises(UsageError, match="can't be reached"):
-        explore("http://127.0.0.1:9", Lines())
+        explore("http://127.0.0.1:9", LogLines())
     with pytest.raises(UsageError, match="must be like"):
         Client("ftp://somewhere")

@@ -8,19 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mission_house import Driver, body, brief, open_missions, run, send, started, team, undisturbed
+from mission_house import Driver, body, brief, open_missions, run, send, started, team
+from undisturbed import undisturbed
 
 from marsupial.formats.missionlog import MissionLog, parse_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Job
+from marsupial_service.entries.records import KeyReused, TooMany
 from marsupial_service.missions.reading import brief_of
-from marsupial_service.missions.records import TooMany
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.settings import ServiceLimits
-from marsupial_service.store import KeyReused
 from marsupial_service.store.store import FILE
 
 
@@ -125,13 +125,13 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(tmp_path: Pat
 
 def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(tmp_path: Path) -> None:
     async def fly() -> tuple[int, int]:
-        async with open_missions(tmp_path, kept_missions=1) as missions:
+        async with open_missions(tmp_path, kept=1) as missions:
             for _ in range(3):
                 record = await started(missions)
                 await missions.wish(record, Wish.CANCEL)
                 async for _event in missions.follow(record.id):
                     pass
-        async with open_missions(tmp_path, kept_missions=1) as missions:
+        async with open_missions(tmp_path, kept=1) as missions:
             while len(await missions.list("me")) > 1:
                 await asyncio.sleep(0.05)
             (left,) = await missions.list("me")

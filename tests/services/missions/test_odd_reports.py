@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_house import Driver, body, open_missions, run, send, started, team, undisturbed
+from mission_house import Driver, body, open_missions, run, send, started, team
 from pydantic import ValidationError
+from undisturbed import undisturbed
 
 from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from marsupial_service.store import KeyReused, Store, Transaction, entries
+from marsupial_service.entries.records import EntrySettings, KeyReused, NewEntry
+from marsupial_service.jobs.lookup import JOBS
+from marsupial_service.store import Store, Transaction
 
 NEW = (
     "INSERT INTO jobs (id, owner, idempotency_key, digest, planner, state, created_ms, queued_ms, finished_ms)"
@@ -28,7 +30,9 @@ def store(tmp_path: Path) -> Iterator[Store]:
 
 def test_a_key_leads_its_owner_to_what_it_has_made(store: Store) -> None:
     def look(owner: str, key: str | None, digest: bytes) -> str | None:
-        return store.write(lambda tx: entries.made_before(tx, "jobs", owner, key, digest)).result()
+        return store.write(
+            lambda tx: JOBS.made_before(tx, NewEntry(id="", owner=owner, key=key, digest=digest))
+        ).result()
 
     assert look("me", "k", b"a") == "a"
     assert look("you", "k", b"a") is None
@@ -53,7 +57,8 @@ def test_what_is_too_old_or_too_much_goes_and_what_is_open_stays(
 ) -> None:
     told: list[frozenset[str]] = []
     store.listen(told.append)
-    removed = store.write(lambda tx: entries.remove_old(tx, "jobs", before_ms, kept, most)).result()
+    settings = EntrySettings(retention_s=0, kept=kept)
+    removed = store.write(lambda tx: JOBS.remove_old(tx, settings, before_ms, most)).result()
     found = store.read(lambda c: [row[0] for row in c.execute("SELECT id FROM jobs ORDER BY id")]).result()
     assert (removed, len(found), found[-1]) == (4 - len(left), len(left), "open")
     assert most < 3 or found == left

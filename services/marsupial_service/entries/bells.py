@@ -1,4 +1,4 @@
-"""Who waits for news of which job: bells that ring in the event loop when something was committed."""
+"""Who waits for news of which entry: bells that ring in the event loop when something was committed."""
 
 from __future__ import annotations
 
@@ -9,16 +9,11 @@ from contextlib import contextmanager, suppress
 from marsupial_service.store import Store
 
 
-class News:
+class Bells:
     """The bells of one event loop; `ring` and `bell` are for that loop only."""
 
     def __init__(self) -> None:
         self._bells: dict[str, set[asyncio.Event]] = {}
-
-    @property
-    def listening(self) -> int:
-        """How many bells there are."""
-        return sum(len(bells) for bells in self._bells.values())
 
     @contextmanager
     def bell(self, topic: str) -> Iterator[asyncio.Event]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from trial import fuzz, hostile, kills, speed
-from trial.rows import Row
+from trial.rows import TrialRow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,11 +28,12 @@ class Extent:
     seed: int = 1
 
 
+FULL = Extent()
 QUICK = Extent(kills=10, hostile=12, clients=10, posts=50, plans=8, fuzz_minutes=0.0)
 """A look at everything but fuzzing, in two minutes on a quiet machine."""
 
 
-def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[Row]:
+def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[TrialRow]:
     """Run every part and yield its rows; what is timed comes first."""
     if extent.posts:
         yield from speed.answer_rows(extent.posts, say)

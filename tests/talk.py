@@ -6,8 +6,9 @@ import http.client
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
+
+from marsupial_service.client import Frame, read_frames
 
 BROKEN = (OSError, http.client.HTTPException)
 """What is raised where the way to the service breaks."""
@@ -19,21 +20,12 @@ BUSY = (429, 503)
 HOST = "127.0.0.1"
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """Status and JSON of an answer."""
+class Reply(NamedTuple):
+    """What a request is answered: status, media type, and the document, or the text of what is not JSON."""
 
     status: int
+    kind: str
     document: Any
-
-
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """An event as it was sent: its id, type and data."""
-
-    id: int
-    type: str
-    data: str
 
 
 class Talk:
@@ -42,26 +34,28 @@ class Talk:
     def __init__(self, port: int, timeout_s: float = 30.0) -> None:
         self._connection = http.client.HTTPConnection(HOST, port, timeout=timeout_s)
 
-    def ask(
-        self, method: str, path: str, body: bytes | None = None, headers: Mapping[str, str] | None = None
-    ) -> Answer:
-        """Send a request with a JSON body and return the answer. Raises what is in `BROKEN`."""
-        kind = {} if body is None else {"Content-Type": "application/json"}
+    def ask(self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None) -> Reply:
+        """Send a request with a body, JSON text or what becomes that, and return the answer.
+
+        Raises what is in `BROKEN`.
+        """
+        sent = body if body is None or isinstance(body, bytes) else json.dumps(body).encode()
+        headers = {**({} if body is None else {"Content-Type": "application/json"}), **(headers or {})}
         try:
-            self._connection.request(method, path, body, {**kind, **(headers or {})})
+            self._connection.request(method, path, sent, headers)
             answer = self._connection.getresponse()
-            text = answer.read()
+            text, kind = answer.read().decode(), answer.headers.get_content_type()
         except BROKEN:
             self._connection.close()
             raise
-        return Answer(answer.status, json.loads(text) if text else None)
+        return Reply(answer.status, kind, json.loads(text) if kind.endswith("json") else text)
 
     def close(self) -> None:
         """Let go of the connection."""
         self._connection.close()
 
 
-def ask(port: int, method: str, path: str, body: bytes | None = None) -> Answer:
+def ask(port: int, method: str, path: str, body: object = None) -> Reply:
     """Send a request over a connection of its own."""
     talk = Talk(port)
     with closing(talk):
@@ -76,11 +70,4 @@ def frames(port: int, path: str, after: int = 0, timeout_s: float = 60.0) -> Ite
         answer = connection.getresponse()
         if answer.status != 200:
             raise OSError(f"the stream answers {answer.status}")
-        fields: dict[str, str] = {}
-        while line := answer.readline():
-            name, _, value = line.decode().rstrip("\n").partition(":")
-            if name:
-                fields[name] = value.removeprefix(" ")
-            elif "data" in fields:
-                yield Frame(int(fields["id"]), fields["event"], fields["data"])
-                fields = {}
+        yield from read_frames(connection, answer)

@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
+from talk import ACCEPTED, BUSY, Frame, Reply, Talk, frames
+
 from marsupial.model.objective import Value
 from marsupial.model.situation import Situation
-from trial.talk import ACCEPTED, BUSY, Answer, Frame, Talk, frames
 from trial.tasks import read_situation, scored
 
 FINAL = ("succeeded", "failed", "cancelled")
@@ -24,7 +25,7 @@ _POLL_S = 0.1
 
 
 @dataclass(slots=True)
-class Ledger:
+class Promises:
     """What clients were told, entered by several threads.
 
     Attributes
@@ -49,7 +50,7 @@ class Ledger:
     odd: Counter[str] = field(default_factory=Counter)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
-    def acknowledge(self, key: str, answer: Answer) -> None:
+    def acknowledge(self, key: str, answer: Reply) -> None:
         """Enter what a request for a job was answered."""
         if answer.status not in ACCEPTED:
             self.note_odd(f"status {answer.status} for a job")
@@ -59,7 +60,7 @@ class Ledger:
             self.made_twice += self.jobs.setdefault(key, job) != job
         self.see(answer.document)
 
-    def look(self, answer: Answer) -> None:
+    def look(self, answer: Reply) -> None:
         """Enter what the request to cancel a job was answered."""
         if answer.status in ACCEPTED:
             self.see(answer.document)
@@ -101,20 +102,20 @@ class Findings:
     outcomes: Counter[str] = field(default_factory=Counter)
 
 
-def audit(port: int, ledger: Ledger, within_s: float) -> Findings:
+def audit(port: int, promises: Promises, within_s: float) -> Findings:
     """Wait until every acknowledged job is over, at most `within_s`, and look at all of them."""
-    found = Findings(ended_again=ledger.ended_again, made_twice=ledger.made_twice)
+    found = Findings(ended_again=promises.ended_again, made_twice=promises.made_twice)
     talk = Talk(port)
     until = time.monotonic() + within_s
-    known = set(ledger.jobs.values())
+    known = set(promises.jobs.values())
     for job in known:
-        _audit_job(talk, port, job, ledger, until, found)
+        _audit_job(talk, port, job, promises, until, found)
     found.made_twice += len(set(_all_ids(talk)) - known)
     talk.close()
     return found
 
 
-def _audit_job(talk: Talk, port: int, job: str, ledger: Ledger, until: float, found: Findings) -> None:
+def _audit_job(talk: Talk, port: int, job: str, promises: Promises, until: float, found: Findings) -> None:
     document = _final(talk, job, until)
     if document is None:
         found.lost += 1
@@ -122,11 +123,11 @@ def _audit_job(talk: Talk, port: int, job: str, ledger: Ledger, until: float, fo
     if document["state"] not in FINAL:
         found.unfinished += 1
         return
-    found.ended_again += ledger.ends.get(job, _end(document)) != _end(document)
+    found.ended_again += promises.ends.get(job, _end(document)) != _end(document)
     found.outcomes[_how(document)] += 1
     events = list(frames(port, f"/v1/jobs/{job}/events"))
     found.bad_events += not in_order(events, document)
-    followed = ledger.streams.get(job)
+    followed = promises.streams.get(job)
     found.streams_differ += followed is not None and followed != events[: len(followed)]
     if document["plans"]:
         situation = read_situation(talk.ask("GET", f"/v1/jobs/{job}/situation").document["situation"])

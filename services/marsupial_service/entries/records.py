@@ -1,0 +1,103 @@
+"""What passes between entries and those who ask for them: records, events, settings, refusals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Generic, NamedTuple, TypeVar
+
+END = "end"
+"""The type of the last event of every entry."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Entry:
+    """A job or mission as it is stored; it is dated `finished_at_ms` if and only if its state is final."""
+
+    number: int
+    id: str
+    owner: str
+    state: StrEnum
+    created_at_ms: int
+    finished_at_ms: int | None
+
+
+E = TypeVar("E", bound=Entry)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewEntry:
+    """An entry to be stored.
+
+    Parameters
+    ----------
+    key
+        The idempotency key of the request, if it has one.
+    digest
+        Of what was sent; two requests with one key have to agree in it.
+    """
+
+    id: str
+    owner: str
+    key: str | None
+    digest: bytes
+
+
+class Created(NamedTuple, Generic[E]):
+    """An acknowledged entry; `replayed` if an earlier request with the same key had made it."""
+
+    record: E
+    replayed: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventRecord:
+    """An event of an entry: `seq` counts from 1, `data` is one line of JSON."""
+
+    seq: int
+    type: StrEnum
+    data: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EventBatch:
+    """The next events of an entry, and whether more may come after the last one there is."""
+
+    events: tuple[EventRecord, ...] = ()
+    is_open: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EntrySettings:
+    """What entries of one kind may use.
+
+    Parameters
+    ----------
+    memory_bytes
+        Of all processes of one entry together.
+    retention_s, kept
+        Entries that have ended are removed when they are that old, or when there are more than that many.
+    """
+
+    memory_bytes: int = 2 << 30
+    retention_s: float = 24 * 3600.0
+    kept: int = 10_000
+
+
+class KeyReused(Exception):
+    """An idempotency key came again with another request."""
+
+
+class TooMany(Exception):
+    """No more is taken at the moment; worth another try after `retry_after_s` seconds."""
+
+    def __init__(self, said: str, retry_after_s: int = 1) -> None:
+        super().__init__(said)
+        self.retry_after_s = retry_after_s
+
+
+class UnknownEntry(Exception):
+    """There is no such entry, no longer, or it is somebody else's."""
+
+    def __init__(self, noun: str) -> None:
+        super().__init__(f"there is no such {noun}, or no longer")

@@ -1,0 +1,131 @@
+"""What is done alike with jobs and missions while the service runs, in one event loop; what blocks is elsewhere."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import sqlite3
+from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
+from contextlib import suppress
+from enum import StrEnum
+from functools import partial
+from typing import Generic, TypeVar
+
+from marsupial.processes import launcher as processes
+from marsupial_service.entries.bells import Bells
+from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
+from marsupial_service.entries.table import EntryTable
+from marsupial_service.store import Store, StoreError, Transaction
+
+_BATCH = 64
+_SWEEP_S = 30.0
+_RETRY_S = 1.0
+
+T = TypeVar("T")
+log = logging.getLogger("marsupial.entries")
+
+
+class Entries(Generic[E]):
+    """All entries of one kind in a store.
+
+    Parameters
+    ----------
+    now_ms
+        The clock, in ms since 1970.
+    """
+
+    def __init__(self, store: Store, table: EntryTable[E], settings: EntrySettings, now_ms: Callable[[], int]) -> None:
+        self._store = store
+        self._table = table
+        self._kept = settings
+        self._now_ms = now_ms
+        self._bells = Bells()
+        self._stop = asyncio.Event()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def get(self, entry: str, owner: str) -> E | None:
+        """Return an entry, or None if that owner has no such entry."""
+        return await self._read(lambda reader: self._table.find(reader, entry, owner))
+
+    async def of(self, owner: str, entry: str) -> E:
+        """Return an entry of an owner: nobody else learns whether there is one. Raises UnknownEntry."""
+        record = await self.get(entry, owner)
+        if record is None:
+            raise UnknownEntry(self._table.noun)
+        return record
+
+    async def list(
+        self, owner: str, *, limit: int = 50, before: str | None = None, state: StrEnum | None = None
+    ) -> tuple[E, ...]:
+        """Return the entries of an owner, the newest first: those made before entry `before`, those in `state`."""
+        return await self._read(lambda reader: self._table.newest(reader, owner, limit, before, state))
+
+    async def follow(self, entry: str, after: int = 0) -> AsyncGenerator[EventRecord]:
+        """Yield the stored events after number `after`, then those to come; ends after the last one or at `stop`."""
+        with self._bells.bell(entry) as bell:
+            while not self.stopping:
+                bell.clear()
+                batch = await self._read(partial(self._table.events, entry=entry, after=after, limit=_BATCH))
+                for event in batch.events:
+                    after = event.seq
+                    yield event
+                    if event.type == END:
+                        return
+                if not batch.is_open:
+                    return
+                if not batch.events:
+                    await bell.wait()
+
+    async def _existing(self, entry: str) -> E:
+        """Return an entry, whoever owns it. Raises UnknownEntry."""
+        return await self._read(lambda reader: self._table.existing(reader, entry))
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the service is about to end."""
+        return self._stop.is_set()
+
+    async def _begin(self, preload: tuple[processes.Preload, ...]) -> None:
+        """Hear of what is committed from now on, have the launcher import what is needed, and remove what is old."""
+        self._bells.attend(self._store)
+        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=preload))
+        self._go(self._sweep())
+
+    def leave(self) -> None:
+        """End streams, and begin nothing more: `stop` is about to come."""
+        self._stop.set()
+        self._bells.ring_all()
+
+    def _go(self, work: Coroutine[None, None, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _sweep(self) -> None:
+        """Remove old entries now and then."""
+        while not self.stopping:
+            removed = await self._surely(lambda tx: self._table.remove_old(tx, self._kept, self._now_ms()))
+            if not removed:
+                await self._pause(_SWEEP_S)
+
+    async def _surely(self, write: Callable[[Transaction], T]) -> T | None:
+        """Write, again and again while the disk refuses; None if that goes on until `stop`."""
+        while True:
+            try:
+                return await self._write(write)
+            except StoreError as error:
+                log.error("the store can't be written", extra={"reason": str(error)})
+            if self.stopping:
+                return None
+            await self._pause(_RETRY_S)
+
+    async def _pause(self, seconds: float) -> None:
+        with suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await self._stop.wait()
+
+    def _write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
+        return asyncio.wrap_future(self._store.write(write))
+
+    def _read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
+        return asyncio.wrap_future(self._store.read(read))

@@ -1,0 +1,180 @@
+"""The table of one kind of entries in the store: jobs, or missions.
+
+Each change is part of a transaction. One that comes too late, as the state it leads to can't follow the one the entry
+is in, changes nothing and says so: that is how a final state is reached once.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Generic, Protocol, TypeVar
+
+from marsupial_service.entries.records import (
+    Created,
+    E,
+    EntrySettings,
+    EventBatch,
+    EventRecord,
+    KeyReused,
+    NewEntry,
+    UnknownEntry,
+)
+from marsupial_service.store import Transaction
+
+_REMOVED_AT_ONCE = 50
+_FREED_PAGES = 2000
+
+W = TypeVar("W", bound=StrEnum)
+
+
+class Reader(Protocol):
+    """A connection, or a transaction under way."""
+
+    def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> sqlite3.Cursor:
+        """Run one statement."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EntryTable(Generic[E]):
+    """A table of entries and the one of their events.
+
+    Parameters
+    ----------
+    name, events_name
+        Of the two tables.
+    noun
+        What an entry is called; also the column of the events that says whose they are.
+    select
+        Gives the columns of which `record` makes records.
+    moves
+        The states that may follow each state: none, where it is final.
+    """
+
+    name: str
+    events_name: str
+    noun: str
+    select: str
+    record: Callable[[sqlite3.Row], E]
+    event_type: type[StrEnum]
+    moves: Mapping[StrEnum, frozenset[StrEnum]]
+
+    def create(self, tx: Transaction, new: NewEntry, add: Callable[[], None]) -> Created[E]:
+        """Return what an earlier request with that key has made, or what `add` adds.
+
+        Raises
+        ------
+        KeyReused
+            If that request was another one.
+        """
+        known = self.made_before(tx, new)
+        if known is None:
+            add()
+        return Created(self.existing(tx, known or new.id), replayed=known is not None)
+
+    def made_before(self, reader: Reader, new: NewEntry) -> str | None:
+        """Return the id of what an earlier request with that key has made, if there is any. Raises KeyReused."""
+        if new.key is None:
+            return None
+        sql = f"SELECT id, digest FROM {self.name} WHERE owner = ? AND idempotency_key = ?"
+        row = reader.execute(sql, (new.owner, new.key)).fetchone()
+        if row is None:
+            return None
+        if row["digest"] != new.digest:
+            raise KeyReused(f"the idempotency key {new.key!r} was used for another request")
+        found: str = row["id"]
+        return found
+
+    def add(self, tx: Transaction, new: NewEntry, state: StrEnum, now_ms: int, **more: object) -> int:
+        """Add a row, with `more` columns, and return its number."""
+        head = {"id": new.id, "owner": new.owner, "idempotency_key": new.key, "digest": new.digest}
+        return tx.insert(self.name, **head, state=state, created_ms=now_ms, **more)
+
+    def find(self, reader: Reader, entry: str, owner: str | None = None) -> E | None:
+        """Return an entry, if there is one (of that owner)."""
+        where = f"WHERE {self.name}.id = ? AND {self.name}.owner = coalesce(?, {self.name}.owner)"
+        row = reader.execute(f"{self.select} {where}", (entry, owner)).fetchone()
+        return None if row is None else self.record(row)
+
+    def existing(self, reader: Reader, entry: str) -> E:
+        """Return an entry. Raises UnknownEntry."""
+        record = self.find(reader, entry)
+        if record is None:
+            raise UnknownEntry(self.noun)
+        return record
+
+    def newest(
+        self, reader: Reader, owner: str, limit: int, before: str | None = None, state: StrEnum | None = None
+    ) -> tuple[E, ...]:
+        """Return the newest entries of an owner, the newest first: those made before entry `before`, in `state`."""
+        conditions: dict[str, object] = {f"{self.name}.owner = ?": owner}
+        if state is not None:
+            conditions[f"{self.name}.state = ?"] = state
+        if before is not None:
+            conditions[f"{self.name}.number < (SELECT number FROM {self.name} WHERE id = ?)"] = before
+        sql = f"{self.select} WHERE {' AND '.join(conditions)} ORDER BY {self.name}.number DESC LIMIT ?"
+        return tuple(self.record(row) for row in reader.execute(sql, (*conditions.values(), limit)))
+
+    def move(self, tx: Transaction, number: int, state: StrEnum, now_ms: int, **more: object) -> bool:
+        """Put an entry into another state, with `more` columns; say whether that may follow the one it was in."""
+        row = tx.execute(f"SELECT state FROM {self.name} WHERE number = ?", (number,)).fetchone()
+        if row is None or state not in self.moves[row["state"]]:
+            return False
+        if not self.moves[state]:
+            more["finished_ms"] = now_ms
+        self.change(tx, number, state=state, **more)
+        return True
+
+    def change(self, tx: Transaction, number: int, **columns: object) -> None:
+        """Set columns of an entry."""
+        changes = ", ".join(f"{column} = ?" for column in columns)
+        tx.execute(f"UPDATE {self.name} SET {changes} WHERE number = ?", (*columns.values(), number))
+
+    def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
+        """Add the next event of an entry, with `more` columns; its followers are told once that is committed."""
+        sql = f"UPDATE {self.name} SET events = events + 1 WHERE number = ? RETURNING id, events"
+        row = tx.execute(sql, (number,)).fetchone()
+        event = {self.noun: number, "seq": row["events"], "type": kind, "data": data, "at_ms": now_ms}
+        tx.insert(self.events_name, **event, **more)
+        tx.news.add(row["id"])
+
+    def events(self, reader: Reader, entry: str, after: int, limit: int) -> EventBatch:
+        """Return the next events after number `after`. An entry that is not there has none and gets none."""
+        sql = f"SELECT number, finished_ms, events FROM {self.name} WHERE id = ?"
+        row = reader.execute(sql, (entry,)).fetchone()
+        if row is None:
+            return EventBatch()
+        sql = f"SELECT seq, type, data FROM {self.events_name} WHERE {self.noun} = ? AND seq > ? ORDER BY seq LIMIT ?"
+        found = tuple(
+            EventRecord(seq=seq, type=self.event_type(kind), data=data)
+            for seq, kind, data in reader.execute(sql, (row["number"], after, limit))
+        )
+        last = found[-1].seq if found else after
+        return EventBatch(events=found, is_open=row["finished_ms"] is None or last < row["events"])
+
+    def counts(self, reader: Reader, column: str, words: type[W]) -> dict[W, int]:
+        """Return how many entries have each of the words in a column."""
+        found = dict(reader.execute(f"SELECT {column}, count(*) FROM {self.name} GROUP BY 1").fetchall())
+        return {word: found.get(word, 0) for word in words}
+
+    def remove_old(self, tx: Transaction, settings: EntrySettings, now_ms: int, most: int = _REMOVED_AT_ONCE) -> int:
+        """Remove at most so many entries that ended too long ago or are too many; say how many there were.
+
+        Their followers are told.
+        """
+        before_ms = now_ms - round(1000 * settings.retention_s)
+        rows = tx.execute(
+            f"SELECT number, id FROM {self.name} WHERE finished_ms < ?"
+            f" OR number IN (SELECT number FROM {self.name} WHERE finished_ms IS NOT NULL"
+            " ORDER BY finished_ms DESC, number DESC LIMIT -1 OFFSET ?) LIMIT ?",
+            (before_ms, settings.kept, most),
+        ).fetchall()
+        for number, entry in rows:
+            tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
+            tx.news.add(entry)
+        if rows:
+            tx.execute(f"PRAGMA incremental_vacuum({_FREED_PAGES})").fetchall()
+        return len(rows)

@@ -1,0 +1,122 @@
+"""The tables of version 1: jobs and missions, each with their events, and what belongs to one kind only.
+
+The events of turn k of a mission are what it made of its first k inputs. They are stored together or not at all.
+"""
+
+from __future__ import annotations
+
+
+def _entries(name: str, own: str) -> str:
+    """Return a table of entries, with the columns that are its own, and how entries are looked up."""
+    return f"""
+CREATE TABLE {name} (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    id TEXT NOT NULL UNIQUE,
+    owner TEXT NOT NULL,
+    idempotency_key TEXT,
+    digest BLOB NOT NULL,
+    state TEXT NOT NULL,{own}
+    events INTEGER NOT NULL DEFAULT 0,
+    created_ms INTEGER NOT NULL,
+    finished_ms INTEGER
+) STRICT;
+CREATE UNIQUE INDEX {name}_by_key ON {name} (owner, idempotency_key) WHERE idempotency_key IS NOT NULL;
+CREATE INDEX {name}_by_owner ON {name} (owner, number);
+CREATE INDEX {name}_over ON {name} (finished_ms) WHERE finished_ms IS NOT NULL;
+"""
+
+
+def _events(name: str, entry: str, entries: str, own: str = "") -> str:
+    """Return the table of the events of a table of entries."""
+    return f"""
+CREATE TABLE {name} (
+    {entry} INTEGER NOT NULL REFERENCES {entries} (number) ON DELETE CASCADE,
+    seq INTEGER NOT NULL,{own}
+    type TEXT NOT NULL,
+    data TEXT NOT NULL,
+    at_ms INTEGER NOT NULL,
+    PRIMARY KEY ({entry}, seq)
+) STRICT, WITHOUT ROWID;
+"""
+
+
+_JOBS = _entries(
+    "jobs",
+    """
+    planner TEXT NOT NULL,
+    seconds REAL,
+    steps INTEGER,
+    outcome TEXT,
+    detail TEXT NOT NULL DEFAULT '',
+    attempts INTEGER NOT NULL DEFAULT 0,
+    plans INTEGER NOT NULL DEFAULT 0,
+    lower_bound_ms INTEGER,
+    queued_ms INTEGER NOT NULL,
+    started_ms INTEGER,
+    first_plan_ms INTEGER,""",
+)
+
+_MISSIONS = _entries(
+    "missions",
+    """
+    name TEXT NOT NULL,
+    strategy TEXT NOT NULL,
+    planner TEXT NOT NULL,
+    status TEXT,
+    reason TEXT NOT NULL DEFAULT '',
+    n INTEGER NOT NULL DEFAULT 0,
+    t_ms INTEGER NOT NULL DEFAULT 0,
+    revision INTEGER NOT NULL DEFAULT 0,
+    inputs INTEGER NOT NULL DEFAULT 0,
+    turns INTEGER NOT NULL DEFAULT 0,""",
+)
+
+_OF_JOBS = """
+CREATE INDEX jobs_open ON jobs (state, number) WHERE finished_ms IS NULL;
+CREATE TABLE payloads (
+    job INTEGER PRIMARY KEY REFERENCES jobs (number) ON DELETE CASCADE,
+    task BLOB,
+    source BLOB NOT NULL,
+    situation TEXT,
+    places TEXT
+) STRICT;
+CREATE TABLE plans (
+    job INTEGER NOT NULL REFERENCES jobs (number) ON DELETE CASCADE,
+    revision INTEGER NOT NULL,
+    makespan_ms INTEGER NOT NULL,
+    score TEXT NOT NULL,
+    found_after_ms INTEGER NOT NULL,
+    at_ms INTEGER NOT NULL,
+    actions TEXT NOT NULL,
+    ipc TEXT NOT NULL,
+    PRIMARY KEY (job, revision)
+) STRICT, WITHOUT ROWID;
+"""
+
+_OF_MISSIONS = """
+CREATE INDEX missions_open ON missions (number) WHERE finished_ms IS NULL;
+CREATE TABLE mission_briefs (
+    mission INTEGER PRIMARY KEY REFERENCES missions (number) ON DELETE CASCADE,
+    brief BLOB NOT NULL
+) STRICT;
+CREATE TABLE mission_inputs (
+    mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
+    seq INTEGER NOT NULL,
+    digest BLOB,
+    data BLOB NOT NULL,
+    at_ms INTEGER NOT NULL,
+    PRIMARY KEY (mission, seq)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX mission_events_by_turn ON mission_events (mission, turn, seq);
+"""
+
+TABLES = "".join(
+    (
+        _JOBS,
+        _events("events", "job", "jobs"),
+        _OF_JOBS,
+        _MISSIONS,
+        _events("mission_events", "mission", "missions", "\n    turn INTEGER NOT NULL,"),
+        _OF_MISSIONS,
+    )
+)

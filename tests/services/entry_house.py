@@ -1,0 +1,29 @@
+"""Jobs or missions in a folder, for tests: opened, asked, closed."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TypeVar
+
+from marsupial_service.jobs.service import Jobs
+from marsupial_service.missions.service import Missions
+from marsupial_service.store import Store
+
+T = TypeVar("T", Jobs, Missions)
+
+
+@asynccontextmanager
+async def opened(folder: Path, make: Callable[[Store], T]) -> AsyncIterator[T]:
+    """Give what is made of the store of a folder, started; stopped and closed afterwards."""
+    store = Store(folder)
+    try:
+        entries = make(store)
+        await entries.start()
+        try:
+            yield entries
+        finally:
+            await entries.stop()
+    finally:
+        store.close()

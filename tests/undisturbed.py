@@ -1,0 +1,41 @@
+"""The logs of missions that nobody disturbs: carried out in this process, one step for each plan."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from marsupial.bench.simulate import simulate
+
+from marsupial.formats.missionlog import encode_event
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import MissionEvent
+from marsupial.model.planning import Budget
+
+STEPS = Budget(steps=1)
+
+
+class LogLines(Observer):
+    """Keeps the lines of a mission log."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+
+    @property
+    def text(self) -> str:
+        """The log so far."""
+        return "".join(f"{line}\n" for line in self.lines)
+
+    def event(self, event: MissionEvent) -> None:
+        """Keep what happened."""
+        self.lines.append(encode_event(event))
+
+
+@cache
+def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
+    """Return the log of such a mission."""
+    seen = LogLines()
+    simulate(
+        builtin_scenario(scenario), strategy_name=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen
+    )
+    return seen.text
