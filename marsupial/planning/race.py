@@ -13,13 +13,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from threading import Lock, Thread
 
-from marsupial.model.objective import MAKESPAN, Objective
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Cancellable, Engine, Finished, Improved
-from marsupial.model.situation import Situation
+from marsupial.model.planning import Cancellable, Finished, Improved
 
 Clock = Callable[[], float]
 
@@ -32,18 +28,8 @@ Event = Improved | Finished | Exception
 """What comes of an engine: what it says, or what it raised instead."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Question:
-    """What an engine is asked; see `Engine.solve`."""
-
-    situation: Situation
-    budget: Budget
-    objective: Objective = MAKESPAN
-    start: Plan | None = None
-
-    def put_to(self, engine: Engine) -> Iterator[Improved | Finished]:
-        """Ask an engine."""
-        return engine.solve(self.situation, self.budget, objective=self.objective, start=self.start)
+Search = Callable[[Clock], Iterator[Improved | Finished]]
+"""Asks an engine made around a clock."""
 
 
 class Race:
@@ -60,10 +46,10 @@ class Race:
         self._lock = Lock()
         self.running: set[str] = set()
 
-    def enter(self, name: str, make: Callable[[Clock], Engine], question: Question) -> None:
-        """Have the engine that `make` makes around a clock search in a thread of its own."""
+    def enter(self, name: str, search: Search) -> None:
+        """Have an engine search in a thread of its own."""
         self.running.add(name)
-        thread = Thread(target=self._follow, args=(name, make, question), name=f"planner {name}", daemon=True)
+        thread = Thread(target=self._follow, args=(name, search), name=f"planner {name}", daemon=True)
         self._threads[name] = thread
         thread.start()
 
@@ -97,9 +83,9 @@ class Race:
         self._leaps += self._stopped  # each look: an engine that begins only now has to see it leap as well
         return self._clock() + _LEAP_S * self._leaps
 
-    def _follow(self, name: str, make: Callable[[Clock], Engine], question: Question) -> None:
+    def _follow(self, name: str, search: Search) -> None:
         try:
-            events = question.put_to(make(self._engine_clock))
+            events = search(self._engine_clock)
             with self._lock:
                 if isinstance(events, Cancellable):
                     self._cancellable.append(events)

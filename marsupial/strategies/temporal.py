@@ -1,14 +1,14 @@
 """The temporal strategy: asks a planner for concurrent plans that weigh deploying and retrieving against driving.
 
 The shortest plan for the targets known is not what explores an unknown map soonest: most of the work has yet to turn
-up. So plans are made for a guess of all that may still have to be done (`marsupial.strategies.guess`), and the better
-one is the one that reaches what is worth most sooner, with some weight on the makespan, on driving, and on setting
-rovers down, which have to be picked up again.
+up. So plans are made for a guess of all that may still have to be done (`marsupial.strategies.guess`), and the
+objective is priced arrival: the better plan is the one that reaches what is worth most sooner, with some weight on the
+makespan, on driving, and on setting rovers down, which have to be picked up again.
 
-By this one measure the best is followed of the engine's plan, what is left of the plan so far, the deployment
-heuristic's and the greedy one, all of which the greedy planner completes. Engines that can be given the measure plan
-for the guess; the others plan for the targets known, as fast as they can. No robot waits for a planner: without an
-answer in time one of the other plans is the best.
+By this objective the best is followed of the engine's plans, what is left of the plan so far, the deployment
+heuristic's and the greedy one, all of which the greedy planner completes. Engines that can take the objective plan for
+the guess. The others are asked for short plans for the targets known; of these, too, the best by the objective counts.
+No robot waits for a planner: without an answer in time one of the other plans is the best.
 
 Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 

@@ -27,6 +27,7 @@ def test_every_engine_is_listed_with_its_licence(capsys: pytest.CaptureFixture[s
     for info in engine_infos():
         assert info.name in out
         assert info.licence in out
+    assert "priced arrival" in out
 
 
 def test_planners_as_json(capsys: pytest.CaptureFixture[str]) -> None:
@@ -35,6 +36,8 @@ def test_planners_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert listed.keys() == ENGINES.keys()
     assert listed["greedy"]["available"] is True
     assert listed["greedy"]["deterministic_steps"] is True
+    assert listed["greedy"]["objectives"] == ["makespan"]
+    assert listed["auto"]["objectives"] == ["makespan", "priced arrival"]
 
 
 def test_an_engine_that_is_missing_says_why(

@@ -8,6 +8,7 @@ from launcher_tree import below_launcher
 from situations import SOLVABLE, in_flight, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
 
 from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
@@ -66,6 +67,39 @@ def test_plans_get_better_and_one_end_comes_last(name: str) -> None:
     assert len(makespans) == len(improved) >= 1
     assert makespans == sorted(set(makespans), reverse=True)
     assert last.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)
+
+
+OBJECTIVES: tuple[Objective, ...] = (
+    MAKESPAN,
+    PricedArrival(worth={"t1": 1.0, "t2": 3.0}, makespan=0.3, driving=0.15, undocking_ms=40_000),
+)
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES, ids=lambda objective: objective.name)
+@pytest.mark.parametrize("name", ENGINES)
+def test_plans_get_better_by_the_objective_or_the_engine_refuses_it(name: str, objective: Objective) -> None:
+    asked, situation = available(name), one_hall()
+    if objective.name not in asked.info.objectives:
+        with pytest.raises(UsageError, match=f"{name} can't plan for {objective.name}"):
+            list(asked.solve(situation, AMPLE, objective=objective))
+        return
+    seconds = 5.0 if name in NEEDING_PROCESSES else 0.5
+    *improved, last = asked.solve(situation, Budget(seconds=seconds), objective=objective)
+    assert isinstance(last, Finished)
+    plans = [event.plan for event in improved if isinstance(event, Improved)]
+    values = [objective.value(situation, plan) for plan in plans]
+    assert len(values) == len(improved) >= 1
+    assert values == sorted(set(values), reverse=True)
+    assert all(check(situation, plan).valid for plan in plans)
+
+
+def test_every_engine_takes_the_makespan_and_those_of_local_search_priced_arrival() -> None:
+    infos = {info.name: info for info in engine_infos()}
+    assert all(ObjectiveName.MAKESPAN in info.objectives for info in infos.values())
+    assert {name for name, info in infos.items() if ObjectiveName.PRICED_ARRIVAL in info.objectives} == {
+        "anytime",
+        "auto",
+    }
 
 
 @pytest.mark.parametrize("name", ENGINES)

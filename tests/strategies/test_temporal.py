@@ -21,7 +21,7 @@ from situations import (
 )
 
 from marsupial.errors import EngineUnavailable
-from marsupial.model.objective import MAKESPAN, Objective
+from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation, SituationGoal
@@ -53,11 +53,13 @@ class FakeEngine:
     def __init__(self, *events: Improved | Finished) -> None:
         self._events = events
         self.asked: list[tuple[Situation, Budget, Plan | None]] = []
+        self.objectives: list[ObjectiveName] = []
 
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
         self.asked.append((situation, budget, start))
+        self.objectives.append(objective.name)
         return iter(self._events)
 
 
@@ -107,6 +109,32 @@ def test_the_budget_and_the_situation_are_passed_on_as_they_are() -> None:
     Temporal(engine, BUDGET).decide(brief(situation))
     assert engine.asked == [(situation, BUDGET, None)]
     assert engine.asked[0][1] is BUDGET
+
+
+class WithPrices(FakeEngine):
+    """A fake that can take priced arrival."""
+
+    info = replace(FakeEngine.info, objectives=(ObjectiveName.MAKESPAN, ObjectiveName.PRICED_ARRIVAL))
+
+
+def test_priced_arrival_is_asked_of_engines_that_can_take_it_and_the_makespan_of_others() -> None:
+    for engine, expected in ((WithPrices(), ObjectiveName.PRICED_ARRIVAL), (FakeEngine(), ObjectiveName.MAKESPAN)):
+        Temporal(engine, BUDGET).decide(brief(one_hall()))
+        assert engine.objectives == [expected]
+
+
+def test_recovery_is_asked_for_by_makespan_of_every_engine() -> None:
+    situation = one_room(goal=SituationGoal(recover_rovers=True))
+    situation = replace(situation, targets=(), travel_ms=situation.restricted(targets=frozenset()).travel_ms)
+    engine = WithPrices()
+    Temporal(engine, BUDGET).decide(brief(situation))
+    assert engine.objectives == [ObjectiveName.MAKESPAN]
+
+
+def test_of_an_engines_plans_the_best_by_priced_arrival_counts_whatever_it_was_asked_for() -> None:
+    situation = one_hall()
+    bad, good = in_order(situation, "t2", "t1"), in_order(situation, "t1", "t2")
+    assert Temporal(FakeEngine(*found(good, bad)), BUDGET).decide(brief(situation)).plan == good
 
 
 def test_plans_that_the_checker_refuses_are_not_followed() -> None:

@@ -22,7 +22,7 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning.external.decompose import PartSize, decompose, merge
 from marsupial.planning.incumbent import Incumbent
-from marsupial.planning.race import Question, Race
+from marsupial.planning.race import Race
 from marsupial.planning.reachability import impossible
 
 AT_A_TIME = 2
@@ -127,9 +127,11 @@ class _Parts:
             i = self._waiting.popleft()
             if share is None:
                 self._ends[i] = Finished(outcome=Outcome.TIMEOUT, detail="no time was left for it")
-                continue
-            question = Question(situation=self._parts[i], budget=share, objective=self._objective)
-            self._race.enter(str(i), lambda clock: self._engine, question)
+            else:
+                self._enter(i, share)
+
+    def _enter(self, i: int, share: Budget) -> None:
+        self._race.enter(str(i), lambda _: self._engine.solve(self._parts[i], share, objective=self._objective))
 
     def _share(self) -> Budget | None:
         """Return what the next part may use: what is left of the time, shared by the rounds that are left."""

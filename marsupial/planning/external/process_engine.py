@@ -64,22 +64,27 @@ class ProcessEngine:
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Events:
         """Start the search and return its events; see `Engine`. The time counts once the launcher is warm."""
+        if self.info.missing is not None:
+            raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         request = self._request(situation, budget, objective, start)
         settled = _settled(request)
         if settled:
-            return Events(None, _told(settled))
+            return Events(None, (event for event in settled))
         run = processes.run(self.job(request))
         return Events(run, _follow(request, run))
 
     def solve_here(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
-        """Search in this process instead, which has to be one that is limited and swept already."""
+        """Search in this process instead, which has to be one that is limited and swept already.
+
+        What the engine is missing shows as its search ends.
+        """
         request = self._request(situation, budget, MAKESPAN, start)
         settled = _settled(request)
-        return Events(None, _told(settled) if settled else _follow(request, _run_here(self.job(request))))
+        if settled:
+            return Events(None, (event for event in settled))
+        return Events(None, _follow(request, _run_here(self.job(request))))
 
     def _request(self, situation: Situation, budget: Budget, objective: Objective, start: Plan | None) -> SearchRequest:
-        if self.info.missing is not None:
-            raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         if budget.seconds is None:
             raise UsageError(f"planner {self.info.name} can't count steps: give it a budget in seconds")
         self.info.require(objective)
@@ -160,10 +165,6 @@ def _settled(request: SearchRequest) -> tuple[Improved | Finished, ...]:
         return Improved(plan=nothing, elapsed_s=0.0), done
     proof = impossible(request.situation)
     return () if proof is None else (Finished(outcome=Outcome.UNSOLVABLE, detail=proof),)
-
-
-def _told(events: tuple[Improved | Finished, ...]) -> Generator[Improved | Finished]:
-    yield from events
 
 
 _OUTCOMES = {

@@ -17,14 +17,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.portfolio.results import Results
-from marsupial.planning.race import Clock, Event, Question, Race
+from marsupial.planning.race import Clock, Event, Race
 
 GRACE_S, FIRST_PLAN_S = 0.05, 1.0
 """How long after the end of the budget engines may still finish their step and tell their bounds, with a plan and
@@ -74,15 +74,14 @@ class Portfolio:
         """Yield `start` if it is valid, the plans that are better, then `Finished`; see `Engine`."""
         self.info.require(objective)
         begun = self._clock()
-        question = Question(situation=situation, budget=budget, objective=objective)
         results = Results(situation, objective)
         if start is not None and results.take(GIVEN, start):
             yield Improved(plan=start, elapsed_s=self._clock() - begun)
-        members = tuple(member for member in self._members if member.suits(situation))
         if budget.seconds is None:
-            events = self._in_turn(question, results, members)
+            events = self._in_turn(situation, budget, objective, results)
         else:
-            events = _SideBySide(question, results, members, self._clock, begun + budget.seconds).events()
+            members = self._suited(situation)
+            events = _SideBySide(situation, objective, results, members, self._clock, begun + budget.seconds).events()
         with closing(events):
             for name, event in events:
                 if isinstance(event, Improved):
@@ -94,14 +93,17 @@ class Portfolio:
         time_is_up = budget.seconds is not None and elapsed_s >= budget.seconds
         yield results.finished(elapsed_s, time_is_up=time_is_up)
 
+    def _suited(self, situation: Situation) -> tuple[Member, ...]:
+        return tuple(member for member in self._members if member.suits(situation))
+
     def _in_turn(
-        self, question: Question, results: Results, members: tuple[Member, ...]
+        self, situation: Situation, budget: Budget, objective: Objective, results: Results
     ) -> Generator[tuple[str, Event]]:
-        for member in members:
+        for member in self._suited(situation):
             try:
                 engine = member.make(self._clock, lambda: results.plan)
                 if engine.info.deterministic_steps:
-                    for event in replace(question, start=results.plan).put_to(engine):
+                    for event in engine.solve(situation, budget, objective=objective, start=results.plan):
                         yield member.name, event
             except Exception as error:
                 yield member.name, error
@@ -118,9 +120,15 @@ class _SideBySide:
     """The members of a portfolio in threads, the first of them in the lead, until a moment of the clock."""
 
     def __init__(
-        self, question: Question, results: Results, members: tuple[Member, ...], clock: Clock, end: float
+        self,
+        situation: Situation,
+        objective: Objective,
+        results: Results,
+        members: tuple[Member, ...],
+        clock: Clock,
+        end: float,
     ) -> None:
-        self._question, self._results, self._clock = question, results, clock
+        self._situation, self._objective, self._results, self._clock = situation, objective, results, clock
         self._lead, *self._waiting = members
         self._begun, self._end = clock(), end
         self._proven = False
@@ -178,8 +186,13 @@ class _SideBySide:
 
     def _enter(self, member: Member) -> None:
         left = Budget(seconds=max(1e-3, self._end - self._clock()))
-        question = replace(self._question, budget=left, start=self._results.plan)
-        self._race.enter(member.name, lambda clock: member.make(clock, self._latest), question)
+        start = self._results.plan
+
+        def search(clock: Clock) -> Iterator[Improved | Finished]:
+            engine = member.make(clock, self._latest)
+            return engine.solve(self._situation, left, objective=self._objective, start=start)
+
+        self._race.enter(member.name, search)
 
     def _latest(self) -> Plan | None:
         return self._results.plan
