@@ -36,7 +36,8 @@ def of_location(location: Sequence[str | int], body: object) -> str:
     location = [part for part in location if not str(part).startswith(VARIANT)]
     for i, part in enumerate(location):
         found = _at(body, part)
-        if found is not None or (i == len(location) - 1 and _fits(body, part)):
+        is_missing = i == len(location) - 1 and isinstance(body, Mapping) and isinstance(part, str)
+        if found is not None or is_missing:
             parts.append(part)
             body = found
     return pointer(parts)
@@ -67,7 +68,3 @@ def _at(body: object, part: str | int) -> Any:
     if isinstance(body, list) and isinstance(part, int) and part < len(body):
         return body[part]
     return None
-
-
-def _fits(body: object, part: str | int) -> bool:
-    return isinstance(body, Mapping) and isinstance(part, str)
