@@ -5,10 +5,11 @@ up. So plans are made for a guess of all that may still have to be done (`marsup
 objective is priced arrival: the better plan is the one that reaches what is worth most sooner, with some weight on the
 makespan, on driving, and on setting rovers down, which have to be picked up again.
 
-By this objective the best is followed of the engine's plans, what is left of the plan so far, the deployment
+By this objective the best is followed of the engine's plan, what is left of the plan so far, the deployment
 heuristic's and the greedy one, all of which the greedy planner completes. Engines that can take the objective plan for
-the guess. The others are asked for short plans for the targets known; of these, too, the best by the objective counts.
-No robot waits for a planner: without an answer in time one of the other plans is the best.
+the guess. The others are asked for the shortest plan for the targets known: with the guess, of which they would know
+nothing but more targets, missions took 3 % longer (docs/strategies.md). No robot waits for a planner: without an answer
+in time one of the other plans is the best.
 
 Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
@@ -122,7 +123,7 @@ class Temporal:
         asked = objective if objective.name in self._engine.info.objectives else MAKESPAN
         if start is not None and not check(situation, start).valid:
             start = None
-        incumbent = Incumbent(situation, objective, partial=True)
+        incumbent = Incumbent(situation, asked, partial=True)
         first_s, end = None, NO_ANSWER
         for event in self._engine.solve(situation, self._budget, objective=asked, start=start):
             if isinstance(event, Finished):

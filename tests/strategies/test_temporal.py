@@ -131,10 +131,11 @@ def test_recovery_is_asked_for_by_makespan_of_every_engine() -> None:
     assert engine.objectives == [ObjectiveName.MAKESPAN]
 
 
-def test_of_an_engines_plans_the_best_by_priced_arrival_counts_whatever_it_was_asked_for() -> None:
+def test_of_an_engines_plans_the_best_by_what_it_was_asked_for_counts() -> None:
     situation = one_hall()
     bad, good = in_order(situation, "t2", "t1"), in_order(situation, "t1", "t2")
-    assert Temporal(FakeEngine(*found(good, bad)), BUDGET).decide(brief(situation)).plan == good
+    for engine in (FakeEngine(*found(good, bad)), WithPrices(*found(good, bad))):
+        assert Temporal(engine, BUDGET).decide(brief(situation)).plan == good
 
 
 def test_plans_that_the_checker_refuses_are_not_followed() -> None:
@@ -270,7 +271,7 @@ def test_without_an_answer_the_previous_plan_is_kept_where_greedy_has_none_bette
 
 
 def decided(situation: Situation, *plans: Plan, previous: Plan | None = None) -> Plan:
-    return Temporal(FakeEngine(*found(*plans)), BUDGET).decide(brief(situation, previous)).plan
+    return Temporal(WithPrices(*found(*plans)), BUDGET).decide(brief(situation, previous)).plan
 
 
 def test_what_many_targets_wait_for_comes_first_though_the_plan_takes_longer() -> None:
