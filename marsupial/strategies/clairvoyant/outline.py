@@ -41,7 +41,7 @@ class Stop:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class Sortie:
     """What a robot drives by itself in one go, between being set down and picked up.
 
     `names` are the places from the first to the last, `cells` where they are for the robot, and `errands` which of the
@@ -117,16 +117,16 @@ class Outline:
         return replay(self.situation, Plan(actions=self.errands)).plan
 
     @cached_property
-    def chains(self) -> tuple[Chain, ...]:
+    def sorties(self) -> tuple[Sortie, ...]:
         """What each robot drives in one go."""
-        return tuple(chain for robot in self.ground.robots for chain in self._chains_of(robot))
+        return tuple(sortie for robot in self.ground.robots for sortie in self._sorties_of(robot))
 
     @cached_property
     def missed(self) -> Cells:
         """What nobody comes to see."""
         missed = self.ground.wanted
-        for chain in self.chains:
-            missed &= ~seen_along(self.ground, chain.kind, chain.cells)
+        for sortie in self.sorties:
+            missed &= ~seen_along(self.ground, sortie.kind, sortie.cells)
         return missed
 
     @cached_property
@@ -157,7 +157,7 @@ class Outline:
             errands=tuple(a for a in self.errands if a.place not in gone),
         )
 
-    def _chains_of(self, robot: PlacedRobot) -> Iterator[Chain]:
+    def _sorties_of(self, robot: PlacedRobot) -> Iterator[Sortie]:
         visits: list[tuple[str, int | None]] = [] if robot.cell is None else [(f"s_{robot.name}", -1)]
         for i, errand in enumerate(self.errands):
             if robot.name not in errand.robots:
@@ -167,16 +167,16 @@ class Outline:
             elif errand.name is ActionName.UNDOCK and robot.name == errand.robot:
                 visits = [(errand.place, i)]
             elif errand.name is ActionName.DOCK and robot.name == errand.robot:
-                yield self._chain(robot, [*visits, (errand.place, None)])
+                yield self._sortie(robot, [*visits, (errand.place, None)])
                 visits = []
             else:
                 visits.append((errand.place, i))
         if visits:
-            yield self._chain(robot, visits)
+            yield self._sortie(robot, visits)
 
-    def _chain(self, robot: PlacedRobot, visits: Sequence[tuple[str, int | None]]) -> Chain:
+    def _sortie(self, robot: PlacedRobot, visits: Sequence[tuple[str, int | None]]) -> Sortie:
         names, errands = zip(*visits, strict=True)
-        return Chain(robot.name, robot.type, names, tuple(self.poses[name][robot.type] for name in names), errands)
+        return Sortie(robot.name, robot.type, names, tuple(self.poses[name][robot.type] for name in names), errands)
 
     def _looks(self) -> list[tuple[int, str, Cell]]:
         """Return when somebody passes a cell, and a robot of which type."""
