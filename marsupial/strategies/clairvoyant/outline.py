@@ -12,15 +12,17 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
-from marsupial.maps.survey import Poses, Survey, planning_type
+from marsupial.maps.survey import Poses, Survey, planning_type, travel_times
 from marsupial.maps.targets import Target
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.situation import UNREACHABLE, RobotState, Situation, TargetInfo, TravelTable
+from marsupial.model.robots import RobotType
+from marsupial.model.situation import RobotState, Situation, TargetInfo, TravelTable
 from marsupial.model.unseen import Unseen
-from marsupial.paths.routes import passing_times_ms, travel_table_ms
+from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.list_scheduling.timeline import replay
 from marsupial.strategies.clairvoyant.ground import Cells, Ground
 
@@ -80,7 +82,7 @@ class Outline:
     @cached_property
     def situation(self) -> Situation:
         """The planning problem: explore every stop."""
-        kinds = tuple(planning_type(kind) for kind in self.ground.territory.kinds.values())
+        kinds = self.ground.territory.kinds
         robots = tuple(
             RobotState(
                 name=robot.name,
@@ -91,11 +93,11 @@ class Outline:
             for robot in self.ground.robots
         )
         return Situation(
-            types=kinds,
+            types=tuple(planning_type(kind) for kind in kinds.values()),
             robots=robots,
             targets=tuple(TargetInfo(name=stop.name, explorers=frozenset(stop.viewpoints)) for stop in self.stops),
             meetings=tuple(point.name for point in self.meetings),
-            travel_ms={kind.name: self._table(kind.name) for kind in kinds},
+            travel_ms={name: self._table(kind) for name, kind in kinds.items()},
         )
 
     @property
@@ -193,16 +195,15 @@ class Outline:
                 looks.append((action.end_ms, kind, poses[action.place][kind]))
         return looks
 
-    def _table(self, kind: str) -> TravelTable:
-        names = list(self.poses)
-        rows = [i for i, name in enumerate(names) if kind in self.poses[name]]
-        table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
-        if rows and kind in self.ground.kinds:
-            cells = [self.poses[names[i]][kind] for i in rows]
-            lengths = np.array([self.ground.apart(kind, cell, cells) for cell in cells])
-            resolution_m, speed_mps = self.ground.territory.grid.resolution_m, self.ground.kinds[kind].speed_mps
-            table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, speed_mps)
-        return table
+    def _table(self, kind: RobotType) -> TravelTable:
+        ground = self.ground
+
+        def lengths(cells: Sequence[Cell]) -> npt.NDArray[np.float64]:
+            if kind.name not in ground.kinds:
+                return np.full((len(cells), len(cells)), np.inf)
+            return np.array([ground.apart(kind.name, cell, cells) for cell in cells])
+
+        return travel_times(kind, list(self.poses), self.poses, lengths, ground.territory.grid.resolution_m)
 
 
 def seen_along(ground: Ground, kind: str, cells: Sequence[Cell]) -> Cells:
