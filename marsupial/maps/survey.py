@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.meetings import Meetings, find_meetings
@@ -205,18 +206,12 @@ class Surveyor:
             ),
             meetings=tuple(point.name for point in meetings.points),
             homes=homes,
-            travel_ms={kind.name: self._table(kind.name, names, poses) for kind in kinds},
+            travel_ms={
+                name: travel_times(kind, names, poses, self._searches[name].matrix, self._territory.grid.resolution_m)
+                for name, kind in self._territory.kinds.items()
+            },
             goal=goal,
         )
-
-    def _table(self, kind: str, names: Sequence[str], poses: Poses) -> TravelTable:
-        rows = [i for i, name in enumerate(names) if kind in poses[name]]
-        table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
-        if rows:
-            lengths = self._searches[kind].matrix([poses[names[i]][kind] for i in rows])
-            speed = self._territory.kinds[kind].speed_mps
-            table[np.ix_(rows, rows)] = travel_table_ms(lengths, self._territory.grid.resolution_m, speed)
-        return table
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
         """Return the carriers' travel times to all targets over all ground that any type can drive on."""
@@ -242,6 +237,22 @@ class Surveyor:
 def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
     """Return the poses of the robots that are not lost."""
     return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in robots if not r.lost)
+
+
+def travel_times(
+    kind: RobotType,
+    names: Sequence[str],
+    poses: Poses,
+    lengths_between: Callable[[Sequence[Cell]], npt.NDArray[np.float64]],
+    resolution_m: float,
+) -> TravelTable:
+    """Return the travel times (ms) of a robot type between places; the lengths between cells are in cells."""
+    rows = [i for i, name in enumerate(names) if kind.name in poses[name]]
+    table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
+    if rows:
+        lengths = lengths_between([poses[names[i]][kind.name] for i in rows])
+        table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, kind.speed_mps)
+    return table
 
 
 def planning_type(kind: RobotType) -> PlanningType:

@@ -121,30 +121,28 @@ class Executor:
     def failed(self, robots: Iterable[str]) -> None:
         """Take in that what `robots` were doing could not be done: it is over, and what was to follow is dropped."""
         for name in robots:
-            running = self._running.pop(name, None)
-            if running is None:
-                continue
-            revision, action = running
-            for partner in action.robots:
-                self._running.pop(partner, None)
+            action = self._cut_short(name, ActionEnd.FAILED)
+            for partner in () if action is None else action.robots:
                 self._queues[partner].clear()
-            if action.carrier is None:
-                self._stand(name)
-            self._superseded.discard(name)
-            self._end(action, revision, ActionEnd.FAILED)
 
     def lost(self, robots: Iterable[str]) -> None:
         """Take in that `robots` failed: what they were doing or were needed for is over."""
         for name in robots:
-            running = self._running.pop(name, None)
-            if running is not None:
-                revision, action = running
-                for partner in action.robots:
-                    self._running.pop(partner, None)
-                if action.carrier is None:
-                    self._stand(name)
-                self._end(action, revision, ActionEnd.LOST)
+            self._cut_short(name, ActionEnd.LOST)
             self._queues[name].clear()
+
+    def _cut_short(self, name: str, end: ActionEnd) -> Action | None:
+        """End what a robot is doing, for everybody in it; return what that was."""
+        if name not in self._running:
+            return None
+        revision, action = self._running[name]
+        for partner in action.robots:
+            self._running.pop(partner, None)
+        if action.carrier is None:
+            self._stand(name)
+        self._superseded.discard(name)
+        self._end(action, revision, end)
+        return action
 
     def _same_drive(self, name: str, old: Action, new: Action) -> bool:
         goal = self._poses.get(new.place, {}).get(self._types[name])

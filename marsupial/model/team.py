@@ -46,10 +46,11 @@ class Whereabouts(Generic[P]):
         return Whereabouts(at, None, self.carrier)
 
     def ended(self, action: ActionName, end: ActionEnd) -> Whereabouts[P]:
-        """Return where it is after an action that was begun."""
-        if action is ActionName.DOCK and end is ActionEnd.DONE:
+        """Return where it is after an action; one that was not begun changes nothing."""
+        docking = action is ActionName.DOCK and self.at is not None and self.carrier is not None
+        if docking and end is ActionEnd.DONE:
             return Whereabouts(None, self.carrier)
-        if action is ActionName.DOCK and end is ActionEnd.FAILED:
+        if docking and end is ActionEnd.FAILED:
             return Whereabouts(self.at)
         if action is ActionName.UNDOCK and end is ActionEnd.FAILED and self.left is not None:
             return Whereabouts(None, self.left)

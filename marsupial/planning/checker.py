@@ -4,6 +4,9 @@ The actions are gone through in order of start. Whatever an action needs, its ow
 whom, since when they are free), and a robot takes part in one action at a time: so an action's effects can be
 entered as soon as it is accepted, whoever looks at them next can only do so after its end. The capacity of a carrier
 therefore counts docks from their start and undocks until their end.
+
+It is the referee: it enters these effects by itself, on purpose, and shares no rule with what makes plans
+(`marsupial.model.team`), so that a mistake there can't hide here.
 """
 
 from __future__ import annotations

@@ -12,15 +12,17 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+import numpy.typing as npt
 
-from marsupial.maps.survey import Poses, Survey, planning_type
+from marsupial.maps.survey import Poses, Survey, planning_type, travel_times
 from marsupial.maps.targets import Target
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.plan import Action, ActionName, Plan
-from marsupial.model.situation import UNREACHABLE, RobotState, Situation, TargetInfo, TravelTable
+from marsupial.model.robots import RobotType
+from marsupial.model.situation import RobotState, Situation, TargetInfo, TravelTable
 from marsupial.model.unseen import Unseen
-from marsupial.paths.routes import passing_times_ms, travel_table_ms
+from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.list_scheduling.timeline import replay
 from marsupial.strategies.clairvoyant.ground import Cells, Ground
 
@@ -41,7 +43,7 @@ class Stop:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class Sortie:
     """What a robot drives by itself in one go, between being set down and picked up.
 
     `names` are the places from the first to the last, `cells` where they are for the robot, and `errands` which of the
@@ -80,7 +82,7 @@ class Outline:
     @cached_property
     def situation(self) -> Situation:
         """The planning problem: explore every stop."""
-        kinds = tuple(planning_type(kind) for kind in self.ground.territory.kinds.values())
+        kinds = self.ground.territory.kinds
         robots = tuple(
             RobotState(
                 name=robot.name,
@@ -91,11 +93,11 @@ class Outline:
             for robot in self.ground.robots
         )
         return Situation(
-            types=kinds,
+            types=tuple(planning_type(kind) for kind in kinds.values()),
             robots=robots,
             targets=tuple(TargetInfo(name=stop.name, explorers=frozenset(stop.viewpoints)) for stop in self.stops),
             meetings=tuple(point.name for point in self.meetings),
-            travel_ms={kind.name: self._table(kind.name) for kind in kinds},
+            travel_ms={name: self._table(kind) for name, kind in kinds.items()},
         )
 
     @property
@@ -117,16 +119,16 @@ class Outline:
         return replay(self.situation, Plan(actions=self.errands)).plan
 
     @cached_property
-    def chains(self) -> tuple[Chain, ...]:
+    def sorties(self) -> tuple[Sortie, ...]:
         """What each robot drives in one go."""
-        return tuple(chain for robot in self.ground.robots for chain in self._chains_of(robot))
+        return tuple(sortie for robot in self.ground.robots for sortie in self._sorties_of(robot))
 
     @cached_property
     def missed(self) -> Cells:
         """What nobody comes to see."""
         missed = self.ground.wanted
-        for chain in self.chains:
-            missed &= ~seen_along(self.ground, chain.kind, chain.cells)
+        for sortie in self.sorties:
+            missed &= ~seen_along(self.ground, sortie.kind, sortie.cells)
         return missed
 
     @cached_property
@@ -157,7 +159,7 @@ class Outline:
             errands=tuple(a for a in self.errands if a.place not in gone),
         )
 
-    def _chains_of(self, robot: PlacedRobot) -> Iterator[Chain]:
+    def _sorties_of(self, robot: PlacedRobot) -> Iterator[Sortie]:
         visits: list[tuple[str, int | None]] = [] if robot.cell is None else [(f"s_{robot.name}", -1)]
         for i, errand in enumerate(self.errands):
             if robot.name not in errand.robots:
@@ -167,16 +169,16 @@ class Outline:
             elif errand.name is ActionName.UNDOCK and robot.name == errand.robot:
                 visits = [(errand.place, i)]
             elif errand.name is ActionName.DOCK and robot.name == errand.robot:
-                yield self._chain(robot, [*visits, (errand.place, None)])
+                yield self._sortie(robot, [*visits, (errand.place, None)])
                 visits = []
             else:
                 visits.append((errand.place, i))
         if visits:
-            yield self._chain(robot, visits)
+            yield self._sortie(robot, visits)
 
-    def _chain(self, robot: PlacedRobot, visits: Sequence[tuple[str, int | None]]) -> Chain:
+    def _sortie(self, robot: PlacedRobot, visits: Sequence[tuple[str, int | None]]) -> Sortie:
         names, errands = zip(*visits, strict=True)
-        return Chain(robot.name, robot.type, names, tuple(self.poses[name][robot.type] for name in names), errands)
+        return Sortie(robot.name, robot.type, names, tuple(self.poses[name][robot.type] for name in names), errands)
 
     def _looks(self) -> list[tuple[int, str, Cell]]:
         """Return when somebody passes a cell, and a robot of which type."""
@@ -193,16 +195,15 @@ class Outline:
                 looks.append((action.end_ms, kind, poses[action.place][kind]))
         return looks
 
-    def _table(self, kind: str) -> TravelTable:
-        names = list(self.poses)
-        rows = [i for i, name in enumerate(names) if kind in self.poses[name]]
-        table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
-        if rows and kind in self.ground.kinds:
-            cells = [self.poses[names[i]][kind] for i in rows]
-            lengths = np.array([self.ground.apart(kind, cell, cells) for cell in cells])
-            resolution_m, speed_mps = self.ground.territory.grid.resolution_m, self.ground.kinds[kind].speed_mps
-            table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, speed_mps)
-        return table
+    def _table(self, kind: RobotType) -> TravelTable:
+        ground = self.ground
+
+        def lengths(cells: Sequence[Cell]) -> npt.NDArray[np.float64]:
+            if kind.name not in ground.kinds:
+                return np.full((len(cells), len(cells)), np.inf)
+            return np.array([ground.apart(kind.name, cell, cells) for cell in cells])
+
+        return travel_times(kind, list(self.poses), self.poses, lengths, ground.territory.grid.resolution_m)
 
 
 def seen_along(ground: Ground, kind: str, cells: Sequence[Cell]) -> Cells:

@@ -14,7 +14,7 @@ from marsupial.model.plan import Plan
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline
-from marsupial.strategies.clairvoyant.ways import Way, Ways
+from marsupial.strategies.clairvoyant.tours import Tour, Tours
 
 Indices = npt.NDArray[np.int64]
 
@@ -34,8 +34,8 @@ SITES = 100
 """Of how many sites of a type that may see a cell one is chosen."""
 
 
-Place = tuple[Way, int]
-"""A way, and the number of the place on it after which a stop may come."""
+Place = tuple[Tour, int]
+"""A tour, and the number of the place on it after which a stop may come."""
 
 
 class _Choice(NamedTuple):
@@ -55,14 +55,14 @@ def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outli
     limit_ms
         Robots that are done before it are preferred.
     """
-    ways = Ways(outline)
-    missed = ways.missed
+    tours = Tours(outline)
+    missed = tours.missed
     if not missed:
         return outline
-    repair = _Repair(ways, outline.plan, rng, limit_ms)
+    repair = _Repair(tours, outline.plan, rng, limit_ms)
     while missed:
         missed &= ~repair.add_stop(missed)
-    outline = ways.outline()
+    outline = tours.outline()
     if repair.is_partial:
         plan, left = serve(outline.situation, outline.plan)
         outline = outline.with_plan(plan).without(left)
@@ -70,7 +70,7 @@ def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outli
 
 
 class _Repair:
-    """Adds stops to ways.
+    """Adds stops to tours.
 
     Attributes
     ----------
@@ -78,8 +78,8 @@ class _Repair:
         Whether there is a stop that nobody goes to yet.
     """
 
-    def __init__(self, ways: Ways, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
-        self._ways, self._rng, self._limit_ms = ways, rng, limit_ms
+    def __init__(self, tours: Tours, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
+        self._tours, self._rng, self._limit_ms = tours, rng, limit_ms
         self._done_ms: Counter[str] = Counter()
         for action in plan.actions:
             for robot in action.robots:
@@ -88,7 +88,7 @@ class _Repair:
 
     def add_stop(self, missed: Cells) -> Cells:
         """Add a stop that sees one of the missed cells, drawn; return which of them it sees."""
-        ground, ways = self._ways.ground, self._ways
+        ground, tours = self._tours.ground, self._tours
         cell = ground.drawn(missed, self._rng)
         choices = [
             self._cheapest(kind, sites, missed) for kind in ground.kinds if len(sites := self._sites(kind, cell))
@@ -97,25 +97,25 @@ class _Repair:
         seen = ground.site_views(kind)[site] & missed
         here = ground.cell(ground.sites[kind][site])
         if place is None:
-            ways.put_down(kind, here, seen)
+            tours.put_down(kind, here, seen)
             self.is_partial = True
         else:
             before = self._length(place[0])
-            ways.insert(*place, here, seen)
+            tours.insert(*place, here, seen)
             longer = self._length(place[0]) - before
             self._done_ms[place[0].robot] += round(longer * ground.ms_per_cell(kind))
         return seen
 
     def _sites(self, kind: str, cell: Cell) -> Indices:
         """Return the numbers of the sites of a type that see a cell, or of some of them."""
-        ground = self._ways.ground
+        ground = self._tours.ground
         near, bit, views = ground.sites_near(kind, cell), ground.bit_of(cell), ground.site_views(kind)
         some = near if len(near) <= SITES else self._rng.choice(near, SITES, replace=False)
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
         return np.array(seeing, dtype=np.int64)
 
     def _cheapest(self, kind: str, sites: Indices, missed: Cells) -> _Choice:
-        views = self._ways.ground.site_views(kind)
+        views = self._tours.ground.site_views(kind)
         gains = np.array([(views[n] & missed).bit_count() for n in sites.tolist()], dtype=np.float64)
         costs, places = self._insertions(kind, sites)
         costs = (costs + FIXED_MS) / gains * np.exp(NOISE * self._rng.standard_normal(len(sites)))
@@ -124,25 +124,25 @@ class _Repair:
 
     def _insertions(self, kind: str, sites: Indices) -> tuple[npt.NDArray[np.float64], list[Place | None]]:
         """Return the least cost, in ms, of driving to each site, and where it comes in; None where nobody can."""
-        ways = [way for way in self._ways.all if way.kind == kind]
-        places = [(way, at) for way in ways for at in range(len(way.names) - way.ends_aboard())]
+        tours = [tour for tour in self._tours.all if tour.kind == kind]
+        places = [(tour, at) for tour in tours for at in range(len(tour.names) - tour.ends_aboard())]
         costs, where = np.full(len(sites), NOBODY * self._limit_ms), np.full(len(sites), -1)
-        for i, (way, at) in enumerate(places):
-            extra = self._detours(way, at, sites)
-            late = self._done_ms[way.robot] + extra - self._limit_ms
+        for i, (tour, at) in enumerate(places):
+            extra = self._detours(tour, at, sites)
+            late = self._done_ms[tour.robot] + extra - self._limit_ms
             cost = extra + LATE * np.maximum(0.0, late)
             nearer = cost < costs
             costs[nearer], where[nearer] = cost[nearer], i
         return costs, [None if i < 0 else places[i] for i in where.tolist()]
 
-    def _detours(self, way: Way, at: int, sites: Indices) -> npt.NDArray[np.float64]:
-        """Return how long it takes, in ms, to go to each site after a place of a way."""
-        ground = self._ways.ground
-        before, *after = way.cells[at : at + 2]
-        extra = ground.distances(way.kind, before)[sites]
+    def _detours(self, tour: Tour, at: int, sites: Indices) -> npt.NDArray[np.float64]:
+        """Return how long it takes, in ms, to go to each site after a place of a tour."""
+        ground = self._tours.ground
+        before, *after = tour.cells[at : at + 2]
+        extra = ground.distances(tour.kind, before)[sites]
         if after:
-            extra = extra + ground.distances(way.kind, after[0])[sites] - ground.apart(way.kind, before, after)[0]
-        return np.asarray(extra * ground.ms_per_cell(way.kind))
+            extra = extra + ground.distances(tour.kind, after[0])[sites] - ground.apart(tour.kind, before, after)[0]
+        return np.asarray(extra * ground.ms_per_cell(tour.kind))
 
-    def _length(self, way: Way) -> float:
-        return sum(float(self._ways.ground.apart(way.kind, a, [b])[0]) for a, b in pairwise(way.cells))
+    def _length(self, tour: Tour) -> float:
+        return sum(float(self._tours.ground.apart(tour.kind, a, [b])[0]) for a, b in pairwise(tour.cells))

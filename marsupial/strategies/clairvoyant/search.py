@@ -1,7 +1,7 @@
 """The search for a fast plan: planned anew again and again, with a part of the stops taken out and put back elsewhere.
 
 A round takes some stops out (those seen last above all, and their neighbours), puts others where they cost least until
-all is seen again, lets the anytime engine's annealing find a better order, and shortens the ways. What is better, or
+all is seen again, lets the anytime engine's annealing find a better order, and shortens the tours. What is better, or
 hardly worse, is what the next round begins with. Where nothing better is found for long, the search begins again with
 other viewpoints.
 

@@ -1,4 +1,4 @@
-"""Shorter ways to see the same: stops that see nothing of their own go, others move to where the way is shortest."""
+"""Shorter tours to see the same: stops that see nothing of their own go, others move to where the tour is shortest."""
 
 from __future__ import annotations
 
@@ -8,60 +8,60 @@ from marsupial.model.grid import Cell
 from marsupial.model.plan import ActionName
 from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline
-from marsupial.strategies.clairvoyant.ways import Way, Ways
+from marsupial.strategies.clairvoyant.tours import Tour, Tours
 
 TRIES = 8
 """How many places that seem to do are looked at more closely, for each stop."""
 
 LESS_CELLS = 0.1
-"""By how much a way has to get shorter to be worth a change."""
+"""By how much a tour has to get shorter to be worth a change."""
 
 
 def shortened(outline: Outline, passes: int = 2) -> Outline:
     """Return the outline with stops dropped and moved so that as much is seen as before."""
     ends = {a.place: a.end_ms for a in outline.plan.actions if a.name is ActionName.EXPLORE}
     order = sorted(ends, key=lambda name: (-ends[name], name))  # what others see need not be seen late
-    ways = Ways(outline)
+    tours = Tours(outline)
     for _ in range(passes):
-        order = [name for name in order if _look_at(ways, name)]
-    return ways.outline()
+        order = [name for name in order if _look_at(tours, name)]
+    return tours.outline()
 
 
-def _look_at(ways: Ways, name: str) -> bool:
-    """Drop a stop, or move it if that shortens its way; say whether it is still there."""
-    found = ways.find(name)
+def _look_at(tours: Tours, name: str) -> bool:
+    """Drop a stop, or move it if that shortens its tour; say whether it is still there."""
+    found = tours.find(name)
     assert found is not None
-    way, at = found
-    own = ways.own(way, at)
-    ends = _ends(way, at)
-    passing = ways.ground.view(way.kind, ends[0]) | ways.leg(way, *ends)
-    if not own or not (ways.is_only_stop(way, at) or own & ~passing):
-        ways.drop(way, at)
+    tour, at = found
+    own = tours.own(tour, at)
+    ends = _ends(tour, at)
+    passing = tours.ground.view(tour.kind, ends[0]) | tours.leg(tour, *ends)
+    if not own or not (tours.is_only_stop(tour, at) or own & ~passing):
+        tours.drop(tour, at)
         return False
-    cell = _better(ways, way, at, own, passing)
+    cell = _better(tours, tour, at, own, passing)
     if cell is not None:
-        ways.move(way, at, cell, own)
+        tours.move(tour, at, cell, own)
     return True
 
 
-def _ends(way: Way, at: int) -> tuple[Cell, ...]:
+def _ends(tour: Tour, at: int) -> tuple[Cell, ...]:
     """Return the places before and, if there is one, after a stop."""
-    return (way.cells[at - 1], *way.cells[at + 1 : at + 2])
+    return (tour.cells[at - 1], *tour.cells[at + 1 : at + 2])
 
 
-def _better(ways: Ways, way: Way, at: int, own: Cells, passing: Cells) -> Cell | None:
+def _better(tours: Tours, tour: Tour, at: int, own: Cells, passing: Cells) -> Cell | None:
     """Return a place from which a stop's own cells are seen with less driving, or None."""
-    ground, kind = ways.ground, way.kind
-    before, *after = _ends(way, at)
+    ground, kind = tours.ground, tour.kind
+    before, *after = _ends(tour, at)
     lengths = np.sum([ground.distances(kind, end) for end in (before, *after)], axis=0)
-    now = sum(float(ground.apart(kind, end, [way.cells[at]])[0]) for end in (before, *after))
+    now = sum(float(ground.apart(kind, end, [tour.cells[at]])[0]) for end in (before, *after))
     needed, views, tries = own & ~passing, ground.site_views(kind), TRIES
     shorter = np.flatnonzero((lengths < now - LESS_CELLS) & ground.may_see(kind, needed))
     for n in shorter[np.argsort(lengths[shorter], kind="stable")].tolist():
         if needed & views[n] != needed:
             continue
         cell = ground.cell(ground.sites[kind][n])
-        if not own & ~ways.leg(way, before, cell, *after):
+        if not own & ~tours.leg(tour, before, cell, *after):
             return cell
         tries -= 1
         if not tries:
