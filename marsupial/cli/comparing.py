@@ -27,13 +27,13 @@ from marsupial.cli.missions import strategy_name
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.errors import UsageError
 from marsupial.library.first_use import prepare
-from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, planner_for
+from marsupial.library.missions import DEFAULT_PLANNER, planner_for, to_prepare
 from marsupial.library.scenarios import load_scenario
-from marsupial.model.planning import Budget
+from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Role
 from marsupial.model.scenario import MissionLimits, Scenario
 from marsupial.planning.engines import mission_engine
-from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import strategy_names
 
 MOST_CASES = 10_000
@@ -160,8 +160,8 @@ def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed
         If the folder can't be used.
     """
     make_folder(out)
-    needed = {SEARCH if c.strategy == CLAIRVOYANT else c.planner for c in comparison.contenders}
-    for planner in sorted(needed - {NO_PLANNER}):
+    needed = (to_prepare(contender.strategy, contender.planner) for contender in comparison.contenders)
+    for planner in sorted({planner for planner in needed if planner is not None}):
         prepare(planner, say)()  # compiled once here, loaded by the workers
     drop = (ERROR, CRASHED) if retry_failed else ()
     try:

@@ -9,7 +9,7 @@ from marsupial.cli.display.tables import print_table
 from marsupial.cli.outputs import write_file
 from marsupial.formats.missionlog import read_log
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.library.missions import NO_PLANNER
+from marsupial.model.planning import NO_PLANNER
 from marsupial.replay.page import replay_page
 
 SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")

@@ -17,15 +17,14 @@ from marsupial.cli.outputs import writing
 from marsupial.errors import UsageError
 from marsupial.library.first_use import prepare
 from marsupial.library.metrics import Summary
-from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, budget_of, planner_for, simulate
+from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate, to_prepare
 from marsupial.library.recording import LogFile
 from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
-from marsupial.model.planning import Budget
+from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario
 from marsupial.planning.engines import mission_engine
-from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.strategies.registry import FORMER_NAMES
 
 
@@ -58,8 +57,8 @@ def carry_out(request: Request) -> Summary:
     request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
-    needed = SEARCH if request.strategy == CLAIRVOYANT else planner
-    ready = None if needed == NO_PLANNER else prepare(needed, say)  # which may take seconds: meanwhile the map is read
+    needed = to_prepare(request.strategy, planner)
+    ready = None if needed is None else prepare(needed, say)  # which may take seconds: meanwhile the map is read
     scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
     scenario = _changed(scenario, request)
     for text in warnings:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from marsupial.library.first_use import prepare
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.library.missions import DEFAULT_PLANNER, NO_PLANNER, budget_of, planner_for, simulate
+from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate, to_prepare
 from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observer, Observers
@@ -132,8 +132,9 @@ def explore(
     place = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
     limit = budget_of(budget, steps)
     asked = planner_for(strategy, planner)
-    if isinstance(asked, str) and asked != NO_PLANNER:
-        _prepared(asked)
+    needed = to_prepare(strategy, asked)
+    if needed is not None:
+        _prepared(needed)
     recorder = Recorder()
     with ExitStack() as stack:
         observers: list[Observer] = [recorder]

@@ -20,19 +20,16 @@ from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
-from marsupial.model.planning import Budget, Engine
+from marsupial.model.planning import NO_PLANNER, Budget, Engine
 from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
-from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
 from marsupial.strategies.clairvoyant.strategy import Clairvoyant
 
 DEFAULT_PLANNER = "auto"
-
-NO_PLANNER = "none"
-"""The planner of strategies that ask none."""
 
 DEFAULT_BUDGET_S = 1.0
 """For each planning."""
@@ -62,6 +59,13 @@ def planner_for(strategy: str | Strategy, planner: str | Engine) -> str | Engine
         If the strategy is of an installed package and can't be loaded.
     """
     return planner if isinstance(strategy, str) and registry.asks_planner(strategy) else NO_PLANNER
+
+
+def to_prepare(strategy: str | Strategy, planner: str | Engine) -> str | None:
+    """Return the name of the planner that has to be ready before a mission begins; None if there is none by name."""
+    if strategy == CLAIRVOYANT:
+        return SEARCH
+    return planner if isinstance(planner, str) and planner != NO_PLANNER else None
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:

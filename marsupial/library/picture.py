@@ -6,7 +6,9 @@ A carrier has a colour, the rovers that start aboard it have shades of it.
 from __future__ import annotations
 
 import io
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,19 +21,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.mission.playback import Playback
+from marsupial.mission.state import MissionState, Track
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
-from marsupial.model.mission import (
-    ActionEnd,
-    ActionEnded,
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
-    MissionEvent,
-    MissionStarted,
-)
+from marsupial.model.mission import ActionEnd, ActionEnded, DriveEnded, MissionEvent, MissionStarted, RobotLost
 from marsupial.model.plan import ActionName
-from marsupial.paths.routes import passing_times_ms, route_of
 
 COLOURS = ("#2f7de1", "#e0731d", "#23a074", "#a463d8", "#d2456b", "#8a8f20", "#1aa3b8", "#7a5c3e")
 
@@ -46,8 +39,6 @@ WIDTH_IN, DPI = 9.0, 110
 MOST_LEGEND_ROWS = 26
 
 Colour = tuple[float, float, float]
-Trails = dict[str, list[npt.NDArray[np.float64]]]
-"""Per robot: the cells of each of its drives, (cells, 2)."""
 
 
 class MissionFigure(Figure):
@@ -69,17 +60,17 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     axes = figure.subplots()
     resolution = mission.resolution_m
     extent = (0.0, mission.width * resolution, 0.0, mission.height * resolution)
-    cells = Playback(events).cells_at(events[-1].t_ms)
-    axes.imshow(_image(cells), origin="lower", extent=extent)
+    traces = _traces(events)
+    axes.imshow(_image(traces.cells), origin="lower", extent=extent)
     colours = _colours(mission)
-    _draw_trails(axes, mission, _trails(events), colours)
-    _draw_meetings(axes, events, colours, resolution)
+    _draw_trails(axes, mission, traces, colours)
+    _draw_meetings(axes, traces, colours, resolution)
     _draw_starts(axes, mission, colours)
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
     axes.set_title(_title(summary), fontsize=10, loc="left")
     figure.legend(
-        handles=[*_legend(mission, colours), *_grounds(mission, cells)],
+        handles=[*_legend(mission, colours), *_grounds(mission, traces.cells)],
         loc="outside right upper",
         fontsize=8,
         frameon=False,
@@ -122,34 +113,54 @@ def _rgb(values: npt.NDArray[np.float64]) -> Colour:
     return red, green, blue
 
 
-def _trails(events: Sequence[MissionEvent]) -> Trails:
-    """Return where each robot drove by itself."""
-    mission = events[0]
-    assert isinstance(mission, MissionStarted)
-    speeds = {kind.name: kind.speed_mps for kind in mission.types}
-    speed = {robot.name: speeds[robot.type] for robot in mission.robots}
-    running: dict[str, DriveStarted] = {}
-    trails: Trails = {robot.name: [] for robot in mission.robots}
+@dataclass(slots=True)
+class _Traces:
+    """What a mission leaves on the map.
 
-    def close(robot: str, t_ms: int) -> None:
-        drive = running.pop(robot)
-        route = route_of(drive.cell, drive.steps)
-        passed = drive.t_ms + passing_times_ms(route, mission.resolution_m, speed[robot]) <= t_ms
-        trails[robot].append(np.array(route, dtype=np.float64)[passed])
+    Attributes
+    ----------
+    trails
+        Per robot: the cells of each of its drives, (cells, 2).
+    handovers
+        The docks and undocks that were carried out: which, the rover, and its cell on the ground.
+    cells
+        The known map at the end, (height, width).
+    """
 
-    for event in events:
-        if isinstance(event, DriveStarted):
-            running[event.robot] = event
-        elif isinstance(event, DriveEnded) and event.robot in running:
-            close(event.robot, event.t_ms)
-    for robot in list(running):
-        close(robot, events[-1].t_ms)
-    return trails
+    trails: dict[str, list[npt.NDArray[np.float64]]]
+    handovers: list[tuple[ActionName, str, Cell]]
+    cells: CellArray
 
 
-def _draw_trails(axes: Axes, mission: MissionStarted, trails: Trails, colours: Mapping[str, Colour]) -> None:
+def _traces(events: Sequence[MissionEvent]) -> _Traces:
+    state = MissionState()
+    state.event(events[0])
+    traces = _Traces({name: [] for name in state.tracks}, [], state.cells)
+    for event in events[1:]:
+        before = state.tracks
+        state.event(event)
+        if isinstance(event, DriveEnded | RobotLost):
+            traces.trails[event.robot].append(_driven(before[event.robot], event.t_ms))
+        elif isinstance(event, ActionEnded) and event.end is ActionEnd.DONE and event.action.carrier is not None:
+            begun = before[event.action.robot].running
+            if begun is not None:
+                traces.handovers.append((event.action.name, event.action.robot, begun.cell))
+    for name, track in state.tracks.items():
+        if not track.lost:
+            traces.trails[name].append(_driven(track, state.t_ms))
+    return traces
+
+
+def _driven(track: Track, t_ms: int) -> npt.NDArray[np.float64]:
+    """Return the cells (n, 2) that a robot has passed by `t_ms` on the drive that it is on."""
+    leg = track.where.at
+    passed = () if leg is None else leg.cells[: bisect_right(leg.times_ms, t_ms)]
+    return np.array(passed, dtype=np.float64).reshape(-1, 2)
+
+
+def _draw_trails(axes: Axes, mission: MissionStarted, traces: _Traces, colours: Mapping[str, Colour]) -> None:
     gap = np.full((1, 2), np.nan)
-    for robot, drives in trails.items():
+    for robot, drives in traces.trails.items():
         if drives:
             points = np.concatenate([part for drive in drives for part in (drive, gap)])
             x, y = ((points + 0.5) * mission.resolution_m).T
@@ -162,22 +173,8 @@ def _line(mission: MissionStarted, robot: str) -> dict[str, Any]:
     return {"linewidth": 1.0 if is_rover else 2.2, "alpha": 0.95 if is_rover else 0.55, "solid_capstyle": "round"}
 
 
-def _handovers(events: Sequence[MissionEvent]) -> Iterator[tuple[ActionName, str, Cell]]:
-    """Yield the docks and undocks that were carried out: which, the rover, and its cell on the ground."""
-    begun: dict[str, ActionStarted] = {}
-    for event in events:
-        if isinstance(event, ActionStarted):
-            begun[event.action.robot] = event
-        elif isinstance(event, ActionEnded) and event.end is ActionEnd.DONE:
-            action = event.action
-            if action.name in (ActionName.DOCK, ActionName.UNDOCK) and action.robot in begun:
-                yield action.name, action.robot, begun[action.robot].cell
-
-
-def _draw_meetings(
-    axes: Axes, events: Sequence[MissionEvent], colours: Mapping[str, Colour], resolution_m: float
-) -> None:
-    for name, rover, cell in _handovers(events):
+def _draw_meetings(axes: Axes, traces: _Traces, colours: Mapping[str, Colour], resolution_m: float) -> None:
+    for name, rover, cell in traces.handovers:
         x, y = ((value + 0.5) * resolution_m for value in cell)
         filled = name is ActionName.UNDOCK
         axes.plot(x, y, "v" if filled else "^", markersize=5.5, markeredgewidth=1.1, markeredgecolor=colours[rover],

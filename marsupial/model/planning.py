@@ -16,6 +16,9 @@ from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
+NO_PLANNER = "none"
+"""Stands for the planner of strategies that ask none."""
+
 
 class Outcome(StrEnum):
     """How a planner's run ended."""

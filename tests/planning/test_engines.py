@@ -270,3 +270,9 @@ def test_the_launcher_can_be_warmed_up_beforehand() -> None:
     processes.warm_up(wait=False)
     processes.warm_up()
     assert below_launcher() == []
+
+
+def test_an_engine_without_wheels_for_this_python_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.version_info", (3, 14, 0))
+    missing = tamer(lambda module: None if module == "pytamer" else object()).info.missing
+    assert missing == "not installed; pytamer has wheels for Python below 3.14 only"

@@ -10,11 +10,8 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 
-from marsupial.model.planning import Budget
+from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.scenario import PlanningTime, Scenario
-
-NO_PLANNER = "none"
-"""The planner of strategies that ask none."""
 
 
 @dataclass(frozen=True, slots=True, order=True)

@@ -15,7 +15,12 @@ def run(
         str, typer.Argument(help="A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.")
     ],
     strategy: Annotated[
-        str, typer.Option("--strategy", "-s", help="temporal, heuristic, heuristic-plus, assignment; or clairvoyant.")
+        str,
+        typer.Option(
+            "--strategy",
+            "-s",
+            help="temporal, heuristic, heuristic-plus, assignment; clairvoyant; or one of an installed package.",
+        ),
     ] = "temporal",
     planner: Annotated[
         str | None,

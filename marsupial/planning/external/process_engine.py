@@ -34,10 +34,11 @@ Finder = Callable[[str], object | None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Requirement:
-    """A module an engine needs and the distribution to install for it."""
+    """A module an engine needs, the distribution to install for it, and the first Python that has no wheels of it."""
 
     module: str
     distribution: str
+    no_wheels_from: tuple[int, int] | None = None
 
 
 class ProcessEngine:
@@ -157,10 +158,14 @@ def _run_here(job: Job) -> Iterator[Message | Ended]:
 def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | None:
     if not processes.SUPPORTED:
         return "needs a system that can fork processes (Linux or macOS)"
-    lacking = [need.distribution for need in requirements if finder(need.module) is None]
+    lacking = [need for need in requirements if finder(need.module) is None]
+    for need in lacking:
+        if need.no_wheels_from is not None and sys.version_info >= need.no_wheels_from:
+            major, minor = need.no_wheels_from
+            return f"not installed; {need.distribution} has wheels for Python below {major}.{minor} only"
     if not lacking:
         return None
-    return f"not installed; to get it: pip install {' '.join(lacking)}"
+    return f"not installed; to get it: pip install {' '.join(need.distribution for need in lacking)}"
 
 
 def _settled(request: SearchRequest) -> tuple[Improved | Finished, ...]:

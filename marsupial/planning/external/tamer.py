@@ -46,7 +46,7 @@ def tamer(finder: Finder = find_spec) -> ProcessEngine:
     needs = (
         Requirement(module="unified_planning", distribution="unified-planning"),
         Requirement(module="up_tamer", distribution="up-tamer"),
-        Requirement(module="pytamer", distribution="pytamer"),
+        Requirement(module="pytamer", distribution="pytamer", no_wheels_from=(3, 14)),
     )
     return ProcessEngine(INFO, search, needs, preload=(load_tamer,), finder=finder)
 
