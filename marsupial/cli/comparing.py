@@ -25,7 +25,7 @@ from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.tables import print_table
 from marsupial.cli.first_use import prepare
 from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.missions import DEFAULT_PLANNER, NO_PLANNER, PLANNING_STRATEGIES
+from marsupial.cli.missions import DEFAULT_PLANNER, NO_PLANNER, PLANNING_STRATEGIES, strategy_name
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.cli.sources import load_scenario
 from marsupial.errors import UsageError
@@ -76,6 +76,7 @@ def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contende
 
 def _contender(text: str, planner: str, budget: Budget) -> Contender:
     strategy, colon, own = text.partition(":")
+    strategy = strategy_name(strategy)
     known = {*STRATEGIES, CLAIRVOYANT}
     if strategy not in known:
         raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {', '.join(sorted(known))}")
@@ -166,7 +167,7 @@ def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed
         with writing(out), compare_progress() as watch:
             conduct(comparison, runner, out, watch, drop=drop)
     except (Interrupted, KeyboardInterrupt):
-        say(f"what is done is kept in {out}: the same command goes on, `marsupial compare --report {out}` shows it")
+        say(f"what is done is kept in {out}: the same command resumes it, `marsupial compare --report {out}` shows it")
         raise
     report(out)
 

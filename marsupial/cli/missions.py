@@ -25,6 +25,7 @@ from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Limits, PlanningTime, Scenario
 from marsupial.planning.engines import mission_engine
+from marsupial.strategies.registry import FORMER_NAMES
 
 DEFAULT_PLANNER = "auto"
 
@@ -62,6 +63,7 @@ def carry_out(request: Request) -> MissionSummary:
     MarsupialError
         If the request can't be met.
     """
+    request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
     needed = SEARCH if request.strategy == CLAIRVOYANT else planner
@@ -86,6 +88,14 @@ def carry_out(request: Request) -> MissionSummary:
             observer=Observers(observers),
             cancelled=stack.enter_context(asked_to_stop()),
         )
+
+
+def strategy_name(asked: str) -> str:
+    """Return what a strategy is called today, with a notice where it was asked for by a former name."""
+    name = FORMER_NAMES.get(asked, asked)
+    if name != asked:
+        warn(f"strategy {asked} is now called {name}; the old name still works")
+    return name
 
 
 def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:

@@ -105,7 +105,7 @@ def _take_in(best: dict[str, Best], file: Path | None) -> None:
 def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in INSTANCES):
-            raise UsageError(f"--instance: none is like {pattern!r}; there are {', '.join(INSTANCES)}")
+            raise UsageError(f"--instance: no instance matches {pattern!r}; there are {', '.join(INSTANCES)}")
     return tuple(
         instance
         for name, instance in INSTANCES.items()

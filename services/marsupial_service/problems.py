@@ -48,7 +48,7 @@ KINDS: Mapping[str, Kind] = {
     "too-slow": Kind(408, "The body did not arrive in time"),
     "too-large": Kind(413, "The request is too large"),
     "media-type": Kind(415, "The body has to be JSON"),
-    "misdirected": Kind(421, "This service is not of that name"),
+    "misdirected": Kind(421, "This service does not answer to that host name"),
     "invalid": Kind(422, "The request is well-formed but wrong"),
     "key-reused": Kind(422, "The idempotency key was used for another request"),
     "too-many": Kind(429, "Too much at a time"),

@@ -111,7 +111,7 @@ def test_failed_missions_are_kept_with_their_reason_and_done_again_only_if_asked
     [
         lobby(runs=3),
         lobby(runs=2, carriers=(2, 1)),
-        lobby(runs=2, contenders=(HEURISTIC, Contender("greedy"), GREEDY)),
+        lobby(runs=2, contenders=(HEURISTIC, Contender("assignment"), GREEDY)),
         replace(lobby(runs=2), paper="wurm2010"),
     ],
 )

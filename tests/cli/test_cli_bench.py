@@ -80,7 +80,7 @@ def test_a_new_file_of_best_plans_begins_with_those_known(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
-        (["--instance", "nope*"], 2, "error: --instance: none is like 'nope*'"),
+        (["--instance", "nope*"], 2, "error: --instance: no instance matches 'nope*'"),
         (["--engine", "nope"], 2, "error: unknown planner 'nope'"),
         (["--engine", "greedy in parts"], 2, "error: unknown planner 'greedy in parts'"),
         (["--budget", "0"], 2, "error: --budget: must be positive, got 0"),

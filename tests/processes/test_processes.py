@@ -273,7 +273,7 @@ def test_shutdown_ends_everything_and_the_next_job_starts_anew() -> None:
 
 def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
     code = (
-        "from marsupial.planning import processes\n"
+        "from marsupial.processes import launcher as processes\n"
         "from marsupial.processes.jobs import Job, Limits\n"
         "run = processes.run(Job(function='unruly_jobs:escape_and_sleep', argument=None, limits=Limits(wall_s=60)))\n"
         "print(next(run).value, processes._current().pid, flush=True)\n"

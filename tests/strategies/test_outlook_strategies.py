@@ -1,4 +1,4 @@
-"""What `heuristic-plus` and `greedy` have in common: they weigh when targets would be explored, and stand by alike.
+"""What `heuristic-plus` and `assignment` have in common: they weigh when targets would be explored, and stand by alike.
 
 Positions are in seconds at the carriers' speed; rovers take twice as long.
 """
@@ -22,10 +22,10 @@ from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Strategy
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.schedule import retime
-from marsupial.strategies.assignment import Assignment
 from marsupial.strategies.heuristic_plus import HeuristicPlus
+from marsupial.strategies.one_step import OneStep
 
-pytestmark = pytest.mark.parametrize("strategy", [HeuristicPlus(), Assignment()], ids=lambda strategy: strategy.name)
+pytestmark = pytest.mark.parametrize("strategy", [HeuristicPlus(), OneStep()], ids=lambda strategy: strategy.name)
 
 
 def decide(
@@ -53,7 +53,7 @@ def test_a_rover_is_set_down_where_it_gets_to_the_target_soonest_not_at_the_near
     situation = situation_of(
         [carrier(), rover(on="c1")], {"t1": room(20)}, {"near": door(5), "far": door(19)}, {"c1_start": hall(0)}
     )
-    then = {"heuristic-plus": ["(move r1 t1 far)"], "greedy": []}[strategy.name]
+    then = {"heuristic-plus": ["(move r1 t1 far)"], "assignment": []}[strategy.name]
     assert decide(strategy, situation) == [
         "(move c1 c1_start far)", "(undock r1 c1 far)", "(explore r1 far t1)", *then
     ]  # fmt: skip
@@ -85,7 +85,7 @@ def test_a_carrier_without_a_target_waits_where_it_would_set_its_rover_down(stra
         {"m1": door(30)},
         {"c1_start": hall(0), "c2_start": hall(10)},
     )
-    then = {"heuristic-plus": ["(move r2 t1 m1)"], "greedy": []}[strategy.name]
+    then = {"heuristic-plus": ["(move r2 t1 m1)"], "assignment": []}[strategy.name]
     assert decide(strategy, situation) == [
         "(move c1 c1_start m1)", "(move c2 c2_start m1)", "(undock r2 c2 m1)", "(explore r2 m1 t1)", *then
     ]  # fmt: skip

@@ -40,7 +40,7 @@ def compare(
     time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")] = None,
     workers: Workers = None,
     ray: RayAddress = None,
-    out: Annotated[Path | None, typer.Option(help="Folder to write to; one begun before is gone on with.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder to write to; an earlier comparison in it is resumed.")] = None,
     retry_failed: RetryFailed = False,
     report: Annotated[
         Path | None, typer.Option(help="Only write tables, figures and report of this folder anew.")

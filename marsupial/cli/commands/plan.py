@@ -1,4 +1,4 @@
-"""`marsupial plan`: one situation, better and better plans."""
+"""`marsupial plan`: one situation, improving plans."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def plan(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan there.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")] = False,
 ) -> None:
-    """Plan for one situation, better and better.
+    """Plan for one situation: improving plans.
 
     Improving plans are told on stderr as they come; the best goes to stdout, or the file named, in IPC format. Last
     comes how good it is: the makespan is optimal, or no plan ends before a lower bound, and the gap is what the

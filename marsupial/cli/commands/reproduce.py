@@ -12,7 +12,7 @@ from marsupial.cli.commands.compare import DEFAULT_STEPS, RayAddress, RetryFaile
 
 def reproduce(
     paper: Annotated[str, typer.Argument(help="Which paper: wurm2010.")],
-    out: Annotated[Path, typer.Option(help="Folder to write to; one begun before is gone on with.")],
+    out: Annotated[Path, typer.Option(help="Folder to write to; an earlier comparison in it is resumed.")],
     runs: Annotated[int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: 30].")] = None,
     planner: Annotated[
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")

@@ -15,7 +15,7 @@ def run(
         str, typer.Argument(help="A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.")
     ],
     strategy: Annotated[
-        str, typer.Option("--strategy", "-s", help="temporal, heuristic, heuristic-plus, greedy; or clairvoyant.")
+        str, typer.Option("--strategy", "-s", help="temporal, heuristic, heuristic-plus, assignment; or clairvoyant.")
     ] = "temporal",
     planner: Annotated[
         str | None,

@@ -20,7 +20,7 @@ from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell
 from marsupial.model.robots import EnergyModel, Role, TeamMember
 from marsupial.model.scenario import Goal, Limits, PlanningTime, Scenario
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "scenario-format.md"
+DOCS = Path(__file__).resolve().parents[3] / "docs" / "scenario-format.md"
 
 
 def assert_same(a: Scenario, b: Scenario) -> None:

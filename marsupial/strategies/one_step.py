@@ -1,12 +1,12 @@
 """One step ahead: robots and targets are brought together at the least sum of arrival times.
 
 At each replanning a Hungarian assignment gives each robot at most one target: carriers that explore themselves, rovers
-on the ground, carriers that set down a rover they carry and carriers that fetch one from the ground first. Costs are
+on the ground, carriers that deploy a rover they carry and carriers that retrieve one from the ground first. Costs are
 the times at which targets would be explored (`marsupial.strategies.outlook`). What comes after that is not looked at:
 a rover that was set down gets its next target at a later replanning, as any other robot.
 
-A rover that has a target of its own is not fetched; of several rides that need a rover from the ground the soonest is
-decided on, and the others are assigned anew. A robot for which no target is left stands by
+A rover that has a target of its own is not retrieved; of several transports that need a rover from the ground the
+soonest is decided on, and the others are assigned anew. A robot for which no target is left stands by
 (`marsupial.strategies.standby`). If nobody gets to a target in any of these ways, list scheduling is asked for one.
 
 There is no utility of targets: taking off seconds for the area that a target may reveal made missions longer.
@@ -32,10 +32,10 @@ from marsupial.strategies.rules import decide_by
 from marsupial.strategies.standby import stand_by
 
 
-class Assignment:
+class OneStep:
     """The one-step assignment."""
 
-    name = "greedy"
+    name = "assignment"
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the plan that brings each robot to at most one target."""

@@ -22,11 +22,11 @@ from strategy_briefings import brief, robot_by_robot
 
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
-from marsupial.strategies.assignment import Assignment
+from marsupial.strategies.one_step import OneStep
 
 
 def decide(situation: Situation, previous: Plan | None = None) -> list[str]:
-    return robot_by_robot(Assignment(), brief(situation, previous=previous))
+    return robot_by_robot(OneStep(), brief(situation, previous=previous))
 
 
 def test_the_sum_of_arrivals_decides_not_the_nearest_pair() -> None:
@@ -101,5 +101,5 @@ def test_a_rover_of_a_type_that_can_not_explore_the_target_stays_aboard() -> Non
 
 def test_what_nobody_can_explore_is_named_once_there_is_nothing_else() -> None:
     lonely = out_of_reach().restricted(targets=frozenset({"t2"}))
-    decision = Assignment().decide(brief(lonely))
+    decision = OneStep().decide(brief(lonely))
     assert (decision.plan.actions, decision.report.detail) == ((), "no way to explore t2")
