@@ -15,20 +15,20 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import InputError, MarsupialError, Problem
-from marsupial_service import openapi
-from marsupial_service.edge import Edge
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.http import openapi
+from marsupial_service.http.edge import Edge
+from marsupial_service.http.pointers import of_location, of_path
+from marsupial_service.http.problems import KINDS, HttpProblem, answer, kind_of
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.keys import KeyFile
 from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
-from marsupial_service.pointers import of_location, of_path
-from marsupial_service.problems import KINDS, HttpProblem, answer, kind_of
+from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.settings import Settings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
-from marsupial_service.settings import Settings
 from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError
 

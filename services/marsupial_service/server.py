@@ -10,11 +10,11 @@ from types import FrameType
 import uvicorn
 
 from marsupial.errors import UsageError
-from marsupial_service import logs
 from marsupial_service.app import create_app
-from marsupial_service.keys import KeyFile
+from marsupial_service.operations import logs
+from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.settings import Settings
 from marsupial_service.planners import planner_infos
-from marsupial_service.settings import Settings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError
 

@@ -5,6 +5,7 @@ import re
 import subprocess
 from dataclasses import fields
 from fnmatch import fnmatch
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 import pytest
 import yaml
 
-from marsupial_service.settings import PREFIX, ServiceLimits
+from marsupial_service.operations.settings import PREFIX, ServiceLimits
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 DOCKER = CHECKOUT / "docker"
@@ -121,9 +122,12 @@ def test_what_is_copied_is_there_and_not_ignored() -> None:
 
 def test_what_is_imported_to_compile_kernels_is_there() -> None:
     text = " ".join(rest for name, rest in instructions() if name == "RUN")
-    modules = re.search(r'-c "import ([^"]+)"', text)
-    assert modules is not None
-    assert all(find_spec(module.strip()) for module in modules[1].split(","))
+    found = re.search(r'-c "import ([^";]+); ([^"]+)"', text)
+    assert found is not None
+    assert all(find_spec(module.strip()) for module in found[1].split(","))
+    for call in found[2].split(";"):
+        module, name = call.strip().removesuffix("()").rsplit(".", 1)
+        assert callable(getattr(import_module(module), name))
 
 
 def test_the_entrypoint_puts_the_kernels_where_they_can_be_written(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from servers import START, Server
 from service_house import client, problem
 
 from marsupial.errors import UsageError
-from marsupial_service.keys import FILE, KeyFile
-from marsupial_service.settings import ServiceLimits, Settings, limits_from
+from marsupial_service.operations.keys import FILE, KeyFile
+from marsupial_service.operations.settings import ServiceLimits, Settings, limits_from
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -10,7 +10,7 @@ from servers import START, Server
 from service_house import client, problem
 
 from marsupial_service.app import create_app
-from marsupial_service.settings import Settings
+from marsupial_service.operations.settings import Settings
 
 
 def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -> None:

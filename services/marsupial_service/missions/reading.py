@@ -12,11 +12,11 @@ from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask, Terrain
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.strategies.registry import FORMER_NAMES, strategy, strategy_names
-from marsupial_service.intake import budget_of, check_count, refuse
-from marsupial_service.intake_team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
+from marsupial_service.intake.situations import budget_of, check_count, refuse
+from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import FrameBody, MemberBody, MissionBody, ReportBody, RobotNoteBody
-from marsupial_service.settings import ServiceLimits
 
 DEFAULT_BUDGET_S = 1.0
 

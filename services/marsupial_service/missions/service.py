@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
 
-from marsupial_service.analysis import load_analysis
+from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created, TooMany
 from marsupial_service.entries.service import Entries
 from marsupial_service.missions import host, table

@@ -12,14 +12,16 @@ from fastapi import APIRouter, Query, Response
 
 from marsupial.model.planning import EngineInfo
 from marsupial.model.situation import Situation
-from marsupial_service.answers import is_over, job_answer, job_path, json_answer, plan_answer, summary_answer
-from marsupial_service.events import EventStream, stream
-from marsupial_service.intake import budget_of, refuse, situation_of
-from marsupial_service.intake_map import map_state_of
+from marsupial_service.http.answers import is_over, job_answer, job_path, json_answer, plan_answer, summary_answer
+from marsupial_service.http.events import EventStream, stream
+from marsupial_service.http.openapi import errors
+from marsupial_service.http.problems import HttpProblem
+from marsupial_service.http.routing import PlanRoute
+from marsupial_service.intake.maps import map_state_of
+from marsupial_service.intake.situations import budget_of, refuse, situation_of
 from marsupial_service.jobs.records import JobRequest, JobState, MapTask
-from marsupial_service.openapi import errors
+from marsupial_service.operations.settings import Settings
 from marsupial_service.planners import planner_info, planner_names
-from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     JobOfPath,
@@ -34,10 +36,8 @@ from marsupial_service.routes.parameters import (
     wait_seconds,
 )
 from marsupial_service.routes.stored import headers_of, page, stored
-from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
-from marsupial_service.settings import Settings
 
 DEFAULT_BUDGET_S = 5.0
 

@@ -12,7 +12,7 @@ from marsupial.model.grid import Cell
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.reading import read_brief
 from marsupial_service.missions.values import Event, EventType, Report, RobotNote
-from marsupial_service.settings import Limits
+from marsupial_service.operations.settings import Limits
 
 UNDOCK = {"id": 1, "name": "undock", "robot": "rover1_1", "carrier": "carrier1", "cell": [3, 3]}
 

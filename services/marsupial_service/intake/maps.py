@@ -19,11 +19,11 @@ from marsupial.formats.mapfiles.terrain_mask import apply_mask
 from marsupial.formats.scenario.map import drawn_cells, mask_codes
 from marsupial.model.grid import Grid, Terrain
 from marsupial.model.situation import SituationGoal
-from marsupial_service.intake import check_count
-from marsupial_service.intake_team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
-from marsupial_service.mapstate import MapState
+from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.intake.situations import check_count
+from marsupial_service.intake.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
-from marsupial_service.settings import ServiceLimits
 
 
 def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Any, NoReturn
 
-from marsupial_service.problems import HttpProblem
+from marsupial_service.http.problems import HttpProblem
 
 
 def parse(data: bytes) -> Any:

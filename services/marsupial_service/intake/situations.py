@@ -13,11 +13,11 @@ from marsupial.formats.situation import check_places, travel_tables
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation, SituationGoal
-from marsupial_service.problems import HttpProblem
+from marsupial_service.http.problems import HttpProblem
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 from marsupial_service.schemas.situations import SituationBody
-from marsupial_service.settings import ServiceLimits
 
 
 def refuse(path: str, text: str) -> InputError:

@@ -9,7 +9,7 @@ from typing import Any
 
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ending, Job, JobLimits, Message
-from marsupial_service.problems import HttpProblem
+from marsupial_service.http.problems import HttpProblem
 
 
 async def value_of(

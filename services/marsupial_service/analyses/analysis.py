@@ -16,14 +16,14 @@ from marsupial.formats.situation import situation_to_json
 from marsupial.maps.survey import Survey, placed
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell, Grid
-from marsupial_service.demo import DEMOS
-from marsupial_service.intake_map import map_state_of
+from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.analyses.outlines import polygons
+from marsupial_service.examples.demos import DEMOS
+from marsupial_service.intake.maps import map_state_of
 from marsupial_service.jobs.documents import rounded
-from marsupial_service.mapstate import MapState
-from marsupial_service.outlines import polygons
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
 from marsupial_service.schemas.mapstates import MapStateBody
-from marsupial_service.settings import ServiceLimits
 
 INCLUDE = ("places", "reach", "frontiers", "costs")
 
