@@ -1,4 +1,4 @@
-"""What passes between planning jobs and those who ask for them: requests, records, events, refusals.
+"""What passes between planning jobs and their callers: requests, records, events, settings.
 
 Times are integer milliseconds since 1970 (UTC).
 """
@@ -42,15 +42,10 @@ class JobOutcome(StrEnum):
 
 
 STATE_OF: Mapping[JobOutcome, JobState] = {
+    **dict.fromkeys(JobOutcome, JobState.FAILED),
     JobOutcome.OPTIMAL: JobState.SUCCEEDED,
     JobOutcome.SATISFICING: JobState.SUCCEEDED,
     JobOutcome.UNSOLVABLE: JobState.SUCCEEDED,
-    JobOutcome.NO_PLAN: JobState.FAILED,
-    JobOutcome.TIMEOUT: JobState.FAILED,
-    JobOutcome.OUT_OF_MEMORY: JobState.FAILED,
-    JobOutcome.UNSUPPORTED: JobState.FAILED,
-    JobOutcome.ENGINE_FAILED: JobState.FAILED,
-    JobOutcome.INVALID_INPUT: JobState.FAILED,
     JobOutcome.CANCELLED: JobState.CANCELLED,
 }
 """The final state that goes with each outcome."""
@@ -161,14 +156,6 @@ class JobRecord(Entry):
             return None
         makespan_ms = self.best.makespan_ms
         return max(0, makespan_ms - self.lower_bound_ms) / makespan_ms if makespan_ms else 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AnalysisRecord:
-    """What the worker found on a map: the situation as JSON text, and its places as JSON text."""
-
-    situation: str
-    places: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,24 +5,21 @@ from __future__ import annotations
 import pickle
 import sqlite3
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import EntryTable, Reader
+from marsupial_service.entries.table import EntryTable, Reader, made_of
 from marsupial_service.missions import documents
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.records import MOVES, WISHED, MissionRecord, MissionSettings, MissionState
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
 from marsupial_service.store import Transaction
 
-_COLUMNS = {field.name: field.name.replace("_at_ms", "_ms") for field in fields(MissionRecord)}
-
 
 def _record(row: sqlite3.Row) -> MissionRecord:
-    values = {name: row[column] for name, column in _COLUMNS.items()}
-    return MissionRecord(**values | {"state": MissionState(row["state"])})
+    return made_of(MissionRecord, row, state=MissionState(row["state"]))
 
 
 MISSIONS = EntryTable(
