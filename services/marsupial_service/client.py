@@ -81,14 +81,9 @@ class Client:
         self._connection: http.client.HTTPConnection | None = None
 
     def ask(self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None) -> Any:
-        """Send a request, again and again if the way is broken or the service is busy, and return the JSON it answers.
+        """Send a request, again while the connection breaks or the service is busy, and return the JSON it answers.
 
-        Raises
-        ------
-        Refused
-            If it does.
-        UsageError
-            If it can't be reached for half a minute.
+        Raises ServiceRefusal, or UsageError if it can't be reached for half a minute.
         """
         data = None if body is None else json.dumps(body).encode()
         kind = {} if body is None else {"Content-Type": "application/json"}

@@ -48,13 +48,7 @@ def frame(event: EventRecord) -> bytes:
 
 
 def stream(state: State, owner: str, entries: Entries[E], entry: str, last_event_id: str | None) -> EventStream:
-    """Return the answer that streams the events of an entry after the last one that was seen.
-
-    Raises
-    ------
-    TooMany
-        If this owner has as many streams open as it may.
-    """
+    """Return the answer that streams the events of an entry after the last one that was seen. Raises TooMany."""
     if state.streams[owner] >= state.settings.limits.streams:
         raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1

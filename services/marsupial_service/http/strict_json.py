@@ -13,13 +13,7 @@ from marsupial_service.http.problems import HttpProblem
 
 
 def parse(data: bytes) -> Any:
-    """Return the value that JSON text describes.
-
-    Raises
-    ------
-    HttpProblem
-        If it is no such text.
-    """
+    """Return the value that JSON text describes. Raises HttpProblem if it is no such text."""
     try:
         value = json.loads(
             data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number

@@ -29,12 +29,7 @@ from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateB
 def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
     """Return the map state of a request, which stands in its field ``map_state``.
 
-    Raises
-    ------
-    ScenarioError
-        Naming everything that is wrong.
-    HttpProblem
-        If there is too much of something.
+    Raises ScenarioError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
     check_count("map_state.robots", len(body.robots), limits.robots, "robots")
     check_count("map_state.robot_types", len(body.robot_types), limits.robots, "robot types")

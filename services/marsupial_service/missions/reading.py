@@ -24,12 +24,7 @@ DEFAULT_BUDGET_S = 1.0
 def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, str]) -> Brief:
     """Return the brief of a request; `commands` are the external planners that the operator allows, by name.
 
-    Raises
-    ------
-    InputError
-        Naming everything that is wrong.
-    HttpProblem
-        If there is too much of something.
+    Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
     check_count("team", len(body.team), limits.robots, "robots")
     check_count("robot_types", len(body.robot_types), limits.robots, "robot types")
@@ -113,13 +108,7 @@ def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str,
 
 
 def report_of(body: ReportBody, brief: Brief) -> Report:
-    """Return the report of a request.
-
-    Raises
-    ------
-    ScenarioError
-        Naming everything that is wrong in it, whatever has happened before.
-    """
+    """Return the report of a request. Raises ScenarioError naming all that is wrong, whatever happened before."""
     notes = Notes()
     _check_names(body, {robot.name for robot in brief.robots}, notes)
     _check_map(body, brief.grid, notes)

@@ -207,12 +207,7 @@ class RemoteWorld:
     def advance(self, until_ms: int) -> News:
         """Wait for the next report and say what is new; while paused, for all until that ends.
 
-        A mission begins with a report, even if it was paused and resumed before.
-
-        Raises
-        ------
-        MapChanged
-            If the map is no longer what it was.
+        A mission begins with a report, even if it was paused and resumed before. Raises MapChanged.
         """
         if not self._settled:
             changed = self._next(until_ms)

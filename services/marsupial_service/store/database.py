@@ -22,10 +22,7 @@ _LONGEST_LOG = 64 << 20
 def open_for_writing(path: Path) -> sqlite3.Connection:
     """Open the file, made with its tables if it isn't there, for the one thread that writes.
 
-    Raises
-    ------
-    StoreError
-        If it can't be opened or made, or is of another version.
+    Raises StoreError if it can't be opened or made, or is of another version.
     """
     try:
         connection = _open(path)

@@ -48,13 +48,7 @@ class Failpoints:
 
 
 def failpoints(environment: Mapping[str, str]) -> Failpoints:
-    """Return the points armed by the environment.
-
-    Raises
-    ------
-    ValueError
-        If a point or an action is unknown.
-    """
+    """Return the points armed by the environment. Raises ValueError if a point or an action is unknown."""
     return Failpoints(dict(_parse(part) for part in environment.get(VARIABLE, "").split(",") if part.strip()))
 
 

@@ -85,13 +85,7 @@ class Writer:
         self._thread.start()
 
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
-        """Have a write done; the result comes after its commit.
-
-        Raises
-        ------
-        StoreError
-            If the store is closed; in the future, if it can't be stored.
-        """
+        """Have a write done; the result comes after its commit. Raises StoreError as `Store.write` says."""
         errand = _Errand(write)
         with self._lock:
             if self._closed:
