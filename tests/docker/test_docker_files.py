@@ -122,12 +122,13 @@ def test_what_is_copied_is_there_and_not_ignored() -> None:
 
 def test_what_is_imported_to_compile_kernels_is_there() -> None:
     text = " ".join(rest for name, rest in instructions() if name == "RUN")
-    found = re.search(r'-c "import ([^";]+); ([^"]+)"', text)
-    assert found is not None
-    assert all(find_spec(module.strip()) for module in found[1].split(","))
-    for call in found[2].split(";"):
-        module, name = call.strip().removesuffix("()").rsplit(".", 1)
-        assert callable(getattr(import_module(module), name))
+    names = re.findall(r"from (marsupial_service[\w.]*) import (\w+)", text)
+    assert names
+    assert all(find_spec(f"{package}.{module}") for package, module in names)
+    loaded = {module: import_module(f"{package}.{module}") for package, module in names}
+    calls = re.findall(r"(\w+)\.(\w+)\(\)", text)
+    assert {module for module, _ in calls} == set(loaded)
+    assert all(callable(getattr(loaded[module], function)) for module, function in calls)
 
 
 def test_the_entrypoint_puts_the_kernels_where_they_can_be_written(tmp_path: Path) -> None:
