@@ -26,7 +26,7 @@ from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
 from marsupial_service.operations.keys import KeyFile
-from marsupial_service.operations.settings import Settings
+from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
@@ -41,7 +41,7 @@ _STORE_RETRY_S = 5
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
 
-def create_app(settings: Settings) -> FastAPI:
+def create_app(settings: ServiceSettings) -> FastAPI:
     """Return the application; it opens its store when it starts."""
     app = FastAPI(
         title="marsupial",

@@ -45,7 +45,7 @@ class Frame(NamedTuple):
     data: str
 
 
-class Refused(Exception):
+class ServiceRefusal(Exception):
     """The service refuses; `status` is that of HTTP."""
 
     def __init__(self, status: int, said: str) -> None:
@@ -138,7 +138,7 @@ class Client:
 
 
 def _check(status: int, text: bytes) -> None:
-    """Raise Refused unless all is well, or OSError if it may be well the next time."""
+    """Raise ServiceRefusal unless all is well, or OSError if it may be well the next time."""
     if status in _BUSY:
         raise OSError(f"busy ({status})")
     if status >= HTTPStatus.BAD_REQUEST:
@@ -148,7 +148,7 @@ def _check(status: int, text: bytes) -> None:
             said = words or problem["detail"]
         except (ValueError, KeyError, TypeError):
             said = text.decode(errors="replace")[:200]
-        raise Refused(status, said)
+        raise ServiceRefusal(status, said)
 
 
 def read_frames(connection: http.client.HTTPConnection, answer: http.client.HTTPResponse) -> Iterator[Frame]:
@@ -189,7 +189,7 @@ def simulate_by(
     try:
         path = client.ask("POST", "/v1/missions", asked, {"Idempotency-Key": uuid.uuid4().hex})["links"]["self"]
         ended, reports = _drive(client, path, scenario, seed, observer, cancelled)
-    except Refused as error:
+    except ServiceRefusal as error:
         raise UsageError(str(error)) from error
     finally:
         client.close()
@@ -245,7 +245,7 @@ def _report(client: Client, path: str, report: object) -> bool:
     """Report; return False if the mission wants none any more, as somebody else has ended it."""
     try:
         client.ask("POST", f"{path}/reports", report)
-    except Refused as error:
+    except ServiceRefusal as error:
         if error.status == HTTPStatus.CONFLICT and client.ask("GET", path)["state"] in ("cancelling", "ended"):
             return False
         raise

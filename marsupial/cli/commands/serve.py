@@ -50,7 +50,7 @@ def run(
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.interrupt import Interrupted
     from marsupial_service.http.openapi import kept_text
-    from marsupial_service.operations.settings import PREFIX, ServiceLimits, Settings, limits_from
+    from marsupial_service.operations.settings import PREFIX, ServiceLimits, ServiceSettings, limits_from
     from marsupial_service.server import serve as run_server
 
     if openapi:
@@ -63,7 +63,7 @@ def run(
     for name, _ in _pairs("--limit", limit):
         if name not in names:
             raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
-    settings = Settings(
+    settings = ServiceSettings(
         data=data,
         host=host,
         port=port,

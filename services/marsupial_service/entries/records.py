@@ -11,7 +11,7 @@ END = "end"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
+class StoredEntry:
     """A job or mission as it is stored; it is dated `finished_at_ms` if and only if its state is final."""
 
     number: int
@@ -22,7 +22,7 @@ class Entry:
     finished_at_ms: int | None
 
 
-E = TypeVar("E", bound=Entry)
+E = TypeVar("E", bound=StoredEntry)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,7 +13,7 @@ from typing import Protocol
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
-from marsupial_service.entries.records import Entry, EntrySettings
+from marsupial_service.entries.records import EntrySettings, StoredEntry
 
 
 class JobState(StrEnum):
@@ -123,7 +123,7 @@ class PlanRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JobRecord(Entry):
+class JobRecord(StoredEntry):
     """A job as it is stored; it has an `outcome` if and only if its state is final.
 
     Parameters

@@ -14,6 +14,7 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.table import made_of
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
@@ -97,25 +98,16 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
     JOBS.move(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
     _tell_state(tx, number, now_ms)
     best = _best(tx, number)
-    return Claim(
-        number=number,
-        id=row["id"],
-        attempt=attempt,
-        planner=row["planner"],
-        budget=Budget(seconds=row["seconds"], steps=row["steps"]),
-        task=row["task"],
-        start=None if best is None else plan_of(best[1]),
-    )
+    budget = Budget(seconds=row["seconds"], steps=row["steps"])
+    return made_of(Claim, row, attempt=attempt, budget=budget, start=None if best is None else plan_of(best[1]))
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
     """Keep what was found on the map; say whether it was in time."""
     if not _is_running(tx, claim):
         return False
-    tx.execute(
-        "UPDATE payloads SET situation = ?, places = ? WHERE job = ?",
-        (analysed.situation, analysed.places, claim.number),
-    )
+    sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
+    tx.execute(sql, (analysed.situation, analysed.places, claim.number))
     return True
 
 

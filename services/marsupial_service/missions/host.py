@@ -18,7 +18,7 @@ from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn, Wish
-from marsupial_service.missions.world import MapChanged, Order, RemoteWorld
+from marsupial_service.missions.world import MapChanged, RemoteWorld, RobotCommand
 
 
 def fly(brief: Brief, channel: Channel) -> None:
@@ -111,7 +111,7 @@ class Desk(Observer):
         """Count revisions on from here."""
         self._before = self._revision
 
-    def order(self, order: Order, *, stop: bool = False) -> None:
+    def order(self, order: RobotCommand, *, stop: bool = False) -> None:
         """Put a command among those to be sent next."""
         action = None if stop else self._action
         revision = self._revision if action is None else action.revision

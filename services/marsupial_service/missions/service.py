@@ -15,7 +15,7 @@ from marsupial_service.entries.service import Entries
 from marsupial_service.missions import host, table
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.records import MissionRecord, MissionSettings, MissionState
+from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
@@ -91,9 +91,9 @@ class Missions(Entries[MissionRecord]):
         keeper = self._keepers.get(record.id)
         return await self.read(lambda reader: table.ledger(reader, record)) if keeper is None else keeper.ledger
 
-    async def counts(self) -> dict[MissionState, int]:
+    async def counts(self) -> dict[MissionPhase, int]:
         """Return how many missions there are by state."""
-        return await self.read(lambda reader: MISSIONS.counts(reader, "state", MissionState))
+        return await self.read(lambda reader: MISSIONS.counts(reader, "state", MissionPhase))
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
         created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms()))

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
 from marsupial_service.jobs.records import Metrics
-from marsupial_service.missions.records import MissionState
+from marsupial_service.missions.records import MissionPhase
 
 
 class HttpMetrics:
@@ -33,7 +33,7 @@ class HttpMetrics:
         self._requests.labels(method=method, route=route, status=str(status)).inc()
         self._seconds.labels(route=route).observe(seconds)
 
-    def text(self, jobs: Metrics, missions: Mapping[MissionState, int], streams: int) -> bytes:
+    def text(self, jobs: Metrics, missions: Mapping[MissionPhase, int], streams: int) -> bytes:
         """Return everything in Prometheus' text format."""
         for state, count in jobs.states.items():
             self._jobs.labels(state=state.value).set(count)

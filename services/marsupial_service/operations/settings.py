@@ -60,7 +60,7 @@ class ServiceLimits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class ServiceSettings:
     """Where the service listens and keeps its data.
 
     Parameters
