@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable
-from functools import partial
 from typing import Any
 
 from marsupial.processes import launcher as processes
@@ -17,7 +16,7 @@ async def value_of(
 ) -> object:
     """Return the first value of a top-level `function`. Raises HttpProblem if there is none within the limits."""
     job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
-    return await asyncio.to_thread(partial(_first, job))
+    return await asyncio.to_thread(_first, job)
 
 
 def _first(job: Job) -> object:

@@ -119,10 +119,8 @@ def _image(text: str, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
 
 def _masked(grid: Grid, body: MaskBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     before = len(notes.problems)
-    codes, image = (
-        mask_codes(body.greys.items(), grid.terrains, notes.below("greys")),
-        _image(body.image, limits, notes),
-    )
+    codes = mask_codes(body.greys.items(), grid.terrains, notes.below("greys"))
+    image = _image(body.image, limits, notes)
     if image is None or len(notes.problems) > before:
         return None
     try:

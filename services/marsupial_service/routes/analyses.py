@@ -35,7 +35,7 @@ async def analyse(state: Service, body: AnalysisBody) -> Response:
     async with state.analyses:
         found = await value_of(
             analysis.analyse,
-            (task, frozenset(analysis.INCLUDE if body.include is None else body.include)),
+            (task, analysis.INCLUDE if body.include is None else frozenset(body.include)),
             seconds=limits.analysis_s,
             memory_bytes=limits.memory_bytes,
         )
