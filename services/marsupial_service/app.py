@@ -57,14 +57,7 @@ def create_app(settings: ServiceSettings) -> FastAPI:
     app.state.service = State(
         settings=settings, keys=KeyFile(settings.data), analyses=asyncio.Semaphore(limits.analyses)
     )
-    for router in (
-        jobs.router,
-        missions.router,
-        analyses.router,
-        catalogue.router,
-        operations.router,
-        operations.admin,
-    ):
+    for router in (*(room.router for room in (jobs, missions, analyses, catalogue, operations)), operations.admin):
         app.include_router(router)
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
@@ -113,7 +106,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _respond(request: Request, error: Exception) -> Response:
-    """Answer what was raised; what nobody foresaw goes on to the edge."""
+    """Answer what was raised; what is not foreseen goes on to the edge."""
     problem = next(of(request, error) for kind, of in _PROBLEMS.items() if isinstance(error, kind))
     return answer(problem, request.url.path)
 

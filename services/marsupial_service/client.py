@@ -54,20 +54,7 @@ class ServiceRefusal(Exception):
 
 
 class Client:
-    """Talks to one service.
-
-    Parameters
-    ----------
-    url
-        Where it is: ``http://host:port``, or https.
-    key
-        The API key, if it needs one.
-
-    Raises
-    ------
-    UsageError
-        If `url` is none.
-    """
+    """Talks to the service at a `url` like ``http://host:port`` (or UsageError is raised), with an API key if it needs one."""
 
     def __init__(self, url: str, key: str | None = None) -> None:
         parts = urlsplit(url if "://" in url else f"http://{url}")
@@ -102,7 +89,7 @@ class Client:
             time.sleep(_PAUSE_S)
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         if self._connection is not None:
             self._connection.close()
             self._connection = None
@@ -177,12 +164,7 @@ def simulate_by(
 ) -> Summary:
     """Run one mission in the simulator here, planned by a service, and return its summary.
 
-    Raises
-    ------
-    UsageError
-        If the service refuses or can't be reached any more.
-    ScenarioError
-        If the team can't be placed.
+    Raises UsageError if the service refuses or can't be reached any more, ScenarioError if the team can't be placed.
     """
     began = time.perf_counter()
     asked = mission_document(scenario, strategy=strategy, planner=planner, budget=budget, seed=seed)
@@ -242,7 +224,7 @@ def _drive(
 
 
 def _report(client: Client, path: str, report: object) -> bool:
-    """Report; return False if the mission wants none any more, as somebody else has ended it."""
+    """Report; return False if the mission wants none any more, as another client has ended it."""
     try:
         client.ask("POST", f"{path}/reports", report)
     except ServiceRefusal as error:

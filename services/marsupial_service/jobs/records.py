@@ -170,14 +170,10 @@ class Metrics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings(EntrySettings):
-    """What jobs may use.
+    """What jobs may use, by the words of `ServiceLimits`.
 
     Parameters
     ----------
-    slots
-        How many run at once.
-    queue
-        How many may wait.
     max_attempts
         How often a job is started, if its processes are killed or the server is.
     steps_limit_s

@@ -155,13 +155,7 @@ def give_back(tx: Transaction, claim: Claim, reason: str, settings: JobSettings,
 
     With no `reason` the attempt was ended by us and does not count.
     """
-    if not _is_running(tx, claim):
-        return False
-    if reason and claim.attempt >= settings.max_attempts:
-        _give_up(tx, claim.number, claim.attempt, reason, now_ms)
-        return False
-    _requeue(tx, claim.number, claim.attempt if reason else claim.attempt - 1, now_ms)
-    return True
+    return _is_running(tx, claim) and _try_again(tx, claim.number, claim.attempt, reason, settings, now_ms)
 
 
 def recover(tx: Transaction, settings: JobSettings, now_ms: int) -> None:
@@ -170,10 +164,7 @@ def recover(tx: Transaction, settings: JobSettings, now_ms: int) -> None:
         "SELECT number, attempts FROM jobs WHERE state = ? AND finished_ms IS NULL", (JobState.RUNNING,)
     ).fetchall()
     for number, attempts in rows:
-        if attempts >= settings.max_attempts:
-            _give_up(tx, number, attempts, "the server ended while it ran", now_ms)
-        else:
-            _requeue(tx, number, attempts, now_ms)
+        _try_again(tx, number, attempts, "the server ended while it ran", settings, now_ms)
 
 
 def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
@@ -191,14 +182,15 @@ def _is_running(tx: Transaction, claim: Claim) -> bool:
     return row is not None
 
 
-def _requeue(tx: Transaction, number: int, attempts: int, now_ms: int) -> None:
-    JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=attempts, queued_ms=now_ms)
+def _try_again(tx: Transaction, number: int, attempts: int, reason: str, settings: JobSettings, now_ms: int) -> bool:
+    if reason and attempts >= settings.max_attempts:
+        detail = f"given up after {attempts} attempts; in the last one, {reason}"
+        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms)
+        return False
+    counted = attempts if reason else attempts - 1
+    JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
     _tell_state(tx, number, now_ms)
-
-
-def _give_up(tx: Transaction, number: int, attempts: int, reason: str, now_ms: int) -> None:
-    detail = f"given up after {attempts} attempts; in the last one, {reason}"
-    _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms)
+    return True
 
 
 def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:

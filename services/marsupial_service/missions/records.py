@@ -64,15 +64,7 @@ class MissionRecord(StoredEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """What missions may use.
-
-    Parameters
-    ----------
-    missions
-        How many may be open at a time.
-    backlog
-        How many reports of one mission may wait for its process.
-    """
+    """What missions may use, by the words of `ServiceLimits`."""
 
     missions: int = 20
     backlog: int = 1000
