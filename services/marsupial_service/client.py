@@ -54,7 +54,7 @@ class ServiceRefusal(Exception):
 
 
 class Client:
-    """Talks to the service at a `url` like ``http://host:port`` (or UsageError is raised), with an API key if it needs one."""
+    """Talks to the service at `url`, like ``http://host:port`` (else UsageError), with an API key if it needs one."""
 
     def __init__(self, url: str, key: str | None = None) -> None:
         parts = urlsplit(url if "://" in url else f"http://{url}")

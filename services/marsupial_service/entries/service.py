@@ -48,7 +48,7 @@ class Entries(Generic[E]):
         return await self.read(lambda reader: self._table.find(reader, entry, owner))
 
     async def of(self, owner: str, entry: str) -> E:
-        """Return an entry of an owner: nobody else learns whether there is one. Raises UnknownEntry."""
+        """Return an entry of an owner: other owners do not learn whether there is one. Raises UnknownEntry."""
         record = await self.get(entry, owner)
         if record is None:
             raise UnknownEntry(self._table.noun)
@@ -77,7 +77,7 @@ class Entries(Generic[E]):
                     await bell.wait()
 
     async def _existing(self, entry: str) -> E:
-        """Return an entry, whoever owns it. Raises UnknownEntry."""
+        """Return an entry of any owner. Raises UnknownEntry."""
         return await self.read(lambda reader: self._table.existing(reader, entry))
 
     @property

@@ -1,6 +1,6 @@
 """Events of a job or mission as server-sent events: what is stored, word for word, then what comes, until its end.
 
-A stream that is taken up after an event (``Last-Event-ID``) goes on with what an uninterrupted one would say.
+A stream that is taken up after an event (``Last-Event-ID``) continues as an uninterrupted one would.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ LOCAL_OWNER = "local"
 
 
 class Route(APIRoute):
-    """A route for everybody."""
+    """A route for all clients."""
 
     scope: Scope | None = None
 

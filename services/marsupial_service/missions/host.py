@@ -38,7 +38,7 @@ def fly(brief: Brief, channel: Channel) -> None:
         try:
             Mission(world, kinds, desk, order, desk).run(lambda: world.cancelled)
         except MapChanged:
-            desk.begin_anew()
+            desk.restart()
             world.settle(brief.limits.time_ms)
         else:
             break
@@ -81,7 +81,7 @@ class Desk(Observer):
         self._decisions = deque(self._receive().decisions)
 
     def event(self, event: MissionEvent) -> None:
-        """Log an event; revisions go on counting when the mission begins anew."""
+        """Log an event; revisions continue counting when the mission restarts."""
         if isinstance(event, Planned | ActionStarted | ActionEnded):
             event = replace(event, revision=self._before + event.revision)
         if isinstance(event, Planned):
@@ -108,7 +108,7 @@ class Desk(Observer):
         say, report = self._brief.without_command, decision.report
         return replace(decision, report=replace(report, planner=say(report.planner), detail=say(report.detail)))
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """Count revisions on from here."""
         self._before = self._revision
 

@@ -142,7 +142,7 @@ def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
 
 
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
-    """Return the lines of the mission's log; where it began anew, of the last one."""
+    """Return the lines of the mission's log; where it was restarted, since then."""
     lines = [event.data for event in _events(reader, record.number, "AND type = 'log' ORDER BY seq")]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()

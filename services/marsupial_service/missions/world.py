@@ -1,6 +1,6 @@
 """The world of a mission as its client reports it: robots that are told what to do, and news when they have done it.
 
-Mission time is the client's: it goes on with each report. What a report does not say of a robot is as it was foreseen
+Mission time is the client's: it advances with each report. What a report does not say of a robot is as it was foreseen
 when its command was given.
 """
 

@@ -1,6 +1,6 @@
-"""API keys: who may ask for what, until when. Only hashes of them are kept, in one file that a server reads anew.
+"""API keys: who may ask for what, until when. Only hashes of them are kept, in one file that a server rereads.
 
-A key is shown once, when it is made. The file is replaced as a whole, so that whoever reads it sees all of a change
+A key is shown once, when it is made. The file is replaced as a whole, so that any reader sees all of a change
 or nothing.
 """
 

@@ -1,7 +1,7 @@
 """The SQLite file: how connections to it are opened.
 
-Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. Whoever can write to
-the folder can make the workers run anything, as tasks are kept pickled: the folder is made for its owner alone.
+Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. Any process that
+can write to the folder can make the workers run anything, as tasks are kept pickled: it is made for its owner alone.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ POINTS: Mapping[str, Mapping[str, Callable[[], None]]] = {
     BEFORE_COMMIT: {"kill": _kill, "disk_full": _disk_full},
     AFTER_COMMIT: {"kill": _kill},
 }
-"""What can happen when a group of writes is done but not committed, and when it is committed but nobody was told."""
+"""What can happen when a group of writes is done but not committed, and when it is committed but not reported."""
 
 
 class Failpoints:

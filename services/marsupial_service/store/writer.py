@@ -2,7 +2,7 @@
 
 Whatever waits while one commit is on its way to the disk becomes the next group. A write is told that it is done after
 its commit, so that what is acknowledged is on disk. A write that refuses (raises) takes back its own changes only; if
-the disk fails, the whole group is taken back and everybody in it is told.
+the disk fails, the whole group is taken back and every caller in it is told.
 """
 
 from __future__ import annotations
