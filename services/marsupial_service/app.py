@@ -15,20 +15,20 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import InputError, MarsupialError, Problem
-from marsupial_service import openapi
-from marsupial_service.edge import Edge
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.http import openapi
+from marsupial_service.http.edge import Edge
+from marsupial_service.http.pointers import of_location, of_path
+from marsupial_service.http.problems import KINDS, HttpProblem, answer, kind_of
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.keys import KeyFile
 from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
-from marsupial_service.pointers import of_location, of_path
-from marsupial_service.problems import KINDS, HttpProblem, answer, kind_of
+from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
-from marsupial_service.settings import Settings
 from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError
 
@@ -41,7 +41,7 @@ _STORE_RETRY_S = 5
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
 
-def create_app(settings: Settings) -> FastAPI:
+def create_app(settings: ServiceSettings) -> FastAPI:
     """Return the application; it opens its store when it starts."""
     app = FastAPI(
         title="marsupial",
@@ -57,14 +57,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.state.service = State(
         settings=settings, keys=KeyFile(settings.data), analyses=asyncio.Semaphore(limits.analyses)
     )
-    for router in (
-        jobs.router,
-        missions.router,
-        analyses.router,
-        catalogue.router,
-        operations.router,
-        operations.admin,
-    ):
+    for router in (*(room.router for room in (jobs, missions, analyses, catalogue, operations)), operations.admin):
         app.include_router(router)
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
@@ -113,7 +106,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _respond(request: Request, error: Exception) -> Response:
-    """Answer what was raised; what nobody foresaw goes on to the edge."""
+    """Answer what was raised; what is not foreseen goes on to the edge."""
     problem = next(of(request, error) for kind, of in _PROBLEMS.items() if isinstance(error, kind))
     return answer(problem, request.url.path)
 

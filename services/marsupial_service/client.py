@@ -45,7 +45,7 @@ class Frame(NamedTuple):
     data: str
 
 
-class Refused(Exception):
+class ServiceRefusal(Exception):
     """The service refuses; `status` is that of HTTP."""
 
     def __init__(self, status: int, said: str) -> None:
@@ -54,20 +54,7 @@ class Refused(Exception):
 
 
 class Client:
-    """Talks to one service.
-
-    Parameters
-    ----------
-    url
-        Where it is: ``http://host:port``, or https.
-    key
-        The API key, if it needs one.
-
-    Raises
-    ------
-    UsageError
-        If `url` is none.
-    """
+    """Talks to the service at `url`, like ``http://host:port`` (else UsageError), with an API key if it needs one."""
 
     def __init__(self, url: str, key: str | None = None) -> None:
         parts = urlsplit(url if "://" in url else f"http://{url}")
@@ -81,14 +68,9 @@ class Client:
         self._connection: http.client.HTTPConnection | None = None
 
     def ask(self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None) -> Any:
-        """Send a request, again and again if the way is broken or the service is busy, and return the JSON it answers.
+        """Send a request, again while the connection breaks or the service is busy, and return the JSON it answers.
 
-        Raises
-        ------
-        Refused
-            If it does.
-        UsageError
-            If it can't be reached for half a minute.
+        Raises ServiceRefusal, or UsageError if it can't be reached for half a minute.
         """
         data = None if body is None else json.dumps(body).encode()
         kind = {} if body is None else {"Content-Type": "application/json"}
@@ -107,7 +89,7 @@ class Client:
             time.sleep(_PAUSE_S)
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         if self._connection is not None:
             self._connection.close()
             self._connection = None
@@ -143,7 +125,7 @@ class Client:
 
 
 def _check(status: int, text: bytes) -> None:
-    """Raise Refused unless all is well, or OSError if it may be well the next time."""
+    """Raise ServiceRefusal unless all is well, or OSError if it may be well the next time."""
     if status in _BUSY:
         raise OSError(f"busy ({status})")
     if status >= HTTPStatus.BAD_REQUEST:
@@ -153,7 +135,7 @@ def _check(status: int, text: bytes) -> None:
             said = words or problem["detail"]
         except (ValueError, KeyError, TypeError):
             said = text.decode(errors="replace")[:200]
-        raise Refused(status, said)
+        raise ServiceRefusal(status, said)
 
 
 def read_frames(connection: http.client.HTTPConnection, answer: http.client.HTTPResponse) -> Iterator[Frame]:
@@ -182,19 +164,14 @@ def simulate_by(
 ) -> Summary:
     """Run one mission in the simulator here, planned by a service, and return its summary.
 
-    Raises
-    ------
-    UsageError
-        If the service refuses or can't be reached any more.
-    ScenarioError
-        If the team can't be placed.
+    Raises UsageError if the service refuses or can't be reached any more, ScenarioError if the team can't be placed.
     """
     began = time.perf_counter()
     asked = mission_document(scenario, strategy=strategy, planner=planner, budget=budget, seed=seed)
     try:
         path = client.ask("POST", "/v1/missions", asked, {"Idempotency-Key": uuid.uuid4().hex})["links"]["self"]
         ended, reports = _drive(client, path, scenario, seed, observer, cancelled)
-    except Refused as error:
+    except ServiceRefusal as error:
         raise UsageError(str(error)) from error
     finally:
         client.close()
@@ -247,10 +224,10 @@ def _drive(
 
 
 def _report(client: Client, path: str, report: object) -> bool:
-    """Report; return False if the mission wants none any more, as somebody else has ended it."""
+    """Report; return False if the mission wants none any more, as another client has ended it."""
     try:
         client.ask("POST", f"{path}/reports", report)
-    except Refused as error:
+    except ServiceRefusal as error:
         if error.status == HTTPStatus.CONFLICT and client.ask("GET", path)["state"] in ("cancelling", "ended"):
             return False
         raise

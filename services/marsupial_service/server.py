@@ -10,11 +10,11 @@ from types import FrameType
 import uvicorn
 
 from marsupial.errors import UsageError
-from marsupial_service import logs
 from marsupial_service.app import create_app
-from marsupial_service.keys import KeyFile
+from marsupial_service.operations import logs
+from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.planners import planner_infos
-from marsupial_service.settings import Settings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError
 
@@ -42,7 +42,7 @@ class _Server(uvicorn.Server):
         super().handle_exit(sig, frame)
 
 
-def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> bool:
+def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None]) -> bool:
     """Serve until a signal asks to end; `tell` is given the address once requests are answered.
 
     Returns
@@ -85,14 +85,14 @@ def serve(settings: Settings, *, level: str, tell: Callable[[str], None]) -> boo
         return server.started
 
 
-def _opened(settings: Settings) -> Store:
+def _opened(settings: ServiceSettings) -> Store:
     try:
         return Store(settings.data)
     except StoreError as error:
         raise UsageError(f"{settings.data}: {error}") from error
 
 
-def _listening(settings: Settings) -> socket.socket:
+def _listening(settings: ServiceSettings) -> socket.socket:
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
             settings.host, settings.port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from starlette.applications import Starlette
 
 from marsupial_service.jobs.service import Jobs
-from marsupial_service.keys import KeyFile
-from marsupial_service.metrics import HttpMetrics
 from marsupial_service.missions.service import Missions
+from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.metrics import HttpMetrics
+from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.schemas.answers import ReadyAnswer
-from marsupial_service.settings import Settings
 from marsupial_service.store import Store
 
 
@@ -43,7 +43,7 @@ class State:
         Slots for analyses and checks of readiness.
     """
 
-    settings: Settings
+    settings: ServiceSettings
     keys: KeyFile
     analyses: asyncio.Semaphore
     metrics: HttpMetrics = field(default_factory=HttpMetrics)

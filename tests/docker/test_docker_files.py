@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import yaml
 
-from marsupial_service.settings import PREFIX, ServiceLimits
+from marsupial_service.operations.settings import PREFIX, ServiceLimits
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 DOCKER = CHECKOUT / "docker"

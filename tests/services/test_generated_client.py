@@ -14,9 +14,9 @@ import httpx
 import pytest
 from servers import Server
 
-import marsupial_service
-from marsupial_service.examples import EXAMPLES
-from marsupial_service.openapi import FILE
+from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.http import openapi
+from marsupial_service.http.openapi import FILE
 
 pytest.importorskip("openapi_python_client", reason="openapi-python-client is not installed (extra dev)")
 
@@ -30,7 +30,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[st
     """Return what imports a module of the generated package."""
     folder = tmp_path_factory.mktemp("client")
     (folder / "config.json").write_text(json.dumps(CONFIG))
-    document = Path(marsupial_service.__file__).with_name(FILE)
+    document = Path(openapi.__file__).with_name(FILE)
     command = [sys.executable, "-m", "openapi_python_client", "generate", "--path", str(document), "--meta", "none"]
     command += ["--output-path", str(folder / PACKAGE), "--config", str(folder / "config.json"), "--fail-on-warning"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)

@@ -24,7 +24,7 @@ from marsupial.model.strategy import PlanningReport
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial_service.client import Client, simulate_by
-from marsupial_service.intake import plan_of
+from marsupial_service.intake.situations import plan_of
 from marsupial_service.schemas.requests import ActionsPlan
 
 ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)

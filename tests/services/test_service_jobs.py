@@ -12,7 +12,7 @@ from talk import frames
 
 from marsupial.formats.situation import situation_from_fields
 from marsupial.planning.checker import check
-from marsupial_service.intake import plan_of
+from marsupial_service.intake.situations import plan_of
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 

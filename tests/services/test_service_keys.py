@@ -9,8 +9,8 @@ from servers import START, Server
 from service_house import client, problem
 
 from marsupial.errors import UsageError
-from marsupial_service.keys import FILE, KeyFile
-from marsupial_service.settings import ServiceLimits, Settings, limits_from
+from marsupial_service.operations.keys import FILE, KeyFile
+from marsupial_service.operations.settings import ServiceLimits, ServiceSettings, limits_from
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -48,8 +48,8 @@ def test_a_key_without_sense_is_refused(tmp_path: Path, scopes: list[str], days:
 
 
 def test_beyond_this_machine_keys_are_needed(tmp_path: Path) -> None:
-    assert not Settings(data=tmp_path).needs_keys
-    assert Settings(data=tmp_path, host="0.0.0.0").needs_keys
+    assert not ServiceSettings(data=tmp_path).needs_keys
+    assert ServiceSettings(data=tmp_path, host="0.0.0.0").needs_keys
     refused = run("--host", "0.0.0.0", "--port", "0", "--data", str(tmp_path))
     assert refused.returncode == 2
     assert "make one with 'marsupial serve keys add" in refused.stderr

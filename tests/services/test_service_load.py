@@ -10,7 +10,7 @@ from servers import START, Server
 from service_house import client, problem
 
 from marsupial_service.app import create_app
-from marsupial_service.settings import Settings
+from marsupial_service.operations.settings import ServiceSettings
 
 
 def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -> None:
@@ -40,7 +40,7 @@ def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_bug_is_answered_without_its_traceback(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    app = create_app(Settings(data=tmp_path))
+    app = create_app(ServiceSettings(data=tmp_path))
 
     @app.get("/broken")
     async def broken() -> None:

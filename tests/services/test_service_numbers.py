@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from service_house import pointers, problem
 
-from marsupial_service.examples import EXAMPLES
-from marsupial_service.strict_json import parse
+from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.http.strict_json import parse
 
 JSON = {"content-type": "application/json"}
 

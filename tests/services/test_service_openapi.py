@@ -7,12 +7,12 @@ import httpx
 from servers import START
 
 from marsupial_service.app import create_app
-from marsupial_service.openapi import FILE, kept_text, text_of
-from marsupial_service.settings import Settings
+from marsupial_service.http.openapi import FILE, kept_text, text_of
+from marsupial_service.operations.settings import ServiceSettings
 
 
 def test_the_document_kept_is_the_one_served_where_keys_are_needed(tmp_path: Path) -> None:
-    app = create_app(Settings(data=tmp_path, keys=True))
+    app = create_app(ServiceSettings(data=tmp_path, keys=True))
     assert text_of(app.openapi()) == kept_text(), f"write text_of(app.openapi()) to {FILE}"
 
 
@@ -30,7 +30,7 @@ def test_the_command_prints_the_document() -> None:
 
 
 def test_every_error_of_every_route_is_a_problem(tmp_path: Path) -> None:
-    document = create_app(Settings(data=tmp_path, keys=True)).openapi()
+    document = create_app(ServiceSettings(data=tmp_path, keys=True)).openapi()
     for path, operations in document["paths"].items():
         for method, operation in operations.items():
             errors = {s: r for s, r in operation["responses"].items() if int(s) >= 400}

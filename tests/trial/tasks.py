@@ -13,7 +13,7 @@ from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.objective import MAKESPAN, Value
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial_service.demo import DEMOS
+from marsupial_service.examples.demos import DEMOS
 from marsupial_service.jobs.documents import line, plan_of
 from marsupial_service.jobs.warm import tiny
 

@@ -49,9 +49,9 @@ def run(
     from marsupial.cli.display.messages import say
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.interrupt import Interrupted
-    from marsupial_service.openapi import kept_text
+    from marsupial_service.http.openapi import kept_text
+    from marsupial_service.operations.settings import PREFIX, ServiceLimits, ServiceSettings, limits_from
     from marsupial_service.server import serve as run_server
-    from marsupial_service.settings import PREFIX, ServiceLimits, Settings, limits_from
 
     if openapi:
         print_text(kept_text())
@@ -63,7 +63,7 @@ def run(
     for name, _ in _pairs("--limit", limit):
         if name not in names:
             raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
-    settings = Settings(
+    settings = ServiceSettings(
         data=data,
         host=host,
         port=port,
@@ -92,7 +92,7 @@ def add(
     """
     check_extra()
     from marsupial.cli.display.tables import print_text
-    from marsupial_service.keys import KeyFile
+    from marsupial_service.operations.keys import KeyFile
 
     scopes = [word.strip() for word in scope.split(",") if word.strip()]
     print_text(KeyFile(data).add(name, scopes, days, time.time()) + "\n")
@@ -106,7 +106,7 @@ def list_keys(data: Data = DEFAULT_DATA) -> None:
     """
     check_extra()
     from marsupial.cli.display.tables import print_table
-    from marsupial_service.keys import KeyFile
+    from marsupial_service.operations.keys import KeyFile
 
     now_s = time.time()
     rows = [
@@ -126,7 +126,7 @@ def revoke(
     Example: marsupial serve keys revoke fleet --data jobs
     """
     check_extra()
-    from marsupial_service.keys import KeyFile
+    from marsupial_service.operations.keys import KeyFile
 
     KeyFile(data).revoke(name, time.time())
 

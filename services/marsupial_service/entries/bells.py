@@ -17,7 +17,7 @@ class Bells:
 
     @contextmanager
     def bell(self, topic: str) -> Iterator[asyncio.Event]:
-        """Give an event that is set whenever there is news on `topic`; whoever waits clears it before they look."""
+        """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
         event = asyncio.Event()
         self._bells.setdefault(topic, set()).add(event)
         try:

@@ -11,7 +11,7 @@ END = "end"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
+class StoredEntry:
     """A job or mission as it is stored; it is dated `finished_at_ms` if and only if its state is final."""
 
     number: int
@@ -22,7 +22,7 @@ class Entry:
     finished_at_ms: int | None
 
 
-E = TypeVar("E", bound=Entry)
+E = TypeVar("E", bound=StoredEntry)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,15 +69,7 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """What entries of one kind may use.
-
-    Parameters
-    ----------
-    memory_bytes
-        Of all processes of one entry together.
-    retention_s, kept
-        Entries that have ended are removed when they are that old, or when there are more than that many.
-    """
+    """What entries of one kind may use; those that ended are removed at the age of `retention_s`, or beyond `kept`."""
 
     memory_bytes: int = 2 << 30
     retention_s: float = 24 * 3600.0
@@ -97,7 +89,7 @@ class TooMany(Exception):
 
 
 class UnknownEntry(Exception):
-    """There is no such entry, no longer, or it is somebody else's."""
+    """There is no such entry, no longer, or it belongs to another owner."""
 
     def __init__(self, noun: str) -> None:
         super().__init__(f"there is no such {noun}, or no longer")

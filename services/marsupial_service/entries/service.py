@@ -38,17 +38,17 @@ class Entries(Generic[E]):
         self._store = store
         self._table = table
         self._kept = settings
-        self._now_ms = now_ms
+        self.now_ms = now_ms
         self._bells = Bells()
         self._stop = asyncio.Event()
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def get(self, entry: str, owner: str) -> E | None:
         """Return an entry, or None if that owner has no such entry."""
-        return await self._read(lambda reader: self._table.find(reader, entry, owner))
+        return await self.read(lambda reader: self._table.find(reader, entry, owner))
 
     async def of(self, owner: str, entry: str) -> E:
-        """Return an entry of an owner: nobody else learns whether there is one. Raises UnknownEntry."""
+        """Return an entry of an owner: other owners do not learn whether there is one. Raises UnknownEntry."""
         record = await self.get(entry, owner)
         if record is None:
             raise UnknownEntry(self._table.noun)
@@ -58,14 +58,14 @@ class Entries(Generic[E]):
         self, owner: str, *, limit: int = 50, before: str | None = None, state: StrEnum | None = None
     ) -> tuple[E, ...]:
         """Return the entries of an owner, the newest first: those made before entry `before`, those in `state`."""
-        return await self._read(lambda reader: self._table.newest(reader, owner, limit, before, state))
+        return await self.read(lambda reader: self._table.newest(reader, owner, limit, before, state))
 
     async def follow(self, entry: str, after: int = 0) -> AsyncGenerator[EventRecord]:
         """Yield the stored events after number `after`, then those to come; ends after the last one or at `stop`."""
         with self._bells.bell(entry) as bell:
             while not self.stopping:
                 bell.clear()
-                batch = await self._read(partial(self._table.events, entry=entry, after=after, limit=_BATCH))
+                batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=_BATCH))
                 for event in batch.events:
                     after = event.seq
                     yield event
@@ -77,8 +77,8 @@ class Entries(Generic[E]):
                     await bell.wait()
 
     async def _existing(self, entry: str) -> E:
-        """Return an entry, whoever owns it. Raises UnknownEntry."""
-        return await self._read(lambda reader: self._table.existing(reader, entry))
+        """Return an entry of any owner. Raises UnknownEntry."""
+        return await self.read(lambda reader: self._table.existing(reader, entry))
 
     @property
     def stopping(self) -> bool:
@@ -104,15 +104,15 @@ class Entries(Generic[E]):
     async def _sweep(self) -> None:
         """Remove old entries now and then."""
         while not self.stopping:
-            removed = await self._surely(lambda tx: self._table.remove_old(tx, self._kept, self._now_ms()))
+            removed = await self.surely(lambda tx: self._table.remove_old(tx, self._kept, self.now_ms()))
             if not removed:
                 await self._pause(_SWEEP_S)
 
-    async def _surely(self, write: Callable[[Transaction], T]) -> T | None:
+    async def surely(self, write: Callable[[Transaction], T]) -> T | None:
         """Write, again and again while the disk refuses; None if that goes on until `stop`."""
         while True:
             try:
-                return await self._write(write)
+                return await self.write(write)
             except StoreError as error:
                 log.error("the store can't be written", extra={"reason": str(error)})
             if self.stopping:
@@ -124,8 +124,10 @@ class Entries(Generic[E]):
             async with asyncio.timeout(seconds):
                 await self._stop.wait()
 
-    def _write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
+    def write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
+        """Run `write` in a transaction; its result comes once that is on disk."""
         return asyncio.wrap_future(self._store.write(write))
 
-    def _read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
+    def read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
+        """Run `read` on what is committed at one moment."""
         return asyncio.wrap_future(self._store.read(read))

@@ -8,26 +8,22 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
-from marsupial_service.entries.records import (
-    Created,
-    E,
-    EntrySettings,
-    EventBatch,
-    EventRecord,
-    KeyReused,
-    NewEntry,
-    UnknownEntry,
-)
+from marsupial_service.entries import records
+from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry
 from marsupial_service.store import Transaction
 
-_REMOVED_AT_ONCE = 50
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+_SWEPT = 50
 _FREED_PAGES = 2000
 
 W = TypeVar("W", bound=StrEnum)
+R = TypeVar("R", bound="DataclassInstance")
 
 
 class Reader(Protocol):
@@ -36,6 +32,12 @@ class Reader(Protocol):
     def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> sqlite3.Cursor:
         """Run one statement."""
         ...
+
+
+def made_of(kind: type[R], row: sqlite3.Row, **more: object) -> R:
+    """Return a record of the columns called like its fields (`created_ms` for `created_at_ms`), and `more`."""
+    columns = {field.name: field.name.replace("_at_ms", "_ms") for field in fields(kind) if field.name not in more}
+    return kind(**{name: row[column] for name, column in columns.items()}, **more)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,13 +65,7 @@ class EntryTable(Generic[E]):
     moves: Mapping[StrEnum, frozenset[StrEnum]]
 
     def create(self, tx: Transaction, new: NewEntry, add: Callable[[], None]) -> Created[E]:
-        """Return what an earlier request with that key has made, or what `add` adds.
-
-        Raises
-        ------
-        KeyReused
-            If that request was another one.
-        """
+        """Return what an earlier request with that key has made, or what `add` adds. Raises KeyReused."""
         known = self.made_before(tx, new)
         if known is None:
             add()
@@ -84,7 +80,7 @@ class EntryTable(Generic[E]):
         if row is None:
             return None
         if row["digest"] != new.digest:
-            raise KeyReused(f"the idempotency key {new.key!r} was used for another request")
+            raise records.KeyReused(f"the idempotency key {new.key!r} was used for another request")
         found: str = row["id"]
         return found
 
@@ -103,7 +99,7 @@ class EntryTable(Generic[E]):
         """Return an entry. Raises UnknownEntry."""
         record = self.find(reader, entry)
         if record is None:
-            raise UnknownEntry(self.noun)
+            raise records.UnknownEntry(self.noun)
         return record
 
     def newest(
@@ -160,11 +156,8 @@ class EntryTable(Generic[E]):
         found = dict(reader.execute(f"SELECT {column}, count(*) FROM {self.name} GROUP BY 1").fetchall())
         return {word: found.get(word, 0) for word in words}
 
-    def remove_old(self, tx: Transaction, settings: EntrySettings, now_ms: int, most: int = _REMOVED_AT_ONCE) -> int:
-        """Remove at most so many entries that ended too long ago or are too many; say how many there were.
-
-        Their followers are told.
-        """
+    def remove_old(self, tx: Transaction, settings: records.EntrySettings, now_ms: int, most: int = _SWEPT) -> int:
+        """Remove at most so many entries that ended too long ago or are too many; tell followers, return the count."""
         before_ms = now_ms - round(1000 * settings.retention_s)
         rows = tx.execute(
             f"SELECT number, id FROM {self.name} WHERE finished_ms < ?"

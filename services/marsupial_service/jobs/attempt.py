@@ -13,7 +13,7 @@ from marsupial.planning.engines import PROCESSES
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial_service.jobs import table
-from marsupial_service.jobs.messages import Analysed, Closed, Found, Work
+from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
 from marsupial_service.jobs.records import JobOutcome, JobSettings
 from marsupial_service.jobs.work import GAVE_UP, solve
 from marsupial_service.store import Store, StoreError
@@ -67,7 +67,10 @@ class Attempt:
         except InternalError as error:
             return self._lost(str(error))
         try:
-            self._announce(run)
+            with self._lock:
+                self._run = run
+                if self._cancelled:
+                    run.cancel()
             ended = run.follow(self._take)
             self._wait_stored(0)
         except StoreError as error:
@@ -76,23 +79,13 @@ class Attempt:
             run.close()
         return self._closed or self._judge(ended)
 
-    def _announce(self, run: processes.Run) -> None:
-        with self._lock:
-            self._run = run
-            if self._cancelled:
-                run.cancel()
-
     def _job(self) -> Job:
         claim, settings = self.claim, self._settings
         limit_s = settings.steps_limit_s if claim.budget.seconds is None else claim.budget.seconds
-        work = Work(
-            task=claim.task,
-            engine=settings.commands.get(claim.planner, claim.planner),
-            budget=claim.budget,
-            start=claim.start,
-        )
+        engine = settings.commands.get(claim.planner, claim.planner)
+        task = WorkerTask(task=claim.task, engine=engine, budget=claim.budget, start=claim.start)
         limits = JobLimits(wall_s=limit_s + self._slack_s(), memory_bytes=settings.memory_bytes)
-        return Job(function=solve, argument=work, limits=limits)
+        return Job(function=solve, argument=task, limits=limits)
 
     def _slack_s(self) -> float:
         if self.claim.planner in PROCESSES:
@@ -101,15 +94,14 @@ class Attempt:
 
     def _take(self, value: object) -> None:
         claim, now_ms = self.claim, self._now_ms()
-        if isinstance(value, Found):
-            found = value
-            self._has_plan = True
-            self._unstored.append(self._store.write(lambda tx: table.add_plan(tx, claim, found, now_ms)))
-        elif isinstance(value, Analysed):
-            analysed = value
-            self._unstored.append(self._store.write(lambda tx: table.add_analysis(tx, claim, analysed)))
-        elif isinstance(value, Closed):
-            self._closed = value
+        match value:
+            case Found() as found:
+                self._has_plan = True
+                self._unstored.append(self._store.write(lambda tx: table.add_plan(tx, claim, found, now_ms)))
+            case Analysed() as analysed:
+                self._unstored.append(self._store.write(lambda tx: table.add_analysis(tx, claim, analysed)))
+            case Closed() as closed:
+                self._closed = closed
         self._wait_stored(_MOST_UNSTORED)
 
     def _wait_stored(self, at_most: int) -> None:

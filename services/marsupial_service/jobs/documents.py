@@ -38,12 +38,6 @@ def plan_of(text: str) -> Plan:
 
 def plan_event(revision: int, makespan_ms: int, found_after_ms: int, at_ms: int, actions: str) -> str:
     """Return the data of a plan's event; `actions` is its `actions_text`."""
-    head = line(
-        {
-            "revision": revision,
-            "makespan_ms": makespan_ms,
-            "found_after_ms": found_after_ms,
-            "at": timestamp(at_ms),
-        }
-    )
+    at = timestamp(at_ms)
+    head = line({"revision": revision, "makespan_ms": makespan_ms, "found_after_ms": found_after_ms, "at": at})
     return f'{head[:-1]},"actions":{actions}}}'

@@ -6,17 +6,10 @@ import sqlite3
 import zlib
 
 from marsupial.model.planning import Budget
-from marsupial_service.entries.table import EntryTable, Reader
+from marsupial_service.entries.table import EntryTable, Reader, made_of
 from marsupial_service.jobs.documents import plan_of
-from marsupial_service.jobs.records import (
-    MOVES,
-    AnalysisRecord,
-    JobEventType,
-    JobOutcome,
-    JobRecord,
-    JobState,
-    PlanRecord,
-)
+from marsupial_service.jobs.messages import Analysed
+from marsupial_service.jobs.records import MOVES, JobEventType, JobOutcome, JobRecord, JobState, PlanRecord
 
 _SELECT = (
     "SELECT jobs.*, plans.revision, plans.makespan_ms, plans.found_after_ms, plans.at_ms, plans.actions, plans.ipc"
@@ -30,11 +23,11 @@ def plans(reader: Reader, job: str) -> tuple[PlanRecord, ...]:
     return tuple(_plan(row) for row in reader.execute(sql, (job,)))
 
 
-def analysis(reader: Reader, job: str) -> AnalysisRecord | None:
+def analysis(reader: Reader, job: str) -> Analysed | None:
     """Return what was found on the map of a job, if it had one and that is done."""
     sql = "SELECT situation, places FROM payloads JOIN jobs ON number = job WHERE id = ? AND situation IS NOT NULL"
     row = reader.execute(sql, (job,)).fetchone()
-    return None if row is None else AnalysisRecord(situation=row["situation"], places=row["places"])
+    return None if row is None else Analysed(**row)
 
 
 def source_text(reader: Reader, job: str) -> str | None:
@@ -45,36 +38,18 @@ def source_text(reader: Reader, job: str) -> str | None:
 
 
 def _job(row: sqlite3.Row) -> JobRecord:
-    return JobRecord(
-        number=row["number"],
-        id=row["id"],
-        owner=row["owner"],
+    return made_of(
+        JobRecord,
+        row,
         state=JobState(row["state"]),
         outcome=None if row["outcome"] is None else JobOutcome(row["outcome"]),
-        detail=row["detail"],
-        planner=row["planner"],
         budget=Budget(seconds=row["seconds"], steps=row["steps"]),
-        attempts=row["attempts"],
-        plans=row["plans"],
         best=None if row["revision"] is None else _plan(row),
-        lower_bound_ms=row["lower_bound_ms"],
-        created_at_ms=row["created_ms"],
-        queued_at_ms=row["queued_ms"],
-        started_at_ms=row["started_ms"],
-        first_plan_at_ms=row["first_plan_ms"],
-        finished_at_ms=row["finished_ms"],
     )
 
 
 def _plan(row: sqlite3.Row) -> PlanRecord:
-    return PlanRecord(
-        revision=row["revision"],
-        plan=plan_of(row["actions"]),
-        makespan_ms=row["makespan_ms"],
-        found_after_ms=row["found_after_ms"],
-        at_ms=row["at_ms"],
-        ipc=row["ipc"],
-    )
+    return made_of(PlanRecord, row, plan=plan_of(row["actions"]))
 
 
 JOBS = EntryTable(

@@ -11,15 +11,15 @@ from marsupial_service.jobs.records import JobOutcome
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Work:
+class WorkerTask:
     """One attempt at a job.
 
     Parameters
     ----------
     task
-        The pickled task; only the worker opens it.
+        Pickled; only the worker opens it.
     engine
-        As `marsupial.planning.engines.engine` knows it.
+        The name for `marsupial.planning.engines.engine`.
     start
         The best plan of earlier attempts; only better ones are sent back.
     """
@@ -32,7 +32,7 @@ class Work:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysed:
-    """What a map state came to: the situation and the places on the map, both as JSON text."""
+    """What the worker found on a map: the situation and its places, both as JSON text."""
 
     situation: str
     places: str

@@ -1,4 +1,4 @@
-"""What passes between planning jobs and those who ask for them: requests, records, events, refusals.
+"""What passes between planning jobs and their callers: requests, records, events, settings.
 
 Times are integer milliseconds since 1970 (UTC).
 """
@@ -13,7 +13,7 @@ from typing import Protocol
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
-from marsupial_service.entries.records import Entry, EntrySettings
+from marsupial_service.entries.records import EntrySettings, StoredEntry
 
 
 class JobState(StrEnum):
@@ -42,15 +42,10 @@ class JobOutcome(StrEnum):
 
 
 STATE_OF: Mapping[JobOutcome, JobState] = {
+    **dict.fromkeys(JobOutcome, JobState.FAILED),
     JobOutcome.OPTIMAL: JobState.SUCCEEDED,
     JobOutcome.SATISFICING: JobState.SUCCEEDED,
     JobOutcome.UNSOLVABLE: JobState.SUCCEEDED,
-    JobOutcome.NO_PLAN: JobState.FAILED,
-    JobOutcome.TIMEOUT: JobState.FAILED,
-    JobOutcome.OUT_OF_MEMORY: JobState.FAILED,
-    JobOutcome.UNSUPPORTED: JobState.FAILED,
-    JobOutcome.ENGINE_FAILED: JobState.FAILED,
-    JobOutcome.INVALID_INPUT: JobState.FAILED,
     JobOutcome.CANCELLED: JobState.CANCELLED,
 }
 """The final state that goes with each outcome."""
@@ -128,7 +123,7 @@ class PlanRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JobRecord(Entry):
+class JobRecord(StoredEntry):
     """A job as it is stored; it has an `outcome` if and only if its state is final.
 
     Parameters
@@ -164,14 +159,6 @@ class JobRecord(Entry):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AnalysisRecord:
-    """What the worker found on a map: the situation as JSON text, and its places as JSON text."""
-
-    situation: str
-    places: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
     """Counts for operators: jobs in the store by state and by outcome, and slots in use."""
 
@@ -183,14 +170,10 @@ class Metrics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings(EntrySettings):
-    """What jobs may use.
+    """What jobs may use, by the words of `ServiceLimits`.
 
     Parameters
     ----------
-    slots
-        How many run at once.
-    queue
-        How many may wait.
     max_attempts
         How often a job is started, if its processes are killed or the server is.
     steps_limit_s

@@ -24,17 +24,8 @@ from marsupial_service.entries.service import Entries
 from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.jobs.messages import Closed
-from marsupial_service.jobs.records import (
-    AnalysisRecord,
-    JobOutcome,
-    JobRecord,
-    JobRequest,
-    JobSettings,
-    JobState,
-    Metrics,
-    PlanRecord,
-)
+from marsupial_service.jobs.messages import Analysed, Closed
+from marsupial_service.jobs.records import JobOutcome, JobRecord, JobRequest, JobSettings, JobState, Metrics, PlanRecord
 from marsupial_service.jobs.warm import load_planners
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store
@@ -60,14 +51,8 @@ class Jobs(Entries[JobRecord]):
         self._storing = 0
 
     async def start(self) -> None:
-        """Take up what an earlier run left, and begin to run jobs.
-
-        Raises
-        ------
-        StoreError
-            If that can't be stored.
-        """
-        await self._write(lambda tx: table.recover(tx, self._settings, self._now_ms()))
+        """Take up what an earlier run left, and begin to run jobs. Raises StoreError."""
+        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms()))
         await self._begin(PRELOAD)
         for _ in range(self._settings.slots):
             self._go(self._slot())
@@ -91,23 +76,13 @@ class Jobs(Entries[JobRecord]):
     async def submit(
         self, request: JobRequest, *, owner: str, idempotency_key: str | None = None
     ) -> Created[JobRecord]:
-        """Store a job; what is returned is committed.
-
-        Raises
-        ------
-        TooMany
-            If too many jobs wait.
-        KeyReused
-            If the key came with another request before.
-        StoreError
-            If it can't be stored.
-        """
+        """Store a job; what is returned is committed. Raises TooMany, KeyReused, StoreError."""
         if self._storing >= self._settings.queue:
             raise table.queue_full(_BUSY_RETRY_S)
         self._storing += 1
         try:
             job = await asyncio.to_thread(_packed, request, owner, idempotency_key)
-            submitted = await self._write(lambda tx: table.insert(tx, job, self._settings, self._now_ms()))
+            submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms()))
         finally:
             self._storing -= 1
         self._work.set()
@@ -115,40 +90,26 @@ class Jobs(Entries[JobRecord]):
 
     async def plans(self, job: str) -> tuple[PlanRecord, ...]:
         """Return every revision, the first one first."""
-        return await self._read(lambda reader: lookup.plans(reader, job))
+        return await self.read(lambda reader: lookup.plans(reader, job))
 
-    async def analysis(self, job: str) -> AnalysisRecord | None:
+    async def analysis(self, job: str) -> Analysed | None:
         """Return what was found on the map, or None (not yet, or a ready situation was sent)."""
-        return await self._read(lambda reader: lookup.analysis(reader, job))
+        return await self.read(lambda reader: lookup.analysis(reader, job))
 
     async def source(self, job: str) -> str | None:
         """Return what was sent, as JSON text."""
-        return await self._read(lambda reader: lookup.source_text(reader, job))
+        return await self.read(lambda reader: lookup.source_text(reader, job))
 
     async def cancel(self, job: str) -> JobRecord:
-        """End a job, which keeps its best plan; one that is over stays as it is.
-
-        Raises
-        ------
-        UnknownEntry
-            If there is none.
-        StoreError
-            If it can't be stored; the job goes on.
-        """
-        record = await self._write(lambda tx: table.cancel(tx, job, self._now_ms()))
+        """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: the job goes on."""
+        record = await self.write(lambda tx: table.cancel(tx, job, self.now_ms()))
         attempt = self._attempts.get(job)
         if attempt is not None:
             attempt.cancel()
         return record
 
     async def wait(self, job: str, seconds: float) -> JobRecord:
-        """Return the job once it is over, or as it is after so many seconds or at `stop`.
-
-        Raises
-        ------
-        UnknownEntry
-            If there is none.
-        """
+        """Return the job once it is over, or as it is after so many seconds or at `stop`. Raises UnknownEntry."""
         try:
             async with asyncio.timeout(seconds):
                 with self._bells.bell(job) as bell:
@@ -161,7 +122,7 @@ class Jobs(Entries[JobRecord]):
 
     async def metrics(self) -> Metrics:
         """Return counts for operators."""
-        states, outcomes = await self._read(
+        states, outcomes = await self.read(
             lambda reader: (JOBS.counts(reader, "state", JobState), JOBS.counts(reader, "outcome", JobOutcome))
         )
         return Metrics(states=states, outcomes=outcomes, slots=self._settings.slots, slots_in_use=len(self._attempts))
@@ -172,7 +133,7 @@ class Jobs(Entries[JobRecord]):
             await asyncio.to_thread(processes.warm_up)
         while not self.stopping:
             self._work.clear()
-            claim = await self._surely(lambda tx: table.claim(tx, self._now_ms()))
+            claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
             if claim is not None:
                 await self._attend(claim)
             elif not self.stopping:
@@ -188,7 +149,7 @@ class Jobs(Entries[JobRecord]):
             await self._settle(claim, _failed(error))
 
     async def _attempt(self, claim: table.Claim) -> Closed | Lost:
-        attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self._now_ms)
+        attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self.now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         try:
             if self.stopping:
@@ -203,11 +164,11 @@ class Jobs(Entries[JobRecord]):
     async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
         """Store how an attempt ended."""
         if isinstance(end, Closed):
-            in_time = await self._surely(lambda tx: table.finish(tx, claim, end, self._now_ms()))
+            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms()))
             if in_time:
                 log.info("job ended", extra={"job": claim.id, "outcome": end.outcome.value})
             return
-        again = await self._surely(lambda tx: table.give_back(tx, claim, end.reason, self._settings, self._now_ms()))
+        again = await self.surely(lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms()))
         if again:
             log.warning("job interrupted", extra={"job": claim.id, "reason": end.reason or "the server stops"})
             self._work.set()

@@ -14,6 +14,7 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.table import made_of
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
@@ -97,25 +98,16 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
     JOBS.move(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
     _tell_state(tx, number, now_ms)
     best = _best(tx, number)
-    return Claim(
-        number=number,
-        id=row["id"],
-        attempt=attempt,
-        planner=row["planner"],
-        budget=Budget(seconds=row["seconds"], steps=row["steps"]),
-        task=row["task"],
-        start=None if best is None else plan_of(best[1]),
-    )
+    budget = Budget(seconds=row["seconds"], steps=row["steps"])
+    return made_of(Claim, row, attempt=attempt, budget=budget, start=None if best is None else plan_of(best[1]))
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
     """Keep what was found on the map; say whether it was in time."""
     if not _is_running(tx, claim):
         return False
-    tx.execute(
-        "UPDATE payloads SET situation = ?, places = ? WHERE job = ?",
-        (analysed.situation, analysed.places, claim.number),
-    )
+    sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
+    tx.execute(sql, (analysed.situation, analysed.places, claim.number))
     return True
 
 
@@ -163,13 +155,7 @@ def give_back(tx: Transaction, claim: Claim, reason: str, settings: JobSettings,
 
     With no `reason` the attempt was ended by us and does not count.
     """
-    if not _is_running(tx, claim):
-        return False
-    if reason and claim.attempt >= settings.max_attempts:
-        _give_up(tx, claim.number, claim.attempt, reason, now_ms)
-        return False
-    _requeue(tx, claim.number, claim.attempt if reason else claim.attempt - 1, now_ms)
-    return True
+    return _is_running(tx, claim) and _try_again(tx, claim.number, claim.attempt, reason, settings, now_ms)
 
 
 def recover(tx: Transaction, settings: JobSettings, now_ms: int) -> None:
@@ -178,10 +164,7 @@ def recover(tx: Transaction, settings: JobSettings, now_ms: int) -> None:
         "SELECT number, attempts FROM jobs WHERE state = ? AND finished_ms IS NULL", (JobState.RUNNING,)
     ).fetchall()
     for number, attempts in rows:
-        if attempts >= settings.max_attempts:
-            _give_up(tx, number, attempts, "the server ended while it ran", now_ms)
-        else:
-            _requeue(tx, number, attempts, now_ms)
+        _try_again(tx, number, attempts, "the server ended while it ran", settings, now_ms)
 
 
 def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
@@ -199,14 +182,15 @@ def _is_running(tx: Transaction, claim: Claim) -> bool:
     return row is not None
 
 
-def _requeue(tx: Transaction, number: int, attempts: int, now_ms: int) -> None:
-    JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=attempts, queued_ms=now_ms)
+def _try_again(tx: Transaction, number: int, attempts: int, reason: str, settings: JobSettings, now_ms: int) -> bool:
+    if reason and attempts >= settings.max_attempts:
+        detail = f"given up after {attempts} attempts; in the last one, {reason}"
+        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms)
+        return False
+    counted = attempts if reason else attempts - 1
+    JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
     _tell_state(tx, number, now_ms)
-
-
-def _give_up(tx: Transaction, number: int, attempts: int, reason: str, now_ms: int) -> None:
-    detail = f"given up after {attempts} attempts; in the last one, {reason}"
-    _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms)
+    return True
 
 
 def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:

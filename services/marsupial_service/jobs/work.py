@@ -20,7 +20,7 @@ from marsupial.planning.engines import engine
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
 from marsupial_service.jobs.documents import actions_text, line
-from marsupial_service.jobs.messages import Analysed, Closed, Found, Work
+from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
 from marsupial_service.jobs.records import JobOutcome, MapTask
 
 _LEAST_S = 0.05
@@ -40,16 +40,16 @@ GAVE_UP = frozenset({JobOutcome.NO_PLAN, JobOutcome.TIMEOUT, JobOutcome.OUT_OF_M
 """Without a plan; where there is one, it is what the job was for."""
 
 
-def solve(work: Work) -> Iterator[Analysed | Found | Closed]:
+def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
     """Do the work: yield what was found on the map, each better plan, and at last how it ended."""
     begun = time.monotonic()
     try:
         task: Situation | MapTask = pickle.loads(work.task)
         if isinstance(task, Situation):
-            yield from _search(work, task, begun)
-            return
-        situation = task.situation()
-        yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
+            situation = task
+        else:
+            situation = task.situation()
+            yield Analysed(situation=situation_to_json(situation), places=line(task.places()))
         yield from _search(work, situation, begun)
     except InputError as error:
         yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=str(error))
@@ -57,7 +57,7 @@ def solve(work: Work) -> Iterator[Analysed | Found | Closed]:
         yield Closed(outcome=JobOutcome.UNSUPPORTED, detail=str(error))
 
 
-def _search(work: Work, situation: Situation, begun: float) -> Iterator[Found | Closed]:
+def _search(work: WorkerTask, situation: Situation, begun: float) -> Iterator[Found | Closed]:
     budget = work.budget
     if budget.seconds is not None:
         budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - begun)))

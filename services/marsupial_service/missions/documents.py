@@ -13,10 +13,10 @@ from marsupial.model.planning import Outcome
 from marsupial.model.strategy import Decision, PlanningReport
 from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
 from marsupial_service.missions.values import Event, EventType, Wish
-from marsupial_service.missions.world import Order
+from marsupial_service.missions.world import RobotCommand
 
 
-def command(order: Order, revision: int, place: str | None, grid: Grid, *, stop: bool) -> dict[str, object]:
+def command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> dict[str, object]:
     """Return a command; positions are given as cells and in metres of the map frame."""
     head: dict[str, object] = {"id": order.id, "robot": order.robot, "name": "stop" if stop else order.name}
     head["revision"] = revision
@@ -26,10 +26,8 @@ def command(order: Order, revision: int, place: str | None, grid: Grid, *, stop:
         head["carrier"] = order.carrier
     head["place"] = place
     if order.route:
-        head |= {
-            "route": [list(cell) for cell in order.route],
-            "route_m": [rounded(grid.centre_m(c)) for c in order.route],
-        }
+        head["route"] = [list(cell) for cell in order.route]
+        head["route_m"] = [rounded(grid.centre_m(cell)) for cell in order.route]
     if order.name == "undock" and order.cell is not None:
         head |= {"cell": list(order.cell), "point_m": rounded(grid.centre_m(order.cell))}
     return head
@@ -39,16 +37,8 @@ def commands(
     batch: int, revision: int, n: int, t_ms: int, until_ms: int | None, commands: Sequence[dict[str, object]]
 ) -> str:
     """Return what robots are to do after report `n`; the next report is due at `until_ms` of mission time."""
-    return line(
-        {
-            "batch": batch,
-            "revision": revision,
-            "n": n,
-            "t_ms": t_ms,
-            "until_ms": until_ms,
-            "commands": list(commands),
-        }
-    )
+    head = {"batch": batch, "revision": revision, "n": n, "t_ms": t_ms, "until_ms": until_ms}
+    return line({**head, "commands": list(commands)})
 
 
 def decision(decision: Decision) -> str:
@@ -77,12 +67,6 @@ def state(wish: Wish, t_ms: int) -> str:
 def end(status: Status, reason: str, t_ms: int) -> str:
     """Return how a mission ended."""
     return line({"status": status, "reason": reason, "t_ms": t_ms})
-
-
-def end_of(text: str) -> dict[str, str]:
-    """Return the fields of `end`."""
-    found: dict[str, str] = json.loads(text)
-    return found
 
 
 def revision_of(event: Event) -> int:

@@ -13,12 +13,12 @@ from marsupial.formats.missionlog import encode_event
 from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
-from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn, Wish
-from marsupial_service.missions.world import MapChanged, Order, RemoteWorld
+from marsupial_service.missions.world import MapChanged, RemoteWorld, RobotCommand
 
 
 def fly(brief: Brief, channel: Channel) -> None:
@@ -26,7 +26,6 @@ def fly(brief: Brief, channel: Channel) -> None:
     desk = Desk(brief, channel)
     kinds = {kind.name: kind for kind in brief.kinds}
     world = RemoteWorld(brief, desk)
-    inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
     order = MissionOrder(
         goal=brief.goal,
         limits=brief.limits,
@@ -37,9 +36,9 @@ def fly(brief: Brief, channel: Channel) -> None:
     while True:
         desk.event(_started(brief, world))
         try:
-            Mission(world, kinds, _Remembering(inner, desk), order, desk).run(lambda: world.cancelled)
+            Mission(world, kinds, desk, order, desk).run(lambda: world.cancelled)
         except MapChanged:
-            desk.begin_anew()
+            desk.restart()
             world.settle(brief.limits.time_ms)
         else:
             break
@@ -66,10 +65,12 @@ def _started(brief: Brief, world: RemoteWorld) -> MissionStarted:
 
 
 class Desk(Observer):
-    """Gathers what the mission does into turns, and fetches the inputs."""
+    """Gathers what the mission does into turns, fetches the inputs, and is the strategy whose decisions are kept."""
 
     def __init__(self, brief: Brief, channel: Channel) -> None:
         self._brief = brief
+        self._inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
+        self.name = self._inner.name
         self._channel = channel
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []
@@ -80,7 +81,7 @@ class Desk(Observer):
         self._decisions = deque(self._receive().decisions)
 
     def event(self, event: MissionEvent) -> None:
-        """Log an event; revisions go on counting when the mission begins anew."""
+        """Log an event; revisions continue counting when the mission restarts."""
         if isinstance(event, Planned | ActionStarted | ActionEnded):
             event = replace(event, revision=self._before + event.revision)
         if isinstance(event, Planned):
@@ -91,13 +92,13 @@ class Desk(Observer):
             self._ended = event
         self._tell(EventType.LOG, encode_event(event))
 
-    def decide(self, inner: Strategy, briefing: Briefing) -> Decision:
+    def decide(self, briefing: Briefing) -> Decision:
         """Return the decision that was made before, if there is one, or make one."""
         if self._decisions:
             text = self._decisions.popleft()
             decision = documents.decision_of(text)
         else:
-            decision = self._told(inner.decide(briefing))
+            decision = self._told(self._inner.decide(briefing))
             text = documents.decision(decision)
         self._tell(EventType.DECISION, text)
         return decision
@@ -107,15 +108,15 @@ class Desk(Observer):
         say, report = self._brief.without_command, decision.report
         return replace(decision, report=replace(report, planner=say(report.planner), detail=say(report.detail)))
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """Count revisions on from here."""
         self._before = self._revision
 
-    def order(self, order: Order, *, stop: bool = False) -> None:
+    def order(self, order: RobotCommand, *, stop: bool = False) -> None:
         """Put a command among those to be sent next."""
-        action = None if stop else self._action
-        revision = self._revision if action is None else action.revision
-        place = None if action is None else action.action.place
+        revision, place = self._revision, None
+        if self._action is not None and not stop:
+            revision, place = self._action.revision, self._action.action.place
         self._commands.append(documents.command(order, revision, place, self._brief.grid, stop=stop))
 
     def exchange(self, until_ms: int) -> Input:
@@ -156,15 +157,3 @@ class Desk(Observer):
         answer = self._channel.receive()
         assert isinstance(answer, Next)
         return answer
-
-
-class _Remembering:
-    """A strategy whose decisions the desk keeps."""
-
-    def __init__(self, inner: Strategy, desk: Desk) -> None:
-        self.name = inner.name
-        self._inner = inner
-        self._desk = desk
-
-    def decide(self, briefing: Briefing) -> Decision:
-        return self._desk.decide(self._inner, briefing)

@@ -1,44 +1,41 @@
 """Keeps one mission going: starts its process, hands it the inputs, stores what it makes of them, replaces it.
 
 Whatever process there is gets all inputs from the first one. Turns that are stored must come out again as they are;
-the ones after them are new, are stored, and only then told to anybody.
+the ones after them are new: they are stored, and only then published.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
-import sqlite3
-from collections.abc import Awaitable, Callable
 from concurrent.futures import Executor, Future
-from typing import TypeVar
 
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
+from marsupial_service.entries.service import Entries
 from marsupial_service.missions import table
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.ledger import Ledger
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Brief, Event, EventType, Next, Turn
-from marsupial_service.store import Store, StoreError, Transaction
+from marsupial_service.store import StoreError
 
 _MOST_DEATHS = 3
 """A process that dies so often by itself before it has made anything new is not started again."""
 
 _MOST_KILLED = 20
-"""The same where somebody else killed it."""
+"""The same where another process killed it."""
 
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
 _LAST_WORDS_S = 0.5
 _RETRY_S = 1.0
 
-T = TypeVar("T")
 log = logging.getLogger("marsupial.missions")
 
 
 class Diverged(Exception):
-    """A new process made something else of the same inputs: the mission can't be gone on with."""
+    """A new process made something else of the same inputs: the mission can't be continued."""
 
 
 class Keeper:
@@ -49,10 +46,9 @@ class Keeper:
         record: MissionRecord,
         brief: Brief,
         ledger: Ledger,
-        store: Store,
+        missions: Entries[MissionRecord],
         threads: Executor,
         memory_bytes: int,
-        now_ms: Callable[[], int],
     ) -> None:
         self.id = record.id
         self.ledger = ledger
@@ -61,10 +57,9 @@ class Keeper:
         self.turns = record.turns
         self._number = record.number
         self.brief = brief
-        self._store = store
+        self._missions = missions
         self._threads = threads
         self._memory_bytes = memory_bytes
-        self._now_ms = now_ms
         self._came = asyncio.Event()
 
     def came(self) -> None:
@@ -74,14 +69,12 @@ class Keeper:
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended."""
-        failure = await self._go_on()
-        while failure is not None:
-            try:
-                return await self._give_up(failure)
-            except StoreError as error:
-                await self._pause(error)
+        failure = await self._resume()
+        if failure is not None:
+            missions = self._missions
+            await missions.surely(lambda tx: table.fail(tx, self.id, failure, missions.now_ms()))
 
-    async def _go_on(self) -> str | None:
+    async def _resume(self) -> str | None:
         """Follow one process after the other; return why that leads nowhere, None if the mission has ended."""
         deaths = 0
         while True:
@@ -89,7 +82,8 @@ class Keeper:
             try:
                 ended = await self._live()
             except StoreError as error:
-                await self._pause(error)
+                log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
+                await asyncio.sleep(_RETRY_S)
                 continue
             except Exception as error:
                 log.exception("a mission failed", extra={"mission": self.id})
@@ -101,13 +95,6 @@ class Keeper:
             if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
                 return ended.detail
             await asyncio.sleep(_PAUSE_S * (deaths - 1))
-
-    async def _give_up(self, reason: str) -> None:
-        await self._write(lambda tx: table.fail(tx, self.id, reason, self._now_ms()))
-
-    async def _pause(self, error: StoreError) -> None:
-        log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
-        await asyncio.sleep(_RETRY_S)
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
@@ -155,12 +142,11 @@ class Keeper:
     async def _take(self, number: int, turn: Turn) -> None:
         if number < self.turns:
             if await self._stored(number) != turn.events:
-                raise Diverged(
-                    f"what happened after report {number} can't be gone through again: it comes out different"
-                )
+                raise Diverged(f"what happened after report {number} can't be repeated: it comes out different")
             return
         async with self.lock:
-            await self._write(lambda tx: table.add_turn(tx, self.id, number, turn, self._now_ms()))
+            now_ms = self._missions.now_ms()
+            await self._missions.write(lambda tx: table.add_turn(tx, self.id, number, turn, now_ms))
             for event in turn.events:
                 self.ledger.publish(event)
             self.turns = number + 1
@@ -169,7 +155,7 @@ class Keeper:
         while self.inputs < number:
             self._came.clear()
             await self._came.wait()
-        found = await self._read(lambda source: table.input_at(source, self._number, number))
+        found = await self._missions.read(lambda source: table.input_at(source, self._number, number))
         return Next(input=found, decisions=await self._decisions(number))
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
@@ -178,13 +164,7 @@ class Keeper:
         return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
 
     async def _stored(self, number: int) -> tuple[Event, ...]:
-        return await self._read(lambda source: table.turn_at(source, self._number, number))
-
-    def _write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
-        return asyncio.wrap_future(self._store.write(write))
-
-    def _read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
-        return asyncio.wrap_future(self._store.read(read))
+        return await self._missions.read(lambda source: table.turn_at(source, self._number, number))
 
 
 def _close(starting: Future[processes.Run]) -> None:

@@ -8,15 +8,15 @@ import numpy as np
 
 from marsupial.errors import EngineUnavailable, ScenarioError, UsageError
 from marsupial.formats.fields import Notes
-from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask, Terrain
+from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.strategies.registry import FORMER_NAMES, strategy, strategy_names
-from marsupial_service.intake import budget_of, check_count, refuse
-from marsupial_service.intake_team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
+from marsupial_service.intake.situations import budget_of, check_count, refuse
+from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
-from marsupial_service.schemas.missions import FrameBody, MemberBody, MissionBody, ReportBody, RobotNoteBody
-from marsupial_service.settings import ServiceLimits
+from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.schemas.missions import MissionBody, ReportBody, RobotNoteBody
 
 DEFAULT_BUDGET_S = 1.0
 
@@ -24,12 +24,7 @@ DEFAULT_BUDGET_S = 1.0
 def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, str]) -> Brief:
     """Return the brief of a request; `commands` are the external planners that the operator allows, by name.
 
-    Raises
-    ------
-    InputError
-        Naming everything that is wrong.
-    HttpProblem
-        If there is too much of something.
+    Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
     check_count("team", len(body.team), limits.robots, "robots")
     check_count("robot_types", len(body.robot_types), limits.robots, "robot types")
@@ -37,6 +32,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
     grid, types = _field(body)
     notes = Notes()
+    members = [entry.member for entry in entries_of(body.team, types, grid, notes.below("team"))]
     brief = Brief(
         name=body.name,
         strategy=body.strategy,
@@ -46,7 +42,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
         seed=body.seed,
         grid=grid,
         kinds=tuple(types.values()),
-        robots=_team(body.team, types, grid, notes.below("team")),
+        robots=tuple(PlacedRobot(name=m.name, type=m.type, cell=m.start, carrier=m.carrier) for m in members),
         goal=body.goal or Goal(recover_rovers=False),
         limits=MissionLimits(time_ms=body.time_limit_ms),
         planning_time=PlanningTime(body.planning_time),
@@ -70,22 +66,20 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
 
 def _field(body: MissionBody) -> tuple[Grid, Types]:
     """Return the map as far as it is known, and the robot types for it."""
-    notes, size = Notes(), body.frame.width * body.frame.height
+    notes, frame = Notes(), body.frame
+    size = frame.width * frame.height
     terrains = terrains_of(body.terrains, notes)
-    types = types_of(body.robot_types, terrains, body.frame.resolution_m, notes)
-    _check_runs(body.frame.known, size, {terrain.code for terrain in terrains}, "frame.known", notes)
+    types = types_of(body.robot_types, terrains, frame.resolution_m, notes)
+    _check_runs(frame.known, size, {terrain.code for terrain in terrains}, "frame.known", notes)
     _check_runs(body.area or (), size, range(256), "area", notes)
     notes.check(ScenarioError)
-    return _grid(body.frame, terrains), types
-
-
-def _grid(frame: FrameBody, terrains: tuple[Terrain, ...]) -> Grid:
-    return Grid(
+    grid = Grid(
         cells=_cells(frame.known, (frame.height, frame.width)),
         resolution_m=frame.resolution_m,
         origin_m=frame.origin_m or ORIGIN,
         terrains=terrains,
     )
+    return grid, types
 
 
 def _cells(runs: Runs, shape: tuple[int, ...]) -> CellArray:
@@ -101,11 +95,6 @@ def _mask(runs: Runs, grid: Grid) -> Mask:
     return mask
 
 
-def _team(bodies: Sequence[MemberBody], types: Types, grid: Grid, notes: Notes) -> tuple[PlacedRobot, ...]:
-    members = [entry.member for entry in entries_of(bodies, types, grid, notes)]
-    return tuple(PlacedRobot(name=m.name, type=m.type, cell=m.start, carrier=m.carrier) for m in members)
-
-
 def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str, notes: Notes) -> None:
     fault = fault_of(runs, size, frozenset(codes))
     if fault is not None:
@@ -113,13 +102,7 @@ def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str,
 
 
 def report_of(body: ReportBody, brief: Brief) -> Report:
-    """Return the report of a request.
-
-    Raises
-    ------
-    ScenarioError
-        Naming everything that is wrong in it, whatever has happened before.
-    """
+    """Return the report of a request. Raises ScenarioError naming all that is wrong, whatever happened before."""
     notes = Notes()
     _check_names(body, {robot.name for robot in brief.robots}, notes)
     _check_map(body, brief.grid, notes)

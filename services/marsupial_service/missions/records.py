@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from marsupial_service.entries.records import Entry, EntrySettings
+from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.missions.values import Wish
 
 
-class MissionState(StrEnum):
+class MissionPhase(StrEnum):
     """Where a mission is; the last one is final."""
 
     RUNNING = "running"
@@ -20,23 +20,23 @@ class MissionState(StrEnum):
 
 
 MOVES: Mapping[StrEnum, frozenset[StrEnum]] = {
-    MissionState.RUNNING: frozenset({MissionState.PAUSED, MissionState.CANCELLING, MissionState.ENDED}),
-    MissionState.PAUSED: frozenset({MissionState.RUNNING, MissionState.CANCELLING, MissionState.ENDED}),
-    MissionState.CANCELLING: frozenset({MissionState.ENDED}),
-    MissionState.ENDED: frozenset(),
+    MissionPhase.RUNNING: frozenset({MissionPhase.PAUSED, MissionPhase.CANCELLING, MissionPhase.ENDED}),
+    MissionPhase.PAUSED: frozenset({MissionPhase.RUNNING, MissionPhase.CANCELLING, MissionPhase.ENDED}),
+    MissionPhase.CANCELLING: frozenset({MissionPhase.ENDED}),
+    MissionPhase.ENDED: frozenset(),
 }
 """The states that may follow each state."""
 
-WISHED: Mapping[Wish, MissionState] = {
-    Wish.PAUSE: MissionState.PAUSED,
-    Wish.RESUME: MissionState.RUNNING,
-    Wish.CANCEL: MissionState.CANCELLING,
+WISHED: Mapping[Wish, MissionPhase] = {
+    Wish.PAUSE: MissionPhase.PAUSED,
+    Wish.RESUME: MissionPhase.RUNNING,
+    Wish.CANCEL: MissionPhase.CANCELLING,
 }
 """The state that each wish asks for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class MissionRecord(Entry):
+class MissionRecord(StoredEntry):
     """A mission as it is stored; it has a `status` if and only if it has ended.
 
     Parameters
@@ -49,7 +49,7 @@ class MissionRecord(Entry):
         How much went in, and how many answers came out: an answer to the brief and then one to each input.
     """
 
-    state: MissionState
+    state: MissionPhase
     name: str
     strategy: str
     planner: str
@@ -64,15 +64,7 @@ class MissionRecord(Entry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """What missions may use.
-
-    Parameters
-    ----------
-    missions
-        How many may be open at a time.
-    backlog
-        How many reports of one mission may wait for its process.
-    """
+    """What missions may use, by the words of `ServiceLimits`."""
 
     missions: int = 20
     backlog: int = 1000

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import pickle
-import sqlite3
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
-from functools import partial
 
-from marsupial_service.analysis import load_analysis
+from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created, TooMany
 from marsupial_service.entries.service import Entries
 from marsupial_service.missions import host, table
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.records import MissionRecord, MissionSettings, MissionState
+from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
@@ -36,17 +34,11 @@ class Missions(Entries[MissionRecord]):
         self._keepers: dict[str, Keeper] = {}
 
     async def start(self) -> None:
-        """Take up the missions that an earlier run left open.
-
-        Raises
-        ------
-        StoreError
-            If they can't be read.
-        """
+        """Take up the missions that an earlier run left open. Raises StoreError."""
         await self._begin(PRELOAD)
-        for mission in await self._read(table.open_missions):
-            record, ledger = await self._read(partial(_state, mission=mission))
-            await self._open(record, ledger)
+        for mission in await self.read(table.open_missions):
+            record = await self._existing(mission)
+            self._open(record, await self.brief(record), await self.ledger(record))
 
     async def stop(self) -> None:
         """End streams and processes; open missions go on at the next start."""
@@ -62,14 +54,7 @@ class Missions(Entries[MissionRecord]):
     ) -> Created[MissionRecord]:
         """Store a mission and begin it, or find the one that an earlier request with the same key had made.
 
-        Raises
-        ------
-        TooMany
-            If too many are open.
-        KeyReused
-            If the key came with another request before.
-        StoreError
-            If it can't be stored.
+        Raises TooMany, KeyReused, StoreError.
         """
         packed = await asyncio.to_thread(pickle.dumps, brief, pickle.HIGHEST_PROTOCOL)
         new = table.NewMission(
@@ -80,52 +65,40 @@ class Missions(Entries[MissionRecord]):
     async def brief(self, record: MissionRecord) -> Brief:
         """Return what a mission was created with."""
         keeper = self._keepers.get(record.id)
-        return await self._read(lambda reader: table.brief(reader, record)) if keeper is None else keeper.brief
+        return await self.read(lambda reader: table.brief(reader, record)) if keeper is None else keeper.brief
 
     async def report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
         """Take a report in; what is returned is committed. One that was taken before changes nothing.
 
-        Raises
-        ------
-        Conflict
-            If it can't be true, is not the next one, or the mission is over.
-        TooMany
-            If too many reports wait.
-        StoreError
-            If it can't be stored.
+        Raises Conflict (also where the mission is over), TooMany, StoreError.
         """
         return await asyncio.shield(asyncio.ensure_future(self._report(record, report, digest)))
 
     async def wish(self, record: MissionRecord, wish: Wish) -> MissionRecord:
         """Pause, resume or cancel a mission; asking twice is asking once.
 
-        Raises
-        ------
-        Conflict
-            If the mission is over, and `wish` is not to cancel it.
-        StoreError
-            If it can't be stored.
+        Raises Conflict (a mission that is over can only be cancelled), StoreError.
         """
         return await asyncio.shield(asyncio.ensure_future(self._wish(record.id, wish)))
 
     async def log(self, record: MissionRecord) -> str:
         """Return the mission log as far as there is one; where the map changed, of the time since."""
-        lines = await self._read(lambda reader: table.log(reader, record))
+        lines = await self.read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
     async def ledger(self, record: MissionRecord) -> Ledger:
         """Return what is known of a mission, the map included; not to be changed."""
         keeper = self._keepers.get(record.id)
-        return await self._read(lambda reader: table.ledger(reader, record)) if keeper is None else keeper.ledger
+        return await self.read(lambda reader: table.ledger(reader, record)) if keeper is None else keeper.ledger
 
-    async def counts(self) -> dict[MissionState, int]:
+    async def counts(self) -> dict[MissionPhase, int]:
         """Return how many missions there are by state."""
-        return await self._read(lambda reader: MISSIONS.counts(reader, "state", MissionState))
+        return await self.read(lambda reader: MISSIONS.counts(reader, "state", MissionPhase))
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
-        created = await self._write(lambda tx: table.insert(tx, new, self._settings, self._now_ms()))
+        created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms()))
         if not created.replayed:
-            await self._open(created.record, Ledger(new.brief), new.brief)
+            self._open(created.record, new.brief, Ledger(new.brief))
         return created
 
     async def _report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
@@ -140,7 +113,7 @@ class Missions(Entries[MissionRecord]):
             if keeper.inputs - keeper.turns >= self._settings.backlog:
                 raise TooMany(f"{self._settings.backlog} reports wait for the planner")
             keeper.ledger.check(report)
-            stored = await self._write(lambda tx: table.add_report(tx, record.id, report, digest, self._now_ms()))
+            stored = await self.write(lambda tx: table.add_report(tx, record.id, report, digest, self.now_ms()))
             keeper.ledger.take(report, digest)
             keeper.came()
             return stored
@@ -148,21 +121,13 @@ class Missions(Entries[MissionRecord]):
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
         keeper = self._keepers.get(mission)
         async with nullcontext() if keeper is None else keeper.lock:
-            stored = await self._write(lambda tx: table.add_wish(tx, mission, wish, self._now_ms()))
+            stored = await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))
             if keeper is not None and stored.inputs > keeper.inputs:
                 keeper.came()
             return stored
 
-    async def _open(self, record: MissionRecord, ledger: Ledger, brief: Brief | None = None) -> None:
-        keeper = Keeper(
-            record,
-            await self.brief(record) if brief is None else brief,
-            ledger,
-            self._store,
-            self._threads,
-            self._settings.memory_bytes,
-            self._now_ms,
-        )
+    def _open(self, record: MissionRecord, brief: Brief, ledger: Ledger) -> None:
+        keeper = Keeper(record, brief, ledger, self, self._threads, self._settings.memory_bytes)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 
@@ -172,8 +137,3 @@ class Missions(Entries[MissionRecord]):
         finally:
             if not self.stopping:
                 del self._keepers[keeper.id]
-
-
-def _state(reader: sqlite3.Connection, mission: str) -> tuple[MissionRecord, Ledger]:
-    record = MISSIONS.existing(reader, mission)
-    return record, table.ledger(reader, record)

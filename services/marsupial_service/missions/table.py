@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 import sqlite3
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import EntryTable, Reader
+from marsupial_service.entries.table import EntryTable, Reader, made_of
 from marsupial_service.missions import documents
 from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.records import MOVES, WISHED, MissionRecord, MissionSettings, MissionState
+from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
 from marsupial_service.store import Transaction
 
-_COLUMNS = {field.name: field.name.replace("_at_ms", "_ms") for field in fields(MissionRecord)}
-
 
 def _record(row: sqlite3.Row) -> MissionRecord:
-    values = {name: row[column] for name, column in _COLUMNS.items()}
-    return MissionRecord(**values | {"state": MissionState(row["state"])})
+    return made_of(MissionRecord, row, state=MissionPhase(row["state"]))
 
 
 MISSIONS = EntryTable(
@@ -54,7 +52,7 @@ def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: 
             raise TooMany(f"there are {count} open missions, more are not allowed at a time")
         brief = new.brief
         described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
-        number = MISSIONS.add(tx, new, MissionState.RUNNING, now_ms, **described)
+        number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
 
     return MISSIONS.create(tx, new, add)
@@ -63,7 +61,7 @@ def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: 
 def add_report(tx: Transaction, mission: str, report: Report, digest: bytes, now_ms: int) -> MissionRecord:
     """Store a report. Raises Conflict if the mission has ended."""
     record = MISSIONS.existing(tx, mission)
-    if record.state is MissionState.ENDED:
+    if record.state is MissionPhase.ENDED:
         raise Conflict(over(record))
     _add_input(tx, record, report, digest, now_ms)
     MISSIONS.change(tx, record.number, n=report.n, t_ms=report.t_ms)
@@ -83,15 +81,15 @@ def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionR
 def add_turn(tx: Transaction, mission: str, number: int, turn: Turn, now_ms: int) -> bool:
     """Store what a mission made of its first `number` inputs; say whether it was the turn that was due."""
     record = MISSIONS.find(tx, mission)
-    if record is None or record.state is MissionState.ENDED or record.turns != number:
+    if record is None or record.state is MissionPhase.ENDED or record.turns != number:
         return False
     revision = max((documents.revision_of(event) for event in turn.events), default=0)
     MISSIONS.change(tx, record.number, turns=number + 1, revision=max(record.revision, revision))
     for event in turn.events:
         MISSIONS.tell(tx, record.number, event.type, event.data, now_ms, turn=number)
     if turn.over:
-        end = documents.end_of(turn.events[-1].data)
-        MISSIONS.move(tx, record.number, MissionState.ENDED, now_ms, status=end["status"], reason=end["reason"])
+        end = json.loads(turn.events[-1].data)
+        MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
     return True
 
 
@@ -99,7 +97,7 @@ def fail(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
     """End a mission that can't go on, unless it has ended."""
     record = MISSIONS.find(tx, mission)
     if record is not None and MISSIONS.move(
-        tx, record.number, MissionState.ENDED, now_ms, status=Status.FAILED, reason=reason
+        tx, record.number, MissionPhase.ENDED, now_ms, status=Status.FAILED, reason=reason
     ):
         data = documents.end(Status.FAILED, reason, record.t_ms)
         MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
@@ -144,7 +142,7 @@ def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
 
 
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
-    """Return the lines of the mission's log; where it began anew, of the last one."""
+    """Return the lines of the mission's log; where it was restarted, since then."""
     lines = [event.data for event in _events(reader, record.number, "AND type = 'log' ORDER BY seq")]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()

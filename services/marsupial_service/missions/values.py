@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -170,7 +170,7 @@ def fault_of(runs: Sequence[int], size: int, codes: frozenset[int]) -> str | Non
     if len(runs) % 3:
         return "must be (start, length, code) three by three"
     end = 0
-    for start, length, code in _triples(runs):
+    for start, length, code in zip(runs[0::3], runs[1::3], runs[2::3], strict=True):
         if start < end:
             return f"must be in ascending order without overlap, got a run from cell {start} after cell {end}"
         if length < 1 or start + length > size:
@@ -179,7 +179,3 @@ def fault_of(runs: Sequence[int], size: int, codes: frozenset[int]) -> str | Non
             return f"has no terrain of code {code}; there are {', '.join(map(str, sorted(codes)))}"
         end = start + length
     return None
-
-
-def _triples(runs: Sequence[int]) -> Iterator[tuple[int, int, int]]:
-    return zip(runs[0::3], runs[1::3], runs[2::3], strict=True)

@@ -1,6 +1,6 @@
 """The world of a mission as its client reports it: robots that are told what to do, and news when they have done it.
 
-Mission time is the client's: it goes on with each report. What a report does not say of a robot is as it was foreseen
+Mission time is the client's: it advances with each report. What a report does not say of a robot is as it was foreseen
 when its command was given.
 """
 
@@ -36,7 +36,7 @@ class MapChanged(Exception):
 
 
 @dataclass(slots=True, kw_only=True)
-class Order:
+class RobotCommand:
     """A command that was given and has not ended.
 
     Parameters
@@ -60,14 +60,14 @@ class Order:
 
     @property
     def robots(self) -> tuple[str, ...]:
-        """Everybody in it, in the order of their names."""
+        """The robots in it, in the order of their names."""
         return (self.robot,) if self.carrier is None else tuple(sorted((self.robot, self.carrier)))
 
 
-class Desk(Protocol):
+class Exchange(Protocol):
     """Where commands go out and reports come in."""
 
-    def order(self, order: Order, *, stop: bool = False) -> None:
+    def order(self, order: RobotCommand, *, stop: bool = False) -> None:
         """Put a command among those to be sent next, or that it is to stop."""
         ...
 
@@ -82,7 +82,7 @@ class _Robot:
     where: Whereabouts[Cell]
     free_at_ms: int = 0
     lost: bool = False
-    order: Order | None = None
+    order: RobotCommand | None = None
     failures: int = 0
     distance_m: float = 0.0
     driving_ms: int = 0
@@ -124,20 +124,18 @@ class RemoteWorld:
         Whether the client wants the mission to end.
     """
 
-    def __init__(self, brief: Brief, desk: Desk) -> None:
+    def __init__(self, brief: Brief, desk: Exchange) -> None:
         self._desk = desk
         kinds = {kind.name: kind for kind in brief.kinds}
         self._robots = {r.name: _Robot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
-        self._first = brief.robots[0].name
-        self._frame = brief.grid
         self._cells = np.full_like(brief.grid.cells, UNKNOWN)
-        self._grid = self._fresh_grid()
-        self._orders: dict[int, Order] = {}
+        self._grid = replace(brief.grid, cells=self._cells)
+        self._orders: dict[int, RobotCommand] = {}
         self._count = 0
         self._now_ms = 0
         self._paused = self._begun = False
         self._gathered = _Gathered()
-        self._reveal(self._first, brief.grid.cells)
+        self._reveal(brief.grid.cells)
         self._settled = False
         self.cancelled = False
         self.homes = homes_of(self.robots(), kinds)
@@ -168,10 +166,7 @@ class RemoteWorld:
 
     def placed(self) -> tuple[PlacedRobot, ...]:
         """Return where the robots are, for the first line of a log."""
-        return tuple(
-            PlacedRobot(name=name, type=robot.kind.name, cell=robot.cell, carrier=robot.carrier)
-            for name, robot in self._robots.items()
-        )
+        return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in self.robots())
 
     def distance_m(self, robot: str) -> float:
         """Return how far a robot has driven."""
@@ -187,7 +182,7 @@ class RemoteWorld:
         times = passing_times_ms(route, self._grid.resolution_m, mover.kind.speed_mps)
         step = min(1, len(route) - 1)
         mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
-        self._give(Order(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
+        self._give(RobotCommand(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
 
     def stop(self, robot: str) -> None:
         """Let a driving robot stop."""
@@ -207,12 +202,7 @@ class RemoteWorld:
     def advance(self, until_ms: int) -> News:
         """Wait for the next report and say what is new; while paused, for all until that ends.
 
-        A mission begins with a report, even if it was paused and resumed before.
-
-        Raises
-        ------
-        MapChanged
-            If the map is no longer what it was.
+        A mission begins with a report, even if it was paused and resumed before. Raises MapChanged.
         """
         if not self._settled:
             changed = self._next(until_ms)
@@ -225,25 +215,22 @@ class RemoteWorld:
         return news
 
     def settle(self, until_ms: int) -> None:
-        """After `MapChanged`: let everybody stop, and begin with nothing but what is known now."""
-        self._halt(halted=False)
+        """After `MapChanged`: let all robots stop, and begin with nothing but what is known now."""
+        self.stop_all()
         while (self._paused or self._orders) and not self.cancelled:
             self._next(until_ms)
         known, self._cells = self._cells, np.full_like(self._cells, UNKNOWN)
-        self._grid = self._fresh_grid()
+        self._grid = replace(self._grid, cells=self._cells)
         self._gathered = _Gathered()
-        self._reveal(self._first, known)
+        self._reveal(known)
         self._settled = True
 
-    def stop_all(self) -> None:
-        """Let all robots that drive stop, for good."""
-        self._halt(halted=False)
-
-    def _fresh_grid(self) -> Grid:
-        frame = self._frame
-        return Grid(
-            cells=self._cells, resolution_m=frame.resolution_m, origin_m=frame.origin_m, terrains=frame.terrains
-        )
+    def stop_all(self, *, halted: bool = False) -> None:
+        """Let all robots that drive stop: until a pause ends if `halted`, else for good."""
+        for name, robot in self._robots.items():
+            if robot.order is not None and robot.order.name == "drive" and not robot.order.stopped:
+                robot.order.halted = halted
+                self.stop(name)
 
     def _free(self, name: str) -> _Robot:
         robot = self._robots[name]
@@ -258,20 +245,14 @@ class RemoteWorld:
         guest.where = guest.where.begun(name, cell, carrier)
         took_ms = guest.kind.dock_ms if name is ActionName.DOCK else guest.kind.undock_ms
         guest.free_at_ms = host.free_at_ms = self._now_ms + took_ms
-        self._give(Order(id=self._count + 1, name=name, robot=rover, carrier=carrier, cell=cell))
+        self._give(RobotCommand(id=self._count + 1, name=name, robot=rover, carrier=carrier, cell=cell))
 
-    def _give(self, order: Order) -> None:
+    def _give(self, order: RobotCommand) -> None:
         self._count = order.id
         self._orders[order.id] = order
         for name in order.robots:
             self._robots[name].order = order
         self._desk.order(order)
-
-    def _halt(self, *, halted: bool) -> None:
-        for name, robot in self._robots.items():
-            if robot.order is not None and robot.order.name == "drive" and not robot.order.stopped:
-                robot.order.halted = halted
-                self.stop(name)
 
     def _next(self, until_ms: int) -> bool:
         """Take the next input in; return whether the map has changed."""
@@ -280,7 +261,7 @@ class RemoteWorld:
                 return self._take(report)
             case Wish.PAUSE:
                 self._paused = True
-                self._halt(halted=True)
+                self.stop_all(halted=True)
             case Wish.RESUME:
                 self._paused = False
             case Wish.CANCEL:
@@ -299,7 +280,7 @@ class RemoteWorld:
             if changed:
                 self._cells = report.map.copy()
             else:
-                self._reveal(self._first, report.map)
+                self._reveal(report.map)
         for note in report.robots:
             if not self._robots[note.name].lost:
                 self._note(self._robots[note.name], note, since_ms)
@@ -311,10 +292,11 @@ class RemoteWorld:
             self._lose(name, reason)
         return changed
 
-    def _reveal(self, name: str, cells: npt.NDArray[np.uint8]) -> None:
+    def _reveal(self, cells: npt.NDArray[np.uint8]) -> None:
+        """Take in cells as if the first robot had seen them."""
         flat = cells.ravel()
         indices = np.flatnonzero(flat != UNKNOWN)
-        self._see(name, indices, flat[indices])
+        self._see(next(iter(self._robots)), indices, flat[indices])
 
     def _see(self, name: str, indices: npt.NDArray[np.int64], codes: npt.NDArray[np.uint8]) -> None:
         flat = self._cells.reshape(-1)
@@ -360,12 +342,12 @@ class RemoteWorld:
             if self._robots[name].failures >= MOST_FAILURES:
                 self._lose(name, f"failed {MOST_FAILURES} times in a row: {reason}")
 
-    def _enter(self, order: Order, end: ActionEnd) -> None:
+    def _enter(self, order: RobotCommand, end: ActionEnd) -> None:
         if order.carrier is not None:
             rover = self._robots[order.robot]
             rover.where = rover.where.ended(ActionName(order.name), end)
 
-    def _end(self, number: int) -> Order | None:
+    def _end(self, number: int) -> RobotCommand | None:
         order = self._orders.pop(number, None)  # None: it ended when one of its robots was lost
         if order is not None:
             for name in order.robots:

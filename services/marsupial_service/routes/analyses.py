@@ -9,18 +9,18 @@ from fastapi import APIRouter, Response
 from marsupial.errors import InputError
 from marsupial.formats.fields import Notes
 from marsupial.planning.checker import check
-from marsupial_service import analysis
-from marsupial_service.answers import json_answer
+from marsupial_service.analyses import analysis
+from marsupial_service.analyses.supervised import value_of
 from marsupial_service.entries.records import TooMany
-from marsupial_service.intake import plan_of, situation_of
-from marsupial_service.intake_map import map_state_of
-from marsupial_service.openapi import errors
+from marsupial_service.http.answers import json_answer
+from marsupial_service.http.openapi import errors
+from marsupial_service.http.routing import PlanRoute
+from marsupial_service.intake.maps import map_state_of
+from marsupial_service.intake.situations import plan_of, situation_of
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.routes.parameters import Service
-from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody
-from marsupial_service.settings import ServiceLimits
-from marsupial_service.supervised import value_of
 
 router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 
@@ -35,7 +35,7 @@ async def analyse(state: Service, body: AnalysisBody) -> Response:
     async with state.analyses:
         found = await value_of(
             analysis.analyse,
-            (task, frozenset(analysis.INCLUDE if body.include is None else body.include)),
+            (task, analysis.INCLUDE if body.include is None else frozenset(body.include)),
             seconds=limits.analysis_s,
             memory_bytes=limits.memory_bytes,
         )

@@ -12,14 +12,16 @@ from fastapi import APIRouter, Query, Response
 
 from marsupial.model.planning import EngineInfo
 from marsupial.model.situation import Situation
-from marsupial_service.answers import is_over, job_answer, job_path, json_answer, plan_answer, summary_answer
-from marsupial_service.events import EventStream, stream
-from marsupial_service.intake import budget_of, refuse, situation_of
-from marsupial_service.intake_map import map_state_of
+from marsupial_service.http.answers import job_answer, job_path, json_answer, plan_answer, summary_answer
+from marsupial_service.http.events import EventStream, stream
+from marsupial_service.http.openapi import errors
+from marsupial_service.http.problems import HttpProblem
+from marsupial_service.http.routing import PlanRoute
+from marsupial_service.intake.maps import map_state_of
+from marsupial_service.intake.situations import budget_of, refuse, situation_of
 from marsupial_service.jobs.records import JobRequest, JobState, MapTask
-from marsupial_service.openapi import errors
+from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.planners import planner_info, planner_names
-from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     JobOfPath,
@@ -34,10 +36,8 @@ from marsupial_service.routes.parameters import (
     wait_seconds,
 )
 from marsupial_service.routes.stored import headers_of, page, stored
-from marsupial_service.routing import PlanRoute
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
-from marsupial_service.settings import Settings
 
 DEFAULT_BUDGET_S = 5.0
 
@@ -69,10 +69,12 @@ async def submit_job(
     if seconds is not None:
         job = await state.running().wait(job.id, seconds)
         headers["Preference-Applied"] = f"wait={seconds:g}"
-    return json_answer(job_answer(job), 200 if is_over(job) else 202, headers)
+    return json_answer(job_answer(job), 202 if job.finished_at_ms is None else 200, headers)
 
 
-def _request(body: SituationJobBody | MapStateJobBody, sent: Mapping[str, Any], settings: Settings) -> JobRequest:
+def _request(
+    body: SituationJobBody | MapStateJobBody, sent: Mapping[str, Any], settings: ServiceSettings
+) -> JobRequest:
     """Read the body; in a thread of its own, as maps may be large."""
     info = _planner(body.planner, settings)
     budget = budget_of(body.budget, settings.limits, DEFAULT_BUDGET_S)
@@ -86,7 +88,7 @@ def _request(body: SituationJobBody | MapStateJobBody, sent: Mapping[str, Any], 
     return JobRequest(planner=body.planner, budget=budget, task=task, digest=digest_of(sent), source=sent)
 
 
-def _planner(name: str, settings: Settings) -> EngineInfo:
+def _planner(name: str, settings: ServiceSettings) -> EngineInfo:
     names = planner_names(settings.planners)
     if name not in names:
         raise refuse("planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")

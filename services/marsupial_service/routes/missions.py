@@ -8,13 +8,14 @@ from typing import Annotated
 from fastapi import APIRouter, Response
 from starlette.responses import PlainTextResponse
 
-from marsupial_service.answers import json_answer, mission_answer, mission_path
-from marsupial_service.events import EventStream, stream
-from marsupial_service.keys import Scope
+from marsupial_service.http.answers import json_answer, mission_answer, mission_path
+from marsupial_service.http.events import EventStream, stream
+from marsupial_service.http.openapi import errors
+from marsupial_service.http.routing import Route
 from marsupial_service.missions.reading import brief_of, report_of
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Wish, runs_in
-from marsupial_service.openapi import errors
+from marsupial_service.operations.keys import Scope
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     Json,
@@ -27,7 +28,6 @@ from marsupial_service.routes.parameters import (
     older_than,
 )
 from marsupial_service.routes.stored import headers_of, page, stored
-from marsupial_service.routing import Route
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 

@@ -11,15 +11,15 @@ from importlib.metadata import version
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
-from marsupial_service.answers import json_answer
+from marsupial_service.analyses.supervised import value_of
+from marsupial_service.http.answers import json_answer
+from marsupial_service.http.openapi import errors
+from marsupial_service.http.problems import HttpProblem
+from marsupial_service.http.routing import AdminRoute, Route
 from marsupial_service.jobs.warm import plan_tiny
-from marsupial_service.openapi import errors
-from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import Service
-from marsupial_service.routing import AdminRoute, Route
 from marsupial_service.schemas import answers
 from marsupial_service.state import State
-from marsupial_service.supervised import value_of
 
 router = APIRouter(route_class=Route, tags=["operations"])
 admin = APIRouter(route_class=AdminRoute, tags=["operations"])

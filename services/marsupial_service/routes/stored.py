@@ -7,7 +7,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 from marsupial_service.entries.records import Created, E
-from marsupial_service.openapi import errors
+from marsupial_service.http.openapi import errors
 from marsupial_service.schemas.base import Answer
 
 

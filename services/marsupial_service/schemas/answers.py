@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from marsupial_service.schemas.base import Absent, Answer
+from marsupial_service.jobs.records import JobOutcome, JobState
+from marsupial_service.schemas.base import Absent, Answer, one_word_of
 
-StateWord = Literal["queued", "running", "succeeded", "failed", "cancelled"]
-OutcomeWord = Literal[
-    "optimal",
-    "satisficing",
-    "unsolvable",
-    "no_plan",
-    "timeout",
-    "out_of_memory",
-    "unsupported",
-    "engine_failed",
-    "invalid_input",
-    "cancelled",
-]
-
-
+StateWord = Annotated[str, one_word_of(JobState)]
+OutcomeWord = Annotated[str, one_word_of(JobOutcome)]
 Geometry = Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
 
 

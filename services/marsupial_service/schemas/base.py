@@ -6,6 +6,7 @@ Numbers lie within `marsupial.model.bounds`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from enum import StrEnum
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import (
@@ -29,7 +30,7 @@ from marsupial_service.moments import timestamp
 T = TypeVar("T")
 
 
-class Request(BaseModel):
+class RequestBody(BaseModel):
     """A part of a request's body."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
@@ -84,6 +85,11 @@ def within(name: str) -> Any:
     """Return the constraint that a number lies within the bound of that name."""
     bound = BOUNDS[name]
     return Field(gt=bound.least, le=bound.most) if bound.above else Field(ge=bound.least, le=bound.most)
+
+
+def one_word_of(words: type[StrEnum]) -> GetPydanticSchema:
+    """Let a text be one of these words, which the document lists where the field stands."""
+    return GetPydanticSchema(lambda *_: core_schema.literal_schema([word.value for word in words]))
 
 
 def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:

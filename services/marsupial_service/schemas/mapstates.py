@@ -17,7 +17,7 @@ from marsupial_service.schemas.base import (
     Maybe,
     Metres,
     PointM,
-    Request,
+    RequestBody,
     RobotName,
     by_key,
     made_of,
@@ -43,14 +43,14 @@ def _listed(given: int | list[int]) -> list[int]:
     return given if isinstance(given, list) else [given]
 
 
-class MaskBody(Request):
+class MaskBody(RequestBody):
     """Terrain painted in an image of the map's size: the greys of each terrain."""
 
     image: Base64
     greys: dict[str, Annotated[list[int], made_of(Grey | list[Grey], _listed)]]
 
 
-class _Map(Request):
+class _Map(RequestBody):
     mask: Maybe[MaskBody] = None
 
 
@@ -75,7 +75,7 @@ class ImageMapBody(_Map):
     mode: Literal["trinary", "scale", "raw"] = "trinary"
 
 
-class Nav2Body(Request):
+class Nav2Body(RequestBody):
     """The two files of a nav2 map: the text of ``map.yaml`` (what it names as image is not looked at) and the image."""
 
     yaml: Annotated[str, StringConstraints(min_length=1, max_length=65536)]
@@ -96,7 +96,7 @@ MapBody = Annotated[
 ]
 
 
-class TerrainBody(Request):
+class TerrainBody(RequestBody):
     """A terrain class besides obstacle, floor and rough."""
 
     name: RobotName
@@ -104,14 +104,14 @@ class TerrainBody(Request):
     blocks_sight: bool = False
 
 
-class EnergyBody(Request):
+class EnergyBody(RequestBody):
     """Power drawn always, and on top of it while driving."""
 
     idle_w: Power = 0
     drive_w: Power = 0
 
 
-class _RobotType(Request):
+class _RobotType(RequestBody):
     name: RobotName
     speed_mps: Annotated[float, within("speed_mps")]
     sensor_range_m: Annotated[float, within("sensor_range_m")]
@@ -138,14 +138,14 @@ class RoverTypeBody(_RobotType):
 RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]
 
 
-class DockBody(Request):
+class DockBody(RequestBody):
     """The rover is docking on its `carrier`; both are busy for `remaining_s`."""
 
     name: Literal["dock"]
     remaining_s: Seconds
 
 
-class UndockBody(Request):
+class UndockBody(RequestBody):
     """A carrier is setting the rover down; both are busy for `remaining_s`."""
 
     name: Literal["undock"]
@@ -153,7 +153,7 @@ class UndockBody(Request):
     remaining_s: Seconds
 
 
-class DriveBody(Request):
+class DriveBody(RequestBody):
     """The robot is driving, and will be free at its pose after `remaining_s`."""
 
     name: Literal["drive"]
@@ -163,7 +163,7 @@ class DriveBody(Request):
 ActionInProgressBody = Annotated[DockBody | UndockBody | DriveBody, Field(discriminator="name")]
 
 
-class PlacedBody(Request):
+class PlacedBody(RequestBody):
     """A robot and its place."""
 
     model_config = ConfigDict(json_schema_extra=one_of("pose_m", "cell", "carrier"))
@@ -191,7 +191,7 @@ class RobotBody(PlacedBody):
     home_cell: Maybe[CellXY] = None
 
 
-class MeetingBody(Request):
+class MeetingBody(RequestBody):
     """A meeting point in use, to be kept: the cells of carrier and rover, and the types it was made for."""
 
     name: RobotName
@@ -201,7 +201,7 @@ class MeetingBody(Request):
     rover_type: RobotName
 
 
-class MapStateBody(Request):
+class MapStateBody(RequestBody):
     """The map known so far, and the robots on it."""
 
     map: MapBody

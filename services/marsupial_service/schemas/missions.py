@@ -13,7 +13,7 @@ from marsupial_service.schemas.base import (
     Milliseconds,
     Name,
     PointM,
-    Request,
+    RequestBody,
     RobotName,
     made_of,
     within,
@@ -31,7 +31,7 @@ Identity = Annotated[int, within("command")]
 Distance = Annotated[float, within("distance_m")]
 
 
-class FrameBody(Request):
+class FrameBody(RequestBody):
     """The frame of the map, and what is known in it at first."""
 
     width: Side
@@ -45,7 +45,7 @@ class MemberBody(PlacedBody):
     """A robot at the start: its pose in metres or its cell, or the carrier it is on."""
 
 
-class MissionBody(Request):
+class MissionBody(RequestBody):
     """A mission: the map frame, the team, what is asked, and who decides how."""
 
     name: Name = "mission"
@@ -63,20 +63,20 @@ class MissionBody(Request):
     seed: Annotated[int, within("seed")] = 0
 
 
-class RevealedBody(Request):
+class RevealedBody(RequestBody):
     """Cells that a robot has seen."""
 
     robot: RobotName
     runs: RunsBody
 
 
-class MapRunsBody(Request):
+class MapRunsBody(RequestBody):
     """All known cells of a map."""
 
     runs: RunsBody
 
 
-class RobotNoteBody(Request):
+class RobotNoteBody(RequestBody):
     """Where a robot is; for a driving robot, where and when it would stop if told to."""
 
     name: RobotName
@@ -87,21 +87,21 @@ class RobotNoteBody(Request):
     driving_ms: Maybe[Milliseconds] = None
 
 
-class FailedBody(Request):
+class FailedBody(RequestBody):
     """A command that could not be carried out."""
 
     id: Identity
     reason: Reason = ""
 
 
-class LostBody(Request):
+class LostBody(RequestBody):
     """A robot that has failed for good."""
 
     robot: RobotName
     reason: Reason = ""
 
 
-class ReportBody(Request):
+class ReportBody(RequestBody):
     """What happened up to a moment of mission time; `n` counts a mission's reports from 1."""
 
     n: Annotated[int, within("report")]

@@ -8,18 +8,18 @@ from pydantic import RootModel, StringConstraints
 
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget
-from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, by_key, made_of, variant, within
+from marsupial_service.schemas.base import Maybe, Milliseconds, Name, RequestBody, by_key, made_of, variant, within
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.situations import SituationBody
 
 
-class SecondsBudget(Request):
+class SecondsBudget(RequestBody):
     """Wall-clock seconds a planner may think."""
 
     seconds: Annotated[float, within("budget_s")]
 
 
-class StepsBudget(Request):
+class StepsBudget(RequestBody):
     """Steps a planner may take: the same plan each time."""
 
     steps: Annotated[int, within("budget_steps")]
@@ -37,7 +37,7 @@ BudgetBody = Annotated[
 ]
 
 
-class _Job(Request):
+class _Job(RequestBody):
     planner: Name = "auto"
     budget: Maybe[BudgetBody] = None
 
@@ -65,14 +65,14 @@ class JobBody(
     """A planning job: a situation or a map state, a planner and its budget."""
 
 
-class AnalysisBody(Request):
+class AnalysisBody(RequestBody):
     """A map state to be analysed; `include` chooses what is told of it, all if absent."""
 
     map_state: MapStateBody
     include: Maybe[list[Literal["places", "reach", "frontiers", "costs"]]] = None
 
 
-class ActionBody(Request):
+class ActionBody(RequestBody):
     """An action of a plan."""
 
     name: Annotated[ActionName, made_of(Literal["move", "explore", "dock", "undock"], ActionName)]
@@ -84,19 +84,19 @@ class ActionBody(Request):
     duration_ms: Milliseconds
 
 
-class ActionsPlan(Request):
+class ActionsPlan(RequestBody):
     """A plan as a list of actions."""
 
     actions: list[Annotated[Action, made_of(ActionBody, Action)]]
 
 
-class TextPlan(Request):
+class TextPlan(RequestBody):
     """A plan in the format of the planning competitions."""
 
     ipc: Annotated[str, StringConstraints(max_length=10_000_000)]
 
 
-class ValidationBody(Request):
+class ValidationBody(RequestBody):
     """A situation, and a plan to be checked for it."""
 
     situation: SituationBody

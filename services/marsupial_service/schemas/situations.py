@@ -8,10 +8,10 @@ from pydantic import ConfigDict, Field
 
 from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, SituationGoal, TargetInfo
-from marsupial_service.schemas.base import Maybe, Milliseconds, Name, Request, made_of, one_of, within
+from marsupial_service.schemas.base import Maybe, Milliseconds, Name, RequestBody, made_of, one_of, within
 
 
-class PlanningTypeBody(Request):
+class PlanningTypeBody(RequestBody):
     """What planning knows of a robot type."""
 
     name: Name
@@ -21,7 +21,7 @@ class PlanningTypeBody(Request):
     undock_ms: Milliseconds = 0
 
 
-class RobotStateBody(Request):
+class RobotStateBody(RequestBody):
     """Where a robot is free next: at a place, or aboard a carrier."""
 
     model_config = ConfigDict(json_schema_extra=one_of("place", "carrier"))
@@ -34,7 +34,7 @@ class RobotStateBody(Request):
     home: Maybe[Name] = None
 
 
-class TargetBody(Request):
+class TargetBody(RequestBody):
     """A target and the robot types that can explore it."""
 
     name: Name
@@ -42,7 +42,7 @@ class TargetBody(Request):
     reveal_m2: Annotated[float, within("reveal_m2")] = 0
 
 
-class GoalBody(Request):
+class GoalBody(RequestBody):
     """What is asked besides exploring every target."""
 
     recover_rovers: bool = False
@@ -52,7 +52,7 @@ class GoalBody(Request):
 Goal = Annotated[SituationGoal, made_of(GoalBody, SituationGoal)]
 
 
-class SituationBody(Request):
+class SituationBody(RequestBody):
     """Robots, places, travel times and goal at one moment."""
 
     format: Literal["marsupial situation"] = "marsupial situation"

@@ -1,7 +1,7 @@
 """The SQLite file: how connections to it are opened.
 
-Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. Whoever can write to
-the folder can make the workers run anything, as tasks are kept pickled: the folder is made for its owner alone.
+Write-ahead log, every commit on disk before it returns (`synchronous=FULL`), foreign keys held. Any process that
+can write to the folder can make the workers run anything, as tasks are kept pickled: it is made for its owner alone.
 """
 
 from __future__ import annotations
@@ -22,10 +22,7 @@ _LONGEST_LOG = 64 << 20
 def open_for_writing(path: Path) -> sqlite3.Connection:
     """Open the file, made with its tables if it isn't there, for the one thread that writes.
 
-    Raises
-    ------
-    StoreError
-        If it can't be opened or made, or is of another version.
+    Raises StoreError if it can't be opened or made, or is of another version.
     """
     try:
         connection = _open(path)

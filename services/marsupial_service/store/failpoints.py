@@ -28,7 +28,7 @@ POINTS: Mapping[str, Mapping[str, Callable[[], None]]] = {
     BEFORE_COMMIT: {"kill": _kill, "disk_full": _disk_full},
     AFTER_COMMIT: {"kill": _kill},
 }
-"""What can happen when a group of writes is done but not committed, and when it is committed but nobody was told."""
+"""What can happen when a group of writes is done but not committed, and when it is committed but not reported."""
 
 
 class Failpoints:
@@ -48,13 +48,7 @@ class Failpoints:
 
 
 def failpoints(environment: Mapping[str, str]) -> Failpoints:
-    """Return the points armed by the environment.
-
-    Raises
-    ------
-    ValueError
-        If a point or an action is unknown.
-    """
+    """Return the points armed by the environment. Raises ValueError if a point or an action is unknown."""
     return Failpoints(dict(_parse(part) for part in environment.get(VARIABLE, "").split(",") if part.strip()))
 
 

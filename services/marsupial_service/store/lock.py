@@ -10,13 +10,7 @@ from marsupial_service.store.errors import StoreError, StoreInUse
 
 
 def take(path: Path) -> int:
-    """Lock the file at `path`, made if need be, and return its descriptor: closing that unlocks it.
-
-    Raises
-    ------
-    StoreInUse
-        If somebody else holds it.
-    """
+    """Lock the file at `path`, made if need be, and return its descriptor (closing unlocks). Raises StoreInUse."""
     try:
         fd = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
     except OSError as error:

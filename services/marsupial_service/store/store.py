@@ -22,15 +22,7 @@ T = TypeVar("T")
 
 
 class Store:
-    """The store in `folder`, which is made if need be.
-
-    Raises
-    ------
-    StoreInUse
-        If another server has it.
-    StoreError
-        If it can't be made or opened.
-    """
+    """The store in `folder`, which is made if need be. Raises StoreInUse, StoreError."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / FILE
@@ -54,21 +46,12 @@ class Store:
     def write(self, write: Callable[[Transaction], T]) -> Future[T]:
         """Run `write` in the thread that writes; the future has its result or exception once that is on disk.
 
-        Raises
-        ------
-        StoreError
-            If the store is closed; in the future, if nothing could be stored.
+        Raises StoreError if the store is closed; in the future, if nothing could be stored.
         """
         return self._writer.write(write)
 
     def read(self, read: Callable[[sqlite3.Connection], T]) -> Future[T]:
-        """Run `read` in a thread that reads, on what is committed at one moment.
-
-        Raises
-        ------
-        StoreError
-            If the store is closed; in the future, if it can't be read.
-        """
+        """Run `read` in a thread that reads, on what is committed at one moment. Raises StoreError as `write` does."""
         try:
             return self._readers.submit(self._read, read)
         except RuntimeError as error:

@@ -2,7 +2,7 @@
 
 Whatever waits while one commit is on its way to the disk becomes the next group. A write is told that it is done after
 its commit, so that what is acknowledged is on disk. A write that refuses (raises) takes back its own changes only; if
-the disk fails, the whole group is taken back and everybody in it is told.
+the disk fails, the whole group is taken back and every caller in it is told.
 """
 
 from __future__ import annotations
@@ -85,13 +85,7 @@ class Writer:
         self._thread.start()
 
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
-        """Have a write done; the result comes after its commit.
-
-        Raises
-        ------
-        StoreError
-            If the store is closed; in the future, if it can't be stored.
-        """
+        """Have a write done; the result comes after its commit. Raises StoreError as `Store.write` says."""
         errand = _Errand(write)
         with self._lock:
             if self._closed:

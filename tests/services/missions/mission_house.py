@@ -22,8 +22,8 @@ from marsupial_service.missions.scenarios import mission_document
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import Brief
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportBody
-from marsupial_service.settings import ServiceLimits
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:

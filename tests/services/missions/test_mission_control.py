@@ -17,7 +17,7 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.triggers import trigger_text
 from marsupial.model.mission import MissionEnded, MissionStarted, Planned, RobotLost, Status
 from marsupial_service.missions.ledger import Conflict
-from marsupial_service.missions.records import MissionState
+from marsupial_service.missions.records import MissionPhase
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import Wish, expand, runs_in
 
@@ -46,12 +46,12 @@ def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(tmp_path:
             with contextlib.suppress(Conflict):  # a wish that came after the last report: it is over, as is seen below
                 while not await driver.drive(missions, record, len(driver.reports) + draw.randint(1, 9)):
                     paused = await missions.wish(record, Wish.PAUSE)
-                    assert paused.state is MissionState.PAUSED
+                    assert paused.state is MissionPhase.PAUSED
                     assert (await missions.wish(record, Wish.PAUSE)).inputs == paused.inputs
                     with contextlib.suppress(TimeoutError):  # it reports no more once everybody stands
                         async with asyncio.timeout(1):
                             await driver.drive(missions, record)
-                    assert (await missions.wish(record, Wish.RESUME)).state is MissionState.RUNNING
+                    assert (await missions.wish(record, Wish.RESUME)).state is MissionPhase.RUNNING
             end = ended(await missions.log(record))
             assert (end.status, end.coverage) == (Status.COMPLETE, 1.0)
             assert len(end.aboard) == 4
@@ -81,7 +81,7 @@ def test_a_mission_is_cancelled_once_with_its_stop_report(tmp_path: Path, report
             if reports:
                 assert not await driver.drive(missions, record, reports)
             first = await missions.wish(record, Wish.CANCEL)
-            assert first.state is MissionState.CANCELLING
+            assert first.state is MissionPhase.CANCELLING
             with pytest.raises(Conflict, match="is being cancelled"):
                 await missions.wish(record, Wish.PAUSE)
             events = [event async for event in missions.follow(record.id)]

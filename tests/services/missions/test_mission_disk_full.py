@@ -18,10 +18,10 @@ from service_house import problem
 from undisturbed import undisturbed
 
 from marsupial_service.app import create_app
+from marsupial_service.http.routing import LOCAL_OWNER
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
-from marsupial_service.routing import LOCAL_OWNER
-from marsupial_service.settings import Settings
+from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, failpoints
 from marsupial_service.store.store import FILE
@@ -50,7 +50,7 @@ class Service:
 
 @asynccontextmanager
 async def serving(folder: Path) -> AsyncIterator[Service]:
-    app = create_app(Settings(data=folder))
+    app = create_app(ServiceSettings(data=folder))
     store = state_of(app).store = Store(folder)
     transport = httpx.ASGITransport(app)
     async with app.router.lifespan_context(app), httpx.AsyncClient(transport=transport, base_url=URL) as http:

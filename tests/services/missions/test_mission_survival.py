@@ -14,7 +14,7 @@ from launcher_tree import below_launcher
 from mission_house import Driver, open_missions, run, started, team
 from undisturbed import undisturbed
 
-from marsupial_service.missions.records import MissionState
+from marsupial_service.missions.records import MissionPhase
 from marsupial_service.missions.service import Missions
 from marsupial_service.store.store import FILE
 
@@ -80,7 +80,7 @@ def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(
             events = [event async for event in missions.follow(record.id)]
             ended = await missions.get(record.id, "me")
             assert ended is not None
-            assert (ended.state, ended.status) == (MissionState.ENDED, "failed")
+            assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
             assert "1 MiB are allowed" in ended.reason
             assert events[-1].type == "end"
 

@@ -19,8 +19,8 @@ from marsupial.processes.jobs import Job
 from marsupial_service.entries.records import KeyReused, TooMany
 from marsupial_service.missions.reading import brief_of
 from marsupial_service.missions.values import Wish, runs_in
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody
-from marsupial_service.settings import ServiceLimits
 from marsupial_service.store.store import FILE
 
 

@@ -27,8 +27,8 @@ from marsupial_service.missions.host import fly
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.reading import brief_of
 from marsupial_service.missions.values import Brief, EventType, Next, Report, RobotNote, Turn, Wish, runs_in
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportBody
-from marsupial_service.settings import ServiceLimits
 
 Change = Callable[[dict[str, Any], random.Random], object]
 

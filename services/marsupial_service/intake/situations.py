@@ -13,11 +13,11 @@ from marsupial.formats.situation import check_places, travel_tables
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation, SituationGoal
-from marsupial_service.problems import HttpProblem
+from marsupial_service.http.problems import HttpProblem
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 from marsupial_service.schemas.situations import SituationBody
-from marsupial_service.settings import ServiceLimits
 
 
 def refuse(path: str, text: str) -> InputError:
@@ -26,13 +26,7 @@ def refuse(path: str, text: str) -> InputError:
 
 
 def check_count(path: str, count: int, limit: int, noun: str) -> None:
-    """Refuse more than the limit allows.
-
-    Raises
-    ------
-    HttpProblem
-        If there are too many.
-    """
+    """Raise HttpProblem if there are more than the limit allows."""
     if count > limit:
         text = f"has {count} {noun}, more than the limit of {limit}"
         pointer = "/" + path.replace(".", "/")
@@ -42,12 +36,7 @@ def check_count(path: str, count: int, limit: int, noun: str) -> None:
 def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
     """Return the situation of a request, which stands in its field ``situation``.
 
-    Raises
-    ------
-    InputError
-        Naming everything that is wrong.
-    HttpProblem
-        If there is too much of something.
+    Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
     check_count("situation.robots", len(body.robots), limits.robots, "robots")
     check_count("situation.types", len(body.types), limits.robots, "robot types")
@@ -77,13 +66,7 @@ def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
 
 
 def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) -> Budget:
-    """Return the budget of a request, `default_s` seconds if it says nothing.
-
-    Raises
-    ------
-    InputError
-        If it is beyond the limits.
-    """
+    """Return the budget of a request (`default_s` seconds by default). Raises InputError if it is too large."""
     if budget is None:
         return Budget(seconds=min(default_s, limits.budget_s))
     for key, given, most in (
@@ -96,13 +79,7 @@ def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) ->
 
 
 def plan_of(body: ActionsPlan | TextPlan, situation: Situation) -> Plan:
-    """Return the plan of a request, which need not be valid; it stands in its field ``plan``.
-
-    Raises
-    ------
-    PlanTextError
-        If its text can't be read.
-    """
+    """Return the plan of a request (field ``plan``), valid or not. Raises PlanTextError if its text can't be read."""
     if isinstance(body, ActionsPlan):
         return Plan(actions=tuple(body.actions))
     try:

@@ -19,22 +19,17 @@ from marsupial.formats.mapfiles.terrain_mask import apply_mask
 from marsupial.formats.scenario.map import drawn_cells, mask_codes
 from marsupial.model.grid import Grid, Terrain
 from marsupial.model.situation import SituationGoal
-from marsupial_service.intake import check_count
-from marsupial_service.intake_team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
-from marsupial_service.mapstate import MapState
+from marsupial_service.analyses.mapstate import MapState
+from marsupial_service.intake.situations import check_count
+from marsupial_service.intake.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
-from marsupial_service.settings import ServiceLimits
 
 
 def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
     """Return the map state of a request, which stands in its field ``map_state``.
 
-    Raises
-    ------
-    ScenarioError
-        Naming everything that is wrong.
-    HttpProblem
-        If there is too much of something.
+    Raises ScenarioError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
     check_count("map_state.robots", len(body.robots), limits.robots, "robots")
     check_count("map_state.robot_types", len(body.robot_types), limits.robots, "robot types")
@@ -124,10 +119,8 @@ def _image(text: str, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
 
 def _masked(grid: Grid, body: MaskBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     before = len(notes.problems)
-    codes, image = (
-        mask_codes(body.greys.items(), grid.terrains, notes.below("greys")),
-        _image(body.image, limits, notes),
-    )
+    codes = mask_codes(body.greys.items(), grid.terrains, notes.below("greys"))
+    image = _image(body.image, limits, notes)
     if image is None or len(notes.problems) > before:
         return None
     try:

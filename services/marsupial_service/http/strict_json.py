@@ -9,35 +9,29 @@ from __future__ import annotations
 import json
 from typing import Any, NoReturn
 
-from marsupial_service.problems import HttpProblem
+from marsupial_service.http.problems import HttpProblem
+
+_REASONS = {
+    UnicodeDecodeError: "is not UTF-8 text",
+    UnicodeEncodeError: "a text has half of a surrogate pair in it",
+    RecursionError: "is nested too deep",
+    ValueError: "a number has too many digits",
+}
 
 
 def parse(data: bytes) -> Any:
-    """Return the value that JSON text describes.
-
-    Raises
-    ------
-    HttpProblem
-        If it is no such text.
-    """
+    """Return the value that JSON text describes. Raises HttpProblem if it is no such text."""
     try:
         value = json.loads(
             data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number
         )
         if b"\\u" in data:
             json.dumps(value, ensure_ascii=False).encode("utf-8")
-    except HttpProblem:
-        raise
     except json.JSONDecodeError as error:
         raise HttpProblem("bad-json", f"line {error.lineno}, column {error.colno}: {error.msg}") from None
-    except UnicodeDecodeError:
-        raise HttpProblem("bad-json", "is not UTF-8 text") from None
-    except UnicodeEncodeError:
-        raise HttpProblem("bad-json", "a text has half of a surrogate pair in it") from None
-    except RecursionError:
-        raise HttpProblem("bad-json", "is nested too deep") from None
-    except ValueError:
-        raise HttpProblem("bad-json", "a number has too many digits") from None
+    except (ValueError, RecursionError) as error:
+        reason = next(text for kind, text in _REASONS.items() if isinstance(error, kind))
+        raise HttpProblem("bad-json", reason) from None
     return value
 
 
@@ -46,7 +40,6 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(fields) < len(pairs):
         keys = [key for key, _ in pairs]
         twice = next(key for key in fields if keys.count(key) > 1)
-
         raise HttpProblem("bad-json", f"field {twice!r} is given twice")
     return fields
 

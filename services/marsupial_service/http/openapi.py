@@ -15,10 +15,10 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
-from marsupial_service.examples import EXAMPLES
+from marsupial_service.examples.bodies import EXAMPLES
+from marsupial_service.http.problems import KINDS, MEDIA_TYPE
 from marsupial_service.jobs import records as jobs
 from marsupial_service.missions import values as missions
-from marsupial_service.problems import KINDS, MEDIA_TYPE
 from marsupial_service.schemas.answers import ProblemAnswer
 
 FILE = "openapi.json"
@@ -80,7 +80,7 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
 
 def kept_text() -> str:
     """Return the document as it is kept with the code."""
-    return (files("marsupial_service") / FILE).read_text(encoding="utf-8")
+    return (files("marsupial_service.http") / FILE).read_text(encoding="utf-8")
 
 
 def text_of(found: dict[str, Any]) -> str:

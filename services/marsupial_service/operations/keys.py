@@ -1,6 +1,6 @@
-"""API keys: who may ask for what, until when. Only hashes of them are kept, in one file that a server reads anew.
+"""API keys: who may ask for what, until when. Only hashes of them are kept, in one file that a server rereads.
 
-A key is shown once, when it is made. The file is replaced as a whole, so that whoever reads it sees all of a change
+A key is shown once, when it is made. The file is replaced as a whole, so that any reader sees all of a change
 or nothing.
 """
 
@@ -76,13 +76,7 @@ class KeyFile:
         return next((key for key in found if key.holds(now_s)), None)
 
     def add(self, name: str, scopes: Iterable[str], days: float, now_s: float) -> str:
-        """Make a key and return its secret, which is kept nowhere.
-
-        Raises
-        ------
-        UsageError
-            If the name is taken, there is no such scope, or the time is none.
-        """
+        """Make a key and return its secret, which is kept nowhere. Raises UsageError if any argument is wrong."""
         scopes = tuple(dict.fromkeys(scopes))
         wrong = [scope for scope in scopes if scope not in list(Scope)]
         if wrong or not scopes:
@@ -100,13 +94,7 @@ class KeyFile:
         return secret
 
     def revoke(self, name: str, now_s: float) -> None:
-        """Make every key of that name useless.
-
-        Raises
-        ------
-        UsageError
-            If there is none.
-        """
+        """Make every key of that name useless. Raises UsageError if there is none."""
         with self._changing() as keys:
             if not any(key.name == name and key.revoked_s is None for key in keys):
                 raise UsageError(f"there is no key {name!r}")

@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable
-from functools import partial
 from typing import Any
 
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ending, Job, JobLimits, Message
-from marsupial_service.problems import HttpProblem
+from marsupial_service.http.problems import HttpProblem
 
 
 async def value_of(
     function: Callable[[Any], Iterable[object]], argument: object, *, seconds: float, memory_bytes: int
 ) -> object:
-    """Return the first value that `function` yields; it is at the top level of its module.
-
-    Raises
-    ------
-    HttpProblem
-        If it doesn't within the limits.
-    """
+    """Return the first value of a top-level `function`. Raises HttpProblem if there is none within the limits."""
     job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
-    return await asyncio.to_thread(partial(_first, job))
+    return await asyncio.to_thread(_first, job)
 
 
 def _first(job: Job) -> object:

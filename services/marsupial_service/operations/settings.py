@@ -28,13 +28,7 @@ def _limit(default: N, at_least: N, meaning: str) -> N:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceLimits:
-    """What one request, one key and the whole service may ask for.
-
-    Raises
-    ------
-    UsageError
-        If a limit is not a number, or too small to be kept.
-    """
+    """What one request, one key and the whole service may ask for. Raises UsageError if one is too small."""
 
     body_bytes: int = _limit(16_000_000, 1000, "bytes of a request's body")
     body_s: float = _limit(30.0, 0.1, "seconds within which a request's body has to arrive")
@@ -66,7 +60,7 @@ class ServiceLimits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class ServiceSettings:
     """Where the service listens and keeps its data.
 
     Parameters
@@ -100,10 +94,7 @@ class Settings:
 def limits_from(environment: Mapping[str, str]) -> ServiceLimits:
     """Return the limits that environment variables set, the others as they are by default.
 
-    Raises
-    ------
-    UsageError
-        Naming the first variable that holds no such number.
+    Raises UsageError naming the first variable that holds no such number.
     """
     given: dict[str, float] = {}
     for one in fields(ServiceLimits):

@@ -7,33 +7,30 @@ from collections.abc import Mapping
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
 from marsupial_service.jobs.records import Metrics
-from marsupial_service.missions.records import MissionState
+from marsupial_service.missions.records import MissionPhase
 
 
 class HttpMetrics:
     """Counts of one service."""
 
     def __init__(self) -> None:
-        self._registry = CollectorRegistry()
-        self._requests = Counter(
-            "marsupial_requests", "Requests.", ("method", "route", "status"), registry=self._registry
-        )
-        self._seconds = Histogram(
-            "marsupial_request_seconds", "Seconds to the end of the answer.", ("route",), registry=self._registry
-        )
-        self._jobs = Gauge("marsupial_jobs", "Jobs kept, by state.", ("state",), registry=self._registry)
-        self._outcomes = Gauge("marsupial_job_outcomes", "Ended jobs kept.", ("outcome",), registry=self._registry)
-        self._missions = Gauge("marsupial_missions", "Missions kept, by state.", ("state",), registry=self._registry)
-        self._slots = Gauge("marsupial_slots", "Jobs that can run at a time.", registry=self._registry)
-        self._slots_used = Gauge("marsupial_slots_in_use", "Jobs that run.", registry=self._registry)
-        self._streams = Gauge("marsupial_event_streams", "Open event streams.", registry=self._registry)
+        self._registry = own = CollectorRegistry()
+        self._requests = Counter("marsupial_requests", "Requests.", ("method", "route", "status"), registry=own)
+        seconds = "Seconds to the end of the answer."
+        self._seconds = Histogram("marsupial_request_seconds", seconds, ("route",), registry=own)
+        self._jobs = Gauge("marsupial_jobs", "Jobs kept, by state.", ("state",), registry=own)
+        self._outcomes = Gauge("marsupial_job_outcomes", "Ended jobs kept.", ("outcome",), registry=own)
+        self._missions = Gauge("marsupial_missions", "Missions kept, by state.", ("state",), registry=own)
+        self._slots = Gauge("marsupial_slots", "Jobs that can run at a time.", registry=own)
+        self._slots_used = Gauge("marsupial_slots_in_use", "Jobs that run.", registry=own)
+        self._streams = Gauge("marsupial_event_streams", "Open event streams.", registry=own)
 
     def request(self, method: str, route: str, status: int, seconds: float) -> None:
         """Count a request that has been answered."""
         self._requests.labels(method=method, route=route, status=str(status)).inc()
         self._seconds.labels(route=route).observe(seconds)
 
-    def text(self, jobs: Metrics, missions: Mapping[MissionState, int], streams: int) -> bytes:
+    def text(self, jobs: Metrics, missions: Mapping[MissionPhase, int], streams: int) -> bytes:
         """Return everything in Prometheus' text format."""
         for state, count in jobs.states.items():
             self._jobs.labels(state=state.value).set(count)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from marsupial_service.demo import DEMOS
+from marsupial_service.examples.demos import DEMOS
 
 _CARRIER = {
     "name": "carrier",

@@ -7,17 +7,11 @@ from collections.abc import Mapping
 from starlette.responses import Response
 
 from marsupial_service.jobs.documents import line
-from marsupial_service.jobs.records import FINAL, JobRecord, PlanRecord
+from marsupial_service.jobs.records import JobRecord, PlanRecord
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.moments import timestamp
-from marsupial_service.schemas.answers import (
-    JobAnswer,
-    JobLinksAnswer,
-    JobSummaryAnswer,
-    MissionAnswer,
-    MissionLinksAnswer,
-    PlanAnswer,
-)
+from marsupial_service.schemas import answers
+from marsupial_service.schemas.answers import JobAnswer, JobSummaryAnswer, MissionAnswer, PlanAnswer
 from marsupial_service.schemas.base import Answer
 
 
@@ -50,12 +44,7 @@ def job_answer(job: JobRecord) -> JobAnswer:
 
 def _more(job: JobRecord) -> dict[str, object]:
     makespan_ms = None if job.best is None else job.best.makespan_ms
-    return {"makespan_ms": makespan_ms, "links": _links(JobLinksAnswer, job_path(job.id))}
-
-
-def is_over(job: JobRecord) -> bool:
-    """Say whether a job has ended."""
-    return job.state in FINAL
+    return {"makespan_ms": makespan_ms, "links": _links(answers.JobLinksAnswer, job_path(job.id))}
 
 
 def mission_path(mission: str) -> str:
@@ -65,7 +54,7 @@ def mission_path(mission: str) -> str:
 
 def mission_answer(record: MissionRecord) -> MissionAnswer:
     """Return a mission."""
-    return MissionAnswer.of(record, links=_links(MissionLinksAnswer, mission_path(record.id)))
+    return MissionAnswer.of(record, links=_links(answers.MissionLinksAnswer, mission_path(record.id)))
 
 
 def _links(links: type[Answer], path: str) -> Answer:

@@ -12,19 +12,8 @@ from http import HTTPStatus
 
 from starlette.responses import Response
 
-from marsupial.errors import (
-    EngineUnavailable,
-    InputError,
-    InternalError,
-    InvalidPlanError,
-    LogError,
-    MapError,
-    MarsupialError,
-    PlanTextError,
-    ScenarioError,
-    SituationError,
-    UsageError,
-)
+from marsupial import errors as library
+from marsupial.errors import MarsupialError
 from marsupial_service.schemas.answers import ProblemAnswer, ProblemDetailAnswer
 
 MEDIA_TYPE = "application/problem+json"
@@ -58,16 +47,16 @@ KINDS: Mapping[str, Kind] = {
 }
 
 ERROR_KINDS: Mapping[type[MarsupialError], str] = {
-    InputError: "invalid",
-    MapError: "invalid",
-    ScenarioError: "invalid",
-    SituationError: "invalid",
-    PlanTextError: "invalid",
-    LogError: "invalid",
-    UsageError: "invalid",
-    EngineUnavailable: "invalid",
-    InvalidPlanError: "invalid",
-    InternalError: "internal",
+    library.InputError: "invalid",
+    library.MapError: "invalid",
+    library.ScenarioError: "invalid",
+    library.SituationError: "invalid",
+    library.PlanTextError: "invalid",
+    library.LogError: "invalid",
+    library.UsageError: "invalid",
+    library.EngineUnavailable: "invalid",
+    library.InvalidPlanError: "invalid",
+    library.InternalError: "internal",
 }
 
 

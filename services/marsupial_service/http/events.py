@@ -1,6 +1,6 @@
 """Events of a job or mission as server-sent events: what is stored, word for word, then what comes, until its end.
 
-A stream that is taken up after an event (``Last-Event-ID``) goes on with what an uninterrupted one would say.
+A stream that is taken up after an event (``Last-Event-ID``) continues as an uninterrupted one would.
 """
 
 from __future__ import annotations
@@ -48,13 +48,7 @@ def frame(event: EventRecord) -> bytes:
 
 
 def stream(state: State, owner: str, entries: Entries[E], entry: str, last_event_id: str | None) -> EventStream:
-    """Return the answer that streams the events of an entry after the last one that was seen.
-
-    Raises
-    ------
-    TooMany
-        If this owner has as many streams open as it may.
-    """
+    """Return the answer that streams the events of an entry after the last one that was seen. Raises TooMany."""
     if state.streams[owner] >= state.settings.limits.streams:
         raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1

@@ -14,18 +14,18 @@ from typing import Any
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
 
-from marsupial_service.keys import Scope
-from marsupial_service.problems import HttpProblem
+from marsupial_service.http.problems import HttpProblem
+from marsupial_service.http.strict_json import parse
+from marsupial_service.operations.keys import Scope
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
-from marsupial_service.strict_json import parse
 
 LOCAL_OWNER = "local"
 """Who asks where no keys are needed."""
 
 
 class Route(APIRoute):
-    """A route for everybody."""
+    """A route for all clients."""
 
     scope: Scope | None = None
 

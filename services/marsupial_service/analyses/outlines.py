@@ -52,32 +52,26 @@ def _edges(mask: Mask) -> dict[Corner, list[int]]:
 def _rings(edges: dict[Corner, list[int]]) -> list[Ring]:
     rings = []
     while edges:
-        start = next(iter(edges))
-        first = heading = edges[start][0]
-        ring, corner, last = [], start, -1
-        while corner != start or last < 0:
-            heading = _next(edges, corner, last) if last >= 0 else first
-            if heading != last:
-                ring.append(corner)
-            _use(edges, corner, heading)
+        start = corner = next(iter(edges))
+        heading, walk = edges[start][0], list[tuple[Corner, int]]()
+        while not walk or corner != start:
+            heading = _take(edges, corner, heading)
+            walk.append((corner, heading))
             corner = (corner[0] + _TURNS[heading][0], corner[1] + _TURNS[heading][1])
-            last = heading
-        if last == first:
-            ring.pop(0)
+        headings = [heading, *(one for _, one in walk)]
+        ring = [corner for (corner, now), before in zip(walk, headings, strict=False) if now != before]
         rings.append([*ring, ring[0]])
     return rings
 
 
-def _next(edges: dict[Corner, list[int]], corner: Corner, last: int) -> int:
-    """Return where the outline goes on; at a corner where two rings touch it turns left, round the same cell."""
+def _take(edges: dict[Corner, list[int]], corner: Corner, last: int) -> int:
+    """Take the edge on which an outline goes on; where two rings touch it turns left, round the same cell."""
     left = (last + 1) % 4
-    return left if left in edges[corner] else edges[corner][0]
-
-
-def _use(edges: dict[Corner, list[int]], corner: Corner, heading: int) -> None:
+    heading = left if left in edges[corner] else edges[corner][0]
     edges[corner].remove(heading)
     if not edges[corner]:
         del edges[corner]
+    return heading
 
 
 def _area2(ring: Ring) -> int:

@@ -43,7 +43,7 @@ def _tiny() -> dict[str, Any]:
 
 
 def _yard() -> dict[str, Any]:
-    state: dict[str, Any] = json.loads((files("marsupial_service") / "yard.json").read_bytes())
+    state: dict[str, Any] = json.loads((files("marsupial_service.examples") / "yard.json").read_bytes())
     return state
 
 

@@ -1,0 +1,1 @@
+"""Map states, and what can be read off them in a worker."""

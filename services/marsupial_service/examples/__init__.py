@@ -1,0 +1,1 @@
+"""Requests to try the service with, and those that the OpenAPI document shows."""

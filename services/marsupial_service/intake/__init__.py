@@ -1,0 +1,1 @@
+"""From the bodies of requests to values of the library."""

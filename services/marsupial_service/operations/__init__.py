@@ -1,0 +1,1 @@
+"""What operators decide and see: settings, keys, logs, metrics."""
