@@ -56,14 +56,7 @@ class External(ProcessEngine):
 
     def __init__(self, name: str, *, memory_bytes: int = 2 * GIB) -> None:
         program, *self._arguments = split_command(name.removeprefix(PREFIX))
-        info = EngineInfo(
-            name=name,
-            summary="external planner",
-            licence="its own",
-            anytime=True,
-            proves_optimality=False,
-            deterministic_steps=False,
-        )
+        info = EngineInfo(name=name, summary="external planner", licence="its own", anytime=True)
         super().__init__(info, search, (), memory_bytes=memory_bytes)
         found = shutil.which(program)
         if found is None and self.info.missing is None:

@@ -36,8 +36,6 @@ INFO = EngineInfo(
     summary="heuristic search (up-tamer); small parts fast, no metric: asked again for shorter plans",
     licence="free for educational use",
     anytime=True,
-    proves_optimality=False,
-    deterministic_steps=False,
 )
 
 

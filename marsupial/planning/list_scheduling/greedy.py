@@ -44,7 +44,6 @@ class Greedy:
         summary="list scheduling; always answers, never proves a plan best",
         licence="Apache-2.0",
         anytime=True,
-        proves_optimality=False,
         deterministic_steps=True,
     )
 

@@ -10,7 +10,7 @@ from numba import njit
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
-from marsupial.planning.local_search.encoding import TARGETS
+from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.net import Net
 from marsupial.planning.local_search.route_moves import cross_exchange, invert, move_string, splice
 from marsupial.planning.local_search.sortie_moves import swap_sorties
@@ -82,7 +82,7 @@ def _change_from(number: int) -> Callable[[Net, int], bool]:
 
     def change(net: Net, move: int) -> bool:
         if move == number:
-            return (not needs_targets or net.groups[TARGETS, 0] > 0) and make(net)
+            return (not needs_targets or net.groups[col.TARGETS, 0] > 0) and make(net)
         return others(net, move)
 
     return _unfolded(change)
