@@ -1,7 +1,7 @@
 """When a mission makes a new plan, and from what.
 
 The mission loop asks a policy of replanning after whatever happens. The usual one knows what the robots have seen and
-asks for a new plan when that could change the plan; somebody who knows more may have another one.
+asks for a new plan when that could change the plan; the clairvoyant has another one.
 """
 
 from __future__ import annotations
@@ -31,41 +31,32 @@ class Replanning(Protocol):
     @property
     def explored(self) -> str:
         """What is said of a mission that has explored everything."""
-        ...
 
     @property
     def exploration_ms(self) -> int | None:
         """Since when there has been nothing left to explore, or None."""
-        ...
 
     @property
     def wake_ms(self) -> int | None:
         """When to look again even if nothing happens, or None."""
-        ...
 
     def take_in(self, news: News) -> None:
         """Take in what the robots have seen."""
-        ...
 
     def look(self, news: News, done: Sequence[Action], work: Work) -> Triggers:
         """Return what asks for a new plan, if anything, now that these actions are done."""
-        ...
 
     def survey(self, work: Work, keep: Sequence[MapMeeting]) -> Survey:
         """Return what a new plan is made from; the meeting points `keep` are in use."""
-        ...
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Take in that a plan made from `survey` is followed; what has turned up `since` another one is news to it."""
-        ...
 
     def route(self, kind: str, start: Cell, goal: Cell) -> Sequence[Cell] | None:
         """Return the route of a robot type between two cells, or None where there is none."""
-        ...
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
         """Return every frontier that is left at the end of the mission, and why."""
-        ...
 
 
 class OnNews:

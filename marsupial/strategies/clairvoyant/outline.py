@@ -12,8 +12,8 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Floats
 from marsupial.maps.survey import Poses, Survey, planning_type, travel_times
 from marsupial.maps.targets import Target
 from marsupial.model.grid import Cell
@@ -198,7 +198,7 @@ class Outline:
     def _table(self, kind: RobotType) -> TravelTable:
         ground = self.ground
 
-        def lengths(cells: Sequence[Cell]) -> npt.NDArray[np.float64]:
+        def lengths(cells: Sequence[Cell]) -> Floats:
             if kind.name not in ground.kinds:
                 return np.full((len(cells), len(cells)), np.inf)
             return np.array([ground.apart(kind.name, cell, cells) for cell in cells])
