@@ -18,7 +18,7 @@ from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigge
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal
-from marsupial.model.strategy import Work
+from marsupial.model.strategy import PlanProgress
 from marsupial.model.world import News, World
 
 LOOK_MS = 1000
@@ -43,10 +43,10 @@ class Replanning(Protocol):
     def take_in(self, news: News) -> None:
         """Take in what the robots have seen."""
 
-    def look(self, news: News, done: Sequence[Action], work: Work) -> Triggers:
+    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return what asks for a new plan, if anything, now that these actions are done."""
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting]) -> Survey:
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting]) -> Survey:
         """Return what a new plan is made from; the meeting points `keep` are in use."""
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
@@ -87,7 +87,7 @@ class OnNews:
             self._territory.reveal(indices)
             self._fresh = True
 
-    def look(self, news: News, done: Sequence[Action], work: Work) -> Triggers:
+    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return the setbacks, or how the targets there are differ from those the plan knows."""
         setbacks = setbacks_in(news)
         if setbacks:
@@ -102,7 +102,7 @@ class OnNews:
             return ()
         return self._compare(work, free)
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting]) -> Survey:
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting]) -> Survey:
         """Return what the map known so far means for the team."""
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep)
         self._note_explored(survey.targets)
@@ -121,7 +121,7 @@ class OnNews:
         targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
         return self._surveyor.remaining(targets, reason)
 
-    def _compare(self, work: Work, free: bool) -> Triggers:
+    def _compare(self, work: PlanProgress, free: bool) -> Triggers:
         """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""
         self._fresh, self._looked_ms = False, self._world.now_ms
         targets = self._surveyor.targets(self._world.robots())
@@ -136,11 +136,11 @@ class OnNews:
         return triggers
 
     def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
-        """Say whether there is a target that nobody is to explore."""
+        """Say whether there is a target that no robot is to explore."""
         served = [target for target in self._known if target.name in wanted]
         return any(same_target(target, served, self._ranges) is None for target in targets)
 
-    def _unemployed(self, robots: set[str], work: Work) -> bool:
+    def _unemployed(self, robots: set[str], work: PlanProgress) -> bool:
         return work.unemployed(
             r.name for r in self._world.robots() if r.name in robots and r.carrier is None and not r.lost
         )

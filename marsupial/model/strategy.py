@@ -80,7 +80,7 @@ class Strategy(Protocol):
         ...
 
 
-class Work(Protocol):
+class PlanProgress(Protocol):
     """What the team is doing: the plan that is followed, as far as it is not carried out."""
 
     @property

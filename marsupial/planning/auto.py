@@ -55,19 +55,12 @@ def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
     """Return the engine; `exact` makes the one that proves small situations."""
     return Auto(
         INFO,
-        Member(name="anytime", make=_local_search, suits=lambda situation: not _is_small(situation)),
-        Member(name="anytime", make=_local_search_beside, suits=_is_small),
+        Member(
+            name="anytime", make=lambda clock, latest: Anytime(clock), suits=lambda situation: not _is_small(situation)
+        ),
+        Member(name="anytime", make=lambda clock, latest: Anytime(clock, searches=1), suits=_is_small),
         Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),
     )
-
-
-def _local_search(clock: Clock, latest: Latest) -> Anytime:
-    return Anytime(clock)
-
-
-def _local_search_beside(clock: Clock, latest: Latest) -> Anytime:
-    """Return local search that leaves a core to others."""
-    return Anytime(clock, searches=1)
 
 
 def _is_small(situation: Situation) -> bool:

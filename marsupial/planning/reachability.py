@@ -102,7 +102,7 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
 
 
 def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
-    """Return a sentence on a target from which nobody who can explore it gets to where it has to end, if there is one.
+    """Return a sentence on a target from which no explorer of it gets to where it has to end, if there is one.
 
     A rover has to get to a meeting that a carrier with places gets to, a carrier to its home if it has to return there.
     """

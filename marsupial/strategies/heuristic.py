@@ -7,7 +7,7 @@ access to and returns to that point.
 
 What the text leaves open, and how it is filled:
 
-- how costs become an assignment: Hungarian method. The cheapest pair is decided on and the others are assigned anew,
+- how costs become an assignment: Hungarian method. The cheapest pair is decided on and the others are assigned again,
   since a rover that is set down takes care of more than one target. Costs lead over all ground that any type can
   drive on (`Briefing.direct_ms`); until its running action ends a carrier is that much farther away;
 - targets that a rover on the ground, or about to be set down, will explore are not assigned to a carrier;
@@ -111,7 +111,7 @@ def _return(draft: _Draft, rover: RobotState, meeting: str | None) -> None:
 
 
 def _send_carriers(briefing: Briefing, draft: _Draft, waiting: set[str]) -> set[str]:
-    """Assign carriers to targets until one of both runs out; return the targets nobody could be sent to."""
+    """Assign carriers to targets until one of both runs out; return the targets no robot could be sent to."""
     situation = briefing.situation
     direct = briefing.direct_ms()
     free = [robot.name for robot in situation.of_role(Role.CARRIER) if robot.name in direct]

@@ -49,7 +49,7 @@ class Temporal:
     Parameters
     ----------
     engine
-        Asked anew at each replanning.
+        Asked at each replanning.
     budget
         For each replanning.
     """
@@ -81,7 +81,7 @@ class Temporal:
         return Decision(plan=plan, report=report)
 
     def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _Answer]:
-        """Return what is real of the best plan for the guess, and the real targets that nobody can serve."""
+        """Return what is real of the best plan for the guess, and the real targets that no robot can serve."""
         guessed, known = guess(briefing), briefing.situation
         situation = guessed.situation
         objective = PricedArrival(
@@ -147,7 +147,6 @@ class _Answer:
 
 
 def _baseline(briefing: Briefing) -> Plan | None:
-    """Return the deployment heuristic's plan, if it has one."""
     plan = Heuristic().decide(briefing).plan
     usable = plan.actions and check(briefing.situation, plan, targets=plan.explored).valid
     return plan if usable else None
@@ -169,7 +168,6 @@ def _shortest(situation: Situation, served: Iterable[Served]) -> Plan | None:
 
 
 def _without(situation: Situation, targets: frozenset[str]) -> Situation:
-    """Return the situation without some of its targets."""
     if not targets:
         return situation
     return situation.restricted(targets=frozenset(situation.target_by_name) - targets)

@@ -82,7 +82,6 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
 
 @inlined
 def _tried(parts: Ints, r: int) -> bool:
-    """Say whether an earlier robot is in the same position."""
     for q in range(r):
         same = parts[q, col.ROW] == parts[r, col.ROW] and parts[q, col.FROM] == parts[r, col.FROM]
         if same and parts[q, col.SHARE] == parts[r, col.SHARE] and parts[q, col.MAY] == parts[r, col.MAY]:

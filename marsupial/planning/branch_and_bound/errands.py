@@ -217,7 +217,6 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
 
 @inlined
 def _has_another(jobs: Ints, level: int, c: int) -> bool:
-    """Say whether the carrier has been given an earlier job of the same errand."""
     i = level - 1
     while i >= 0 and jobs[col.ERRAND, i] == jobs[col.ERRAND, level]:
         if jobs[col.TRIED, i] == c:

@@ -21,7 +21,7 @@ def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, 
     Parameters
     ----------
     memory
-        (entries, 2 + robots + 1): two words that tell where everybody is and what is left, when the robots are ready,
+        (entries, 2 + robots + 1): two words that tell where all robots are and what is left, when the robots are ready,
         and the key of the last event. 0 words: free.
     order
         (2, robots + 3), scratch: robots in canonical order; the new entry.

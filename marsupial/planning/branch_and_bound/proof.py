@@ -98,7 +98,7 @@ class Proof:
             yield self._best
 
     def _adopted(self) -> Iterator[Plan]:
-        """Yield somebody else's plan if it is better."""
+        """Yield the plan of another engine if it is better."""
         plan = self._latest()
         if plan is not None and self._best is not None and plan.makespan_ms < self._best.makespan_ms:
             self._best = plan

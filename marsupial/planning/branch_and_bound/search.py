@@ -2,8 +2,8 @@
 
 What is searched. To the checker a plan is one list of actions per robot, docks and undocks being in two of them, each
 of which can begin as soon as its robots are ready: begun then, in any order that keeps the lists, a plan is as good as
-before. What a robot does between two of its docks and undocks concerns nobody else but for the targets explored. So a
-state is: the targets left, where each robot is (or on whom) since its last dock or undock, and when it was ready then.
+before. What a robot does between two of its docks and undocks concerns no other robot but for the targets explored. So
+a state is: the targets left, where each robot is (or on which) since its last dock or undock, and when it was ready.
 One step is a dock or an undock, and with it the sets of targets that its carrier and (before a dock) its rover have
 explored on the way there; tours over sets are shortest ones, on the closure of the legs (`tables`). After the last
 step the targets left are shared among the robots on the ground (`cover`). Choosing sets when they matter, instead of
@@ -14,9 +14,9 @@ What is left out, and why no shorter plan is lost:
 - States from which the goal can't be reached in time: `pruning`, made of relaxations only.
 - Steps that end before the last one did (`KEY`: end, then how many steps ended at that ms). Such a step shares no robot
   with the last one, so it could come before it, with the same result or a better one.
-- A set that could be larger without its step ending later: whoever has explored more has less to do.
+- A set that could be larger without its step ending later: a robot that has explored more has less to do.
 - A state no better than one met before: the same robots (or ones like them) at the same places, the same targets left,
-  nobody ready earlier, and a key no lower.
+  no robot ready earlier, and a key no lower.
 
 These do not lose a plan in turns. Call a state that is entered and the steps from it to a plan shorter than all that
 are found a way out, its times being delayed to those of the last step where they are earlier. Compare ways out by the
@@ -126,7 +126,6 @@ def _end(search: Search, level: int) -> int:
 
 @inlined
 def _apply(tables: Tables, search: Search, level: int, at: int) -> None:
-    """Make the state of the next level by an event."""
     events = search.events
     old, state = search.states[level], search.states[level + 1]
     for r in range(len(state)):

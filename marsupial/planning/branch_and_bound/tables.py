@@ -1,6 +1,6 @@
 """What a proof looks up: the shortest tours over sets of targets, for one robot alone, driving and being carried.
 
-A set of targets is a mask of bits in the order of the situation. Everything is worked out on the metric closure of the
+A set of targets is a mask of bits in the order of the situation. Everything is computed on the metric closure of the
 legs: the checker lets a robot drive by way of meetings, homes and targets (never of starts), and nothing says that this
 is no shorter. A *base* is where a robot can stand between two events that matter to others: a start or a meeting.
 """
@@ -66,7 +66,7 @@ class Tables(NamedTuple):
 
 @inlined
 def done_row(tables: Tables, robot: int, base: int) -> int:
-    """Return the row for a robot on the ground at a base that is helped by nobody; a carrier ends at home."""
+    """Return the row for a robot on the ground at a base that gets no help; a carrier ends at home."""
     return robot * len(tables.bases) + base
 
 

@@ -101,7 +101,6 @@ def _finished(status: str, found: bool) -> Finished:
 
 
 def _ask(problem: Problem, seconds: float) -> Iterator[tuple[str, Any]]:
-    """Yield (status, plan or None) as Aries finds them."""
     from unified_planning.environment import get_environment
     from unified_planning.grpc.proto_reader import ProtobufReader
     from unified_planning.grpc.proto_writer import ProtobufWriter

@@ -174,7 +174,7 @@ class _Child:
         while self._process.poll() is None:
             self._judge_time()
             yield self._read(_POLL_S)
-        # Whoever it has left behind may hold the pipes open: no waiting for their end.
+        # A process that it has left behind may hold the pipes open: no waiting for their end.
         while self._selector.get_map() and self._selector.select(0) and time.monotonic() < self._kill_at:
             yield self._read(0)
 

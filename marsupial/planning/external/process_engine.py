@@ -2,7 +2,7 @@
 
 The child builds the engine's encoding, runs it and sends back plans in our own terms; here they are compared and
 passed on, and the end of the process is put into the words of `Outcome`. What needs no engine is settled here: nothing
-to do, or a goal that can't be reached by anybody.
+to do, or a goal that can't be reached at all.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class ProcessEngine:
 class Events:
     """The events of one search. `cancel` may be called from another thread; `close` ends the search and waits."""
 
-    def __init__(self, run: processes.Run | None, steps: Generator[Improved | Finished]) -> None:
+    def __init__(self, run: processes.JobRun | None, steps: Generator[Improved | Finished]) -> None:
         self._run, self._steps = run, steps
 
     def __iter__(self) -> Events:
@@ -145,7 +145,6 @@ def _follow(request: SearchRequest, messages: Iterable[Message | Ended]) -> Gene
 
 
 def _run_here(job: Job) -> Iterator[Message | Ended]:
-    """Run a job in this process."""
     began = time.monotonic()
     for value in job.function(job.argument) or ():
         yield Message(value=value, elapsed_s=time.monotonic() - began)

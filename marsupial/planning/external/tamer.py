@@ -76,7 +76,6 @@ def search(request: SearchRequest) -> Iterator[Plan | Finished]:
 
 
 def _ask(problem: Problem) -> list[str] | None:
-    """Return the names of the actions of a plan in order of start, or None."""
     from unified_planning.environment import get_environment
     from up_tamer.engine import EngineImpl
 

@@ -134,7 +134,6 @@ class Timeline:
         self._enter(action)
 
     def _enter(self, action: Action) -> None:
-        """Enter where an action leaves its robot."""
         robot, before, now = action.robot, self.on[action.robot], after(action)
         self.at[robot], self.on[robot] = now.at, now.carrier
         if before is not None:

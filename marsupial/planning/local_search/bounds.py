@@ -1,4 +1,4 @@
-"""A lower bound on the makespan: the target that takes longest even if everybody were there for it alone.
+"""A lower bound on the makespan: the target that takes longest even if all robots were there for it alone.
 
 Each robot's earliest time at each place is computed with what the others do left out: a rover finds a carrier of any
 type at any meeting from the moment the first one could be there. Where rovers have to end aboard and carriers at home,

@@ -77,7 +77,7 @@ def some_target(net: Net) -> int:
 
 @inlined
 def late_target(net: Net) -> int:
-    """Return a random target's node, those reached late more often, or those that somebody late waited for."""
+    """Return a random target's node, those reached late more often, or those on a critical path."""
     if nets.draw(net, 2):
         node = critical_node(net)
         if node >= 0 and net.nodes[node, col.KIND] == col.UNDOCK:
@@ -105,13 +105,11 @@ def near_target(net: Net, target: int) -> int:
 
 @inlined
 def _first_transfer(net: Net) -> int:
-    """Return the number of the first node for transfers."""
     return len(net.robots) + net.groups[col.TARGETS, 0]
 
 
 @inlined
 def _in_use(net: Net, node: int) -> bool:
-    """Say whether there is a node of that number that is in a chain."""
     return node < len(net.nodes) and net.nodes[node, col.KIND] != col.FREE and net.nodes[node, col.BEFORE] >= 0
 
 

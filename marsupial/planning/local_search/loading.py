@@ -52,7 +52,7 @@ def _hints(data: ProblemData) -> Ints:
 def load(net: Net, events: Ints32) -> bool:
     """Make the net that of a list of events (n, 4); nothing is timed yet, everything is asked for.
 
-    False if somebody does what can't be done aboard, or on the ground.
+    False if a robot does what can't be done aboard, or on the ground.
     """
     _clear(net)
     heads, hosts = np.arange(len(net.robots)), net.robots[:, col.ABOARD].copy()
@@ -107,7 +107,6 @@ def _clear(net: Net) -> None:
 
 @inlined
 def _alike(net: Net, robot: int) -> int:
-    """Return the first rover of the same type."""
     first = 0
     while net.robots[first, col.TYPE] != net.robots[robot, col.TYPE]:
         first += 1

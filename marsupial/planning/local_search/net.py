@@ -2,7 +2,7 @@
 
 Rovers of a type are as good as each other once they are aboard. So a plan is told in sorties and not in rovers: a
 sortie begins where a rover is set down, or stands at first, and ends where it is picked up, or with its last target.
-Who goes on a sortie is decided when the plan is read off; the search only sees to it that somebody is aboard. So a
+Who goes on a sortie is decided when the plan is read off; the search only sees to it that a rover is aboard. So a
 transfer (a dock or an undock) may go from one carrier to another without anything else being changed.
 
 Each event knows the one before it and the one after it in its sortie, and in the route of its carrier where it has

@@ -21,7 +21,7 @@ LONGEST_TURN = 12
 
 @inlined
 def _busy(net: Net) -> int:
-    """Return a random node that is in use, half of the time one that somebody late waited for."""
+    """Return a random node that is in use, half of the time one on a critical path."""
     node = critical_node(net) if nets.draw(net, 2) else -1
     return node if node >= 0 else some_node(net)
 
@@ -85,7 +85,6 @@ def invert(net: Net) -> bool:
 
 @inlined
 def _lift(net: Net, node: int) -> None:
-    """Take a target of its own or a transfer out of a carrier's route."""
     if net.nodes[node, col.KIND] == col.EXPLORE:
         nets.take_out(net, node)
     else:
@@ -126,7 +125,6 @@ def cross_exchange(net: Net) -> bool:
 
 @inlined
 def _load_at(net: Net, carrier: int, at: int) -> int:
-    """Return how many rovers are aboard a carrier after a node."""
     load, node = nets.first_load(net, carrier), carrier
     while node != at:
         node = nets.after(net, node, carrier)

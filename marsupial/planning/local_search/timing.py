@@ -1,6 +1,6 @@
-"""The compiled core: exact times of a net, mended where something has changed.
+"""The compiled core: exact times of a net, repaired where something has changed.
 
-What is to be timed waits in a queue, the node with the earliest former end first; whoever follows a node whose end
+What is to be timed waits in a queue, the node with the earliest former end first; what follows a node whose end
 has changed is timed after it. Nothing else is looked at. A change that can't be carried out is seen when a node is
 timed, or when a carrier's load is counted; chains that wait for each other in a circle grow later until they are too
 late.

@@ -34,7 +34,7 @@ MOST_SITES = 6000
 """Of one robot type, but for those that must be, and fewer on large maps; the lattice is chosen accordingly."""
 
 MEMORY = 200_000_000
-"""Bytes for what is seen from sites, and as many for what else is remembered: beyond that it is found anew."""
+"""Bytes for what is seen from sites, and as many for what else is remembered: beyond that it is computed again."""
 
 
 class Ground:
@@ -199,7 +199,6 @@ class Ground:
             self.add_sites(kind, more)
 
     def _listed(self, cells: Cells) -> Ints:
-        """Return the row-major indices of a set of cells."""
         raw = np.frombuffer(cells.to_bytes((len(self._bit) + 7) // 8, "little"), dtype=np.uint8)
         return self._bit[np.flatnonzero(np.unpackbits(raw, count=len(self._bit), bitorder="little"))]
 

@@ -13,8 +13,8 @@ from marsupial.model.grid import Cell
 from marsupial.model.plan import Plan
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant.ground import Cells
-from marsupial.strategies.clairvoyant.outline import Outline
-from marsupial.strategies.clairvoyant.tours import Tour, Tours
+from marsupial.strategies.clairvoyant.outline import Outline, Tour
+from marsupial.strategies.clairvoyant.tours import Tours
 
 LATE = 4.0
 """What a ms beyond the time limit costs beside one of driving."""
@@ -25,8 +25,8 @@ FIXED_MS = 500.0
 NOISE = 0.3
 """How much costs are taken to vary: the standard deviation of their logarithm."""
 
-NOBODY = 4.0
-"""What a stop that nobody can go to costs, beside the time limit."""
+UNSERVED = 4.0
+"""What a stop that no robot can go to costs, beside the time limit."""
 
 SITES = 100
 """Of how many sites of a type that may see a cell one is chosen."""
@@ -73,7 +73,7 @@ class _Repair:
     Attributes
     ----------
     is_partial
-        Whether there is a stop that nobody goes to yet.
+        Whether there is a stop that no robot goes to yet.
     """
 
     def __init__(self, tours: Tours, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
@@ -121,10 +121,10 @@ class _Repair:
         return _Choice(float(costs[n]), kind, int(sites[n]), places[n])
 
     def _insertions(self, kind: str, sites: Ints) -> tuple[Floats, list[Place | None]]:
-        """Return the least cost, in ms, of driving to each site, and where it comes in; None where nobody can."""
+        """Return the least cost, in ms, of driving to each site, and where it comes in; None where no robot can."""
         tours = [tour for tour in self._tours.all if tour.kind == kind]
         places = [(tour, at) for tour in tours for at in range(len(tour.names) - tour.ends_aboard())]
-        costs, where = np.full(len(sites), NOBODY * self._limit_ms), np.full(len(sites), -1)
+        costs, where = np.full(len(sites), UNSERVED * self._limit_ms), np.full(len(sites), -1)
         for i, (tour, at) in enumerate(places):
             extra = self._detours(tour, at, sites)
             late = self._done_ms[tour.robot] + extra - self._limit_ms
