@@ -34,22 +34,9 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
         parts[r, col.SHARE] = 0
         if not fits(book, parts[r], 0, limit):
             return NO
-    size = 0
-    for j in range(scratch.shape[1]):
-        if not targets >> j & 1:
-            continue
-        takers = 0
-        for r in range(robots):
-            if parts[r, col.MAY] >> j & 1 and fits(book, parts[r], 1 << j, limit):
-                takers += 1
-        if not takers:
-            return NO
-        at = size
-        while at > 0 and scratch[1, at - 1] > takers:
-            scratch[0, at], scratch[1, at] = scratch[0, at - 1], scratch[1, at - 1]
-            at -= 1
-        scratch[0, at], scratch[1, at] = j, takers
-        size += 1
+    size = _hardest_first(book, parts, scratch, targets, limit)
+    if size < 0:
+        return NO
     level = 0
     scratch[2, 0] = -1
     while 0 <= level < size:
@@ -78,6 +65,28 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
         if level < size:
             scratch[2, level] = -1
     return YES if level == size else NO
+
+
+@inlined
+def _hardest_first(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int) -> int:
+    """List the targets, those that few robots can take first; return how many there are, -1 if none can take one."""
+    size = 0
+    for j in range(scratch.shape[1]):
+        if not targets >> j & 1:
+            continue
+        takers = 0
+        for r in range(len(parts)):
+            if parts[r, col.MAY] >> j & 1 and fits(book, parts[r], 1 << j, limit):
+                takers += 1
+        if not takers:
+            return -1
+        at = size
+        while at > 0 and scratch[1, at - 1] > takers:
+            scratch[0, at], scratch[1, at] = scratch[0, at - 1], scratch[1, at - 1]
+            at -= 1
+        scratch[0, at], scratch[1, at] = j, takers
+        size += 1
+    return size
 
 
 @inlined

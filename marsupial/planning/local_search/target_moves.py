@@ -8,17 +8,9 @@ there for them alone, and put back with whatever transfers they need.
 from __future__ import annotations
 
 from marsupial.native import inlined
+from marsupial.planning.local_search import choices
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import net as nets
-from marsupial.planning.local_search.choices import (
-    TRIES,
-    late_target,
-    near_carrier,
-    near_target,
-    some_node,
-    some_target,
-    turn,
-)
 from marsupial.planning.local_search.net import Net
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, move_to
 
@@ -60,7 +52,7 @@ def put_targets(net: Net, robot: int, at: int, count: int, top: int, forward: bo
 @inlined
 def _remove(net: Net) -> int:
     """Take a target, or a few in a row, out of the net; return how many."""
-    first = late_target(net)
+    first = choices.late_target(net)
     robot, choice = net.nodes[first, col.ROBOT], nets.draw(net, 4)
     if choice == 0:
         first = first_target(net, first)
@@ -82,14 +74,14 @@ def relocate(net: Net) -> bool:
     """Give targets to a robot that is about anyway."""
     count = _remove(net)
     target = net.nodes[net.work[col.TAKEN, 0], col.PLACE]
-    for attempt in range(TRIES):
+    for attempt in range(choices.TRIES):
         at = -1
         if attempt < 2:
             at = net.hints[target, col.NEAR + nets.draw(net, col.NEIGHBOURS)]
             if at >= 0 and net.nodes[at, col.BEFORE] < 0:
                 at = -1
         if at < 0:
-            at = some_node(net)
+            at = choices.some_node(net)
         robot, kind = net.nodes[at, col.ROBOT], net.nodes[at, col.KIND]
         if kind == col.DOCK or (kind == col.UNDOCK and nets.draw(net, 3) == 0):
             robot = net.nodes[at, col.CARRIER]
@@ -115,13 +107,13 @@ def deploy(net: Net) -> bool:
     if entry < 0 or down < 0:
         return False
     nets.begin_sortie(net, down, rover)
-    carrier, final = near_carrier(net, target), -1
-    at = turn(net, down, carrier, carrier) if nets.draw(net, 3) else -1
+    carrier, final = choices.near_carrier(net, target), -1
+    at = choices.turn(net, down, carrier, carrier) if nets.draw(net, 3) else -1
     if at < 0:
         first, final = _pick_up_elsewhere(net, carrier, target)
         if first < 0 or (final >= 0 and net.nodes[final, col.ROBOT] != rover):
             return False
-        at = turn(net, down, carrier, first)
+        at = choices.turn(net, down, carrier, first)
         if at < 0:
             return False
     nets.assign(net, down, carrier, at)
@@ -134,7 +126,7 @@ def deploy(net: Net) -> bool:
         return leave >= 0
     if net.recover or nets.draw(net, 3) == 0:
         if nets.draw(net, 2) == 0:
-            carrier = near_carrier(net, target)
+            carrier = choices.near_carrier(net, target)
         return _pick_up(net, last, carrier, down if carrier == net.nodes[down, col.CARRIER] else carrier) >= 0
     return True
 
@@ -147,11 +139,11 @@ def _pick_up_elsewhere(net: Net, carrier: int, target: int) -> tuple[int, int]:
     """
     node = net.hints[net.nodes[target, col.PLACE], col.NEAR + nets.draw(net, col.NEIGHBOURS)]
     if node < 0 or net.nodes[node, col.BEFORE] < 0 or nets.draw(net, 2):
-        node = some_node(net)
-    for _ in range(TRIES):
+        node = choices.some_node(net)
+    for _ in range(choices.TRIES):
         if not nets.carries(net, net.nodes[node, col.ROBOT]):
             break
-        node = some_node(net)
+        node = choices.some_node(net)
     up, final = -1, -1
     rover = net.nodes[node, col.ROBOT]
     if not nets.carries(net, rover):
@@ -173,7 +165,7 @@ def _pick_up(net: Net, last: int, carrier: int, first: int) -> int:
     if leave < 0 or up < 0:
         return -1
     nets.insert(net, up, rover, last)
-    at = turn(net, up, carrier, first)
+    at = choices.turn(net, up, carrier, first)
     if at < 0:
         return -1
     nets.assign(net, up, carrier, at)
@@ -183,8 +175,8 @@ def _pick_up(net: Net, last: int, carrier: int, first: int) -> int:
 @inlined
 def swap(net: Net) -> bool:
     """Let two targets change places."""
-    one = late_target(net)
-    other = near_target(net, one)
+    one = choices.late_target(net)
+    other = choices.near_target(net, one)
     if other == one:
         return False
     if net.nodes[other, col.BEFORE] == one and net.nodes[one, col.AFTER] == other:
@@ -204,7 +196,7 @@ def swap(net: Net) -> bool:
 @inlined
 def reverse(net: Net) -> bool:
     """Turn round a part of a robot's sortie."""
-    first = some_target(net)
+    first = choices.some_target(net)
     count, node = 0, first
     while count < LONGEST_SEGMENT and net.nodes[node, col.KIND] == col.EXPLORE:
         count += 1

@@ -6,17 +6,9 @@ Each says whether it made a change; most changes can't be carried out.
 from __future__ import annotations
 
 from marsupial.native import inlined
+from marsupial.planning.local_search import choices
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import net as nets
-from marsupial.planning.local_search.choices import (
-    TRIES,
-    critical_node,
-    other_carrier,
-    some_node,
-    some_transfer,
-    turn,
-    turn_except,
-)
 from marsupial.planning.local_search.net import Net
 
 
@@ -33,7 +25,7 @@ def move_to(net: Net, transfer: int, place: int) -> None:
 @inlined
 def move_meeting(net: Net) -> bool:
     """Set down or pick up a rover at another meeting."""
-    transfer = some_transfer(net, col.START)
+    transfer = choices.some_transfer(net, col.START)
     if transfer < 0:
         return False
     rover, place = net.nodes[transfer, col.ROBOT], net.nodes[transfer, col.PLACE]
@@ -53,17 +45,17 @@ def move_meeting(net: Net) -> bool:
 @inlined
 def reorder(net: Net) -> bool:
     """Do something a carrier has to do at another turn: a transfer, or a target of its own."""
-    for attempt in range(2 * TRIES):
-        node = critical_node(net) if attempt < TRIES and nets.draw(net, 2) else -1
+    for attempt in range(2 * choices.TRIES):
+        node = choices.critical_node(net) if attempt < choices.TRIES and nets.draw(net, 2) else -1
         if node < 0:
-            node = some_node(net)
+            node = choices.some_node(net)
         if nets.is_transfer(net, node):
             return _assign_again(net, node, net.nodes[node, col.CARRIER])
         robot = net.nodes[node, col.ROBOT]
         if net.nodes[node, col.KIND] == col.EXPLORE and nets.carries(net, robot):
             was = net.nodes[node, col.BEFORE]
             nets.take_out(net, node)
-            at = turn_except(net, robot, -1, net.nodes[node, col.PLACE])
+            at = choices.turn_except(net, robot, -1, net.nodes[node, col.PLACE])
             if at == was:
                 return False
             nets.insert(net, node, robot, at)
@@ -76,7 +68,7 @@ def _assign_again(net: Net, transfer: int, carrier: int) -> bool:
     """Give a transfer that is in a route to a carrier, at some other turn."""
     was = net.nodes[transfer, col.CARRIER_BEFORE]
     nets.unassign(net, transfer)
-    at = turn(net, transfer, carrier, carrier)
+    at = choices.turn(net, transfer, carrier, carrier)
     if at < 0 or at == was:
         return False
     nets.assign(net, transfer, carrier, at)
@@ -86,10 +78,10 @@ def _assign_again(net: Net, transfer: int, carrier: int) -> bool:
 @inlined
 def reassign(net: Net) -> bool:
     """Give a transfer to another carrier, mostly with one of the other kind, so that as many are aboard after."""
-    transfer = some_transfer(net, col.START)
+    transfer = choices.some_transfer(net, col.START)
     if transfer < 0:
         return False
-    carrier = other_carrier(net, transfer)
+    carrier = choices.other_carrier(net, transfer)
     if carrier == net.nodes[transfer, col.CARRIER]:
         return False
     partner = _partner(net, transfer)
@@ -98,11 +90,11 @@ def reassign(net: Net) -> bool:
     down, up = (partner, transfer) if net.nodes[transfer, col.KIND] == col.DOCK else (transfer, partner)
     nets.unassign(net, down)
     nets.unassign(net, up)
-    at = turn(net, down, carrier, carrier)
+    at = choices.turn(net, down, carrier, carrier)
     if at < 0:
         return False
     nets.assign(net, down, carrier, at)
-    at = turn(net, up, carrier, down if nets.head_of(net, up) == down else carrier)
+    at = choices.turn(net, up, carrier, down if nets.head_of(net, up) == down else carrier)
     if at < 0:
         return False
     nets.assign(net, up, carrier, at)
@@ -143,7 +135,7 @@ def swap_tails_at(net: Net, at_one: int, at_other: int) -> bool:
 @inlined
 def swap_tails(net: Net) -> bool:
     """Let two sorties change what comes after some moment."""
-    at_one, other = some_node(net), some_node(net)
+    at_one, other = choices.some_node(net), choices.some_node(net)
     if nets.carries(net, net.nodes[at_one, col.ROBOT]) or nets.carries(net, net.nodes[other, col.ROBOT]):
         return False
     if net.nodes[at_one, col.KIND] == col.DOCK:
@@ -176,13 +168,13 @@ def _near_transfer(net: Net, transfer: int) -> int:
             node = net.nodes[node, col.BEFORE]
         if net.nodes[node, col.KIND] == kind:
             return node
-    return some_transfer(net, kind)
+    return choices.some_transfer(net, kind)
 
 
 @inlined
 def swap_transfers(net: Net) -> bool:
     """Let two transfers change turns."""
-    one = some_transfer(net, col.START)
+    one = choices.some_transfer(net, col.START)
     if one < 0:
         return False
     other = _near_transfer(net, one)
@@ -221,7 +213,7 @@ def merge(net: Net) -> bool:
 
     Or leave out a sortie on which nothing is explored.
     """
-    up = some_transfer(net, col.START)
+    up = choices.some_transfer(net, col.START)
     if up < 0:
         return False
     if net.nodes[up, col.KIND] == col.UNDOCK:
@@ -230,7 +222,7 @@ def merge(net: Net) -> bool:
     nets.take_out(net, up)
     if not net.recover and nets.draw(net, 2):
         return True
-    down = some_transfer(net, col.UNDOCK)
+    down = choices.some_transfer(net, col.UNDOCK)
     if (
         down < 0
         or net.nodes[down, col.ROBOT] != rover
