@@ -74,7 +74,7 @@ class Ground:
         self._legs: dict[tuple[str, Cell, Cell], Cells] = {}
         self._site_views: dict[str, list[Cells]] = {}
         self._remembered = 0
-        self._bit = np.flatnonzero(self._reachable())
+        self._bit = np.flatnonzero(np.logical_or.reduce(list(self.reach.by_type.values())))
         self._set_bytes = len(self._bit) // 8
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
@@ -167,9 +167,6 @@ class Ground:
         self._numbers[kind] = {int(i): n for n, i in enumerate(self.sites[kind])}
         self._rows.clear()
         self._site_views.pop(kind, None)
-
-    def _reachable(self) -> Mask:
-        return np.logical_or.reduce([self.reach.by_type[name] for name in self.reach.by_type])
 
     def _lattice(self, kind: str) -> Ints:
         """Return the reachable cells with coordinates that are multiples of the least number that leaves few enough."""
