@@ -21,7 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.mission.state import MissionState, Track
+from marsupial.mission.state import MissionTracker, Track
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import ActionEnd, ActionEnded, DriveEnded, MissionEvent, MissionStarted, RobotLost
 from marsupial.model.plan import ActionName
@@ -133,7 +133,7 @@ class _Traces:
 
 
 def _traces(events: Sequence[MissionEvent]) -> _Traces:
-    state = MissionState()
+    state = MissionTracker()
     state.event(events[0])
     traces = _Traces({name: [] for name in state.tracks}, [], state.cells)
     for event in events[1:]:

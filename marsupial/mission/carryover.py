@@ -1,7 +1,7 @@
 """Takes a plan from the moment it was made for to a later one.
 
 Meanwhile robots have moved on, targets have shifted or gone, and names may have changed: what still makes sense of the
-plan is put on the clock anew, and only what the checker accepts comes out.
+plan is put on the clock again, and only what the checker accepts comes out.
 """
 
 from __future__ import annotations

@@ -132,7 +132,7 @@ class Executor:
             self._queues[name].clear()
 
     def _cut_short(self, name: str, end: ActionEnd) -> Action | None:
-        """End what a robot is doing, for everybody in it; return what that was."""
+        """End what a robot is doing, for all robots in it; return what that was."""
         if name not in self._running:
             return None
         revision, action = self._running[name]

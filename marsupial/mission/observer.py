@@ -1,4 +1,4 @@
-"""What a mission tells whoever watches: every event, and how each planning went.
+"""What a mission reports to those who watch: every event, and how each planning went.
 
 The loop reports, the rim prints: logs, progress displays and statistics are observers.
 """

@@ -1,4 +1,4 @@
-"""A mission seen again from its events: where everybody was, and what was known, at any moment.
+"""A mission seen again from its events: where all robots were, and what was known, at any moment.
 
 What happens at a moment counts at that moment.
 """
@@ -11,18 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.mission.state import MissionState, RobotView, Tracks, reveal, views
+from marsupial.mission.state import MissionTracker, RobotView, Tracks, reveal, views
+from marsupial.model import mission as log
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray
-from marsupial.model.mission import (
-    ActionEnd,
-    ActionEnded,
-    ActionStarted,
-    MissionEnded,
-    MissionEvent,
-    MissionStarted,
-    Planned,
-    Revealed,
-)
 from marsupial.model.plan import Action
 
 
@@ -49,7 +40,7 @@ class Segment:
     end_ms: int
     revision: int
     action: Action
-    end: ActionEnd | None
+    end: log.ActionEnd | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,9 +53,9 @@ class CoveragePoint:
 
 
 class _Map:
-    """The known map, carried forward from reveal to reveal and begun anew to go back."""
+    """The known map, carried forward from reveal to reveal and begun again to go back."""
 
-    def __init__(self, mission: MissionStarted, reveals: Sequence[Revealed]) -> None:
+    def __init__(self, mission: log.MissionStarted, reveals: Sequence[log.Revealed]) -> None:
         self._cells = np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
         self._reveals = reveals
         self._times = [event.t_ms for event in reveals]
@@ -90,16 +81,16 @@ class Playback:
         As `marsupial.formats.missionlog.read_log` checks them; a mission whose end is missing plays to its last event.
     """
 
-    def __init__(self, events: Sequence[MissionEvent]) -> None:
+    def __init__(self, events: Sequence[log.MissionEvent]) -> None:
         mission = events[0]
-        assert isinstance(mission, MissionStarted)
+        assert isinstance(mission, log.MissionStarted)
         self.mission = mission
         self.events = tuple(events)
         self.start_ms = mission.t_ms
         self.end_ms = events[-1].t_ms
-        self.plans = tuple(event for event in events if isinstance(event, Planned))
-        self.ended = events[-1] if isinstance(events[-1], MissionEnded) else None
-        reveals = tuple(event for event in events if isinstance(event, Revealed))
+        self.plans = tuple(event for event in events if isinstance(event, log.Planned))
+        self.ended = events[-1] if isinstance(events[-1], log.MissionEnded) else None
+        reveals = tuple(event for event in events if isinstance(event, log.Revealed))
         self._map = _Map(mission, reveals)
         self.coverage = _coverage(mission, reveals)
         self.timeline = _timeline(events)
@@ -128,15 +119,15 @@ class Playback:
         index = bisect_right(self.coverage, t_ms, key=lambda point: point.t_ms) - 1
         return self.coverage[max(index, 0)]
 
-    def plan_at(self, t_ms: int) -> Planned | None:
+    def plan_at(self, t_ms: int) -> log.Planned | None:
         """Return the plan followed at `t_ms`, or None before the first."""
         index = bisect_right(self.plans, t_ms, key=lambda plan: plan.t_ms) - 1
         return self.plans[index] if index >= 0 else None
 
 
-def _moments(events: Sequence[MissionEvent]) -> tuple[tuple[int, Tracks], ...]:
+def _moments(events: Sequence[log.MissionEvent]) -> tuple[tuple[int, Tracks], ...]:
     """Return the number of each event that changes something about the robots, and how they are from then on."""
-    state = MissionState()
+    state = MissionTracker()
     moments: list[tuple[int, Tracks]] = []
     for number, event in enumerate(events):
         before = state.tracks
@@ -146,14 +137,14 @@ def _moments(events: Sequence[MissionEvent]) -> tuple[tuple[int, Tracks], ...]:
     return tuple(moments)
 
 
-def _timeline(events: Sequence[MissionEvent]) -> dict[str, tuple[Segment, ...]]:
+def _timeline(events: Sequence[log.MissionEvent]) -> dict[str, tuple[Segment, ...]]:
     """Return each robot's actions; one whose end is missing ends where the next one starts, or the log does."""
     mission = events[0]
-    assert isinstance(mission, MissionStarted)
+    assert isinstance(mission, log.MissionStarted)
     segments: dict[str, list[Segment]] = {robot.name: [] for robot in mission.robots}
-    running: dict[str, ActionStarted] = {}
+    running: dict[str, log.ActionStarted] = {}
 
-    def finish(robot: str, t_ms: int, end: ActionEnd | None) -> None:
+    def finish(robot: str, t_ms: int, end: log.ActionEnd | None) -> None:
         started = running.pop(robot, None)
         if started is not None:
             segment = Segment(
@@ -162,17 +153,17 @@ def _timeline(events: Sequence[MissionEvent]) -> dict[str, tuple[Segment, ...]]:
             segments[robot].append(segment)
 
     for event in events:
-        if isinstance(event, ActionStarted | ActionEnded):
+        if isinstance(event, log.ActionStarted | log.ActionEnded):
             for robot in event.action.robots:
-                finish(robot, event.t_ms, event.end if isinstance(event, ActionEnded) else None)
-                if isinstance(event, ActionStarted):
+                finish(robot, event.t_ms, event.end if isinstance(event, log.ActionEnded) else None)
+                if isinstance(event, log.ActionStarted):
                     running[robot] = event
     for robot in list(running):
         finish(robot, events[-1].t_ms, None)
     return {name: tuple(found) for name, found in segments.items()}
 
 
-def _coverage(mission: MissionStarted, reveals: Sequence[Revealed]) -> tuple[CoveragePoint, ...]:
+def _coverage(mission: log.MissionStarted, reveals: Sequence[log.Revealed]) -> tuple[CoveragePoint, ...]:
     """Return the area known after each moment of news, from nothing at the start."""
     area_m2 = mission.resolution_m * mission.resolution_m
     points = {mission.t_ms: (0, 0)}

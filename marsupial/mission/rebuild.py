@@ -14,17 +14,9 @@ from dataclasses import dataclass
 from marsupial.errors import UsageError
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.mission.state import MissionState, Tracks
+from marsupial.mission.state import MissionTracker, Tracks
+from marsupial.model import mission as log
 from marsupial.model.grid import Grid
-from marsupial.model.mission import (
-    ActionEnd,
-    ActionEnded,
-    MapMeeting,
-    MissionEvent,
-    MissionStarted,
-    Planned,
-    RobotLost,
-)
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.team import Deployments
 from marsupial.model.world import RobotReport
@@ -42,11 +34,11 @@ class Moment:
         The meeting points in use.
     """
 
-    mission: MissionStarted
+    mission: log.MissionStarted
     t_ms: int
     grid: Grid
     robots: tuple[RobotReport, ...]
-    meetings: tuple[MapMeeting, ...]
+    meetings: tuple[log.MapMeeting, ...]
 
     def survey(self) -> Survey:
         """Return the situation of the robots and what it means on the map."""
@@ -55,7 +47,7 @@ class Moment:
         return surveyor.survey(self.robots, self.t_ms, self.meetings)
 
 
-def moment_at(events: Sequence[MissionEvent], t_ms: int) -> Moment:
+def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     """Return the mission of these events (all of it up to then) at `t_ms`.
 
     Raises
@@ -64,13 +56,13 @@ def moment_at(events: Sequence[MissionEvent], t_ms: int) -> Moment:
         If the mission was over before.
     """
     mission = events[0]
-    assert isinstance(mission, MissionStarted)
+    assert isinstance(mission, log.MissionStarted)
     if not mission.t_ms <= t_ms <= events[-1].t_ms:
         raise UsageError(
             f"there is nothing at {t_ms / 1000:g} s: the mission goes from {mission.t_ms / 1000:g} s "
             f"to {events[-1].t_ms / 1000:g} s"
         )
-    state, past = MissionState(), events[: _cut(events, t_ms)]
+    state, past = MissionTracker(), events[: _cut(events, t_ms)]
     for event in past:
         state.event(event)
     grid = Grid(
@@ -85,15 +77,14 @@ def moment_at(events: Sequence[MissionEvent], t_ms: int) -> Moment:
     )
 
 
-def _cut(events: Sequence[MissionEvent], t_ms: int) -> int:
+def _cut(events: Sequence[log.MissionEvent], t_ms: int) -> int:
     """Return how many events come before the moment: before the last plan made at it, else all up to it."""
     end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
-    plans = [i for i in range(end) if isinstance(events[i], Planned) and events[i].t_ms == t_ms]
+    plans = [i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms]
     return plans[-1] if plans else end
 
 
 def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
-    """Return what the world would report of a robot."""
     track = tracks[name]
     cell, free_at_ms, carrier = None, t_ms, track.where.carrier
     if carrier is None and track.where.at is not None:
@@ -108,7 +99,7 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
     return RobotReport(name=name, type=track.kind.name, cell=cell, carrier=carrier, free_at_ms=free_at_ms, lost=lost)
 
 
-def _in_use(events: Sequence[MissionEvent], state: MissionState) -> tuple[MapMeeting, ...]:
+def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[log.MapMeeting, ...]:
     """Return the meeting points that the rest of the plan needs, and those where rovers were set down."""
     left: list[Action] = []
     deployments = Deployments()
@@ -119,17 +110,17 @@ def _in_use(events: Sequence[MissionEvent], state: MissionState) -> tuple[MapMee
 
     for event in events:
         match event:
-            case Planned():
+            case log.Planned():
                 left[:] = event.actions
-            case ActionEnded(action=action, end=end):
+            case log.ActionEnded(action=action, end=end):
                 left[:] = [other for other in left if other != action]
-                if end is ActionEnd.DONE:
+                if end is log.ActionEnd.DONE:
                     deployments.done(action)
-                elif end is ActionEnd.BLOCKED:
+                elif end is log.ActionEnd.BLOCKED:
                     drop([action.robot])
-                elif end is ActionEnd.FAILED:
+                elif end is log.ActionEnd.FAILED:
                     drop(action.robots)
-            case RobotLost():
+            case log.RobotLost():
                 drop([event.robot])
     running = [track.running.action for track in state.tracks.values() if track.running is not None]
     docking = [action for action in running if action.carrier is not None]

@@ -1,7 +1,7 @@
 """When a mission makes a new plan, and from what.
 
 The mission loop asks a policy of replanning after whatever happens. The usual one knows what the robots have seen and
-asks for a new plan when that could change the plan; somebody who knows more may have another one.
+asks for a new plan when that could change the plan; the clairvoyant has another one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigge
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal
-from marsupial.model.strategy import Work
+from marsupial.model.strategy import PlanProgress
 from marsupial.model.world import News, World
 
 LOOK_MS = 1000
@@ -31,41 +31,32 @@ class Replanning(Protocol):
     @property
     def explored(self) -> str:
         """What is said of a mission that has explored everything."""
-        ...
 
     @property
     def exploration_ms(self) -> int | None:
         """Since when there has been nothing left to explore, or None."""
-        ...
 
     @property
     def wake_ms(self) -> int | None:
         """When to look again even if nothing happens, or None."""
-        ...
 
     def take_in(self, news: News) -> None:
         """Take in what the robots have seen."""
-        ...
 
-    def look(self, news: News, done: Sequence[Action], work: Work) -> Triggers:
+    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return what asks for a new plan, if anything, now that these actions are done."""
-        ...
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Return what a new plan is made from, or fitted to if `late`; the meeting points `keep` are in use."""
-        ...
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Take in that a plan made from `survey` is followed; what has turned up `since` another one is news to it."""
-        ...
 
     def route(self, kind: str, start: Cell, goal: Cell) -> Sequence[Cell] | None:
         """Return the route of a robot type between two cells, or None where there is none."""
-        ...
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
         """Return every frontier that is left at the end of the mission, and why."""
-        ...
 
 
 class OnNews:
@@ -96,7 +87,7 @@ class OnNews:
             self._territory.reveal(indices)
             self._fresh = True
 
-    def look(self, news: News, done: Sequence[Action], work: Work) -> Triggers:
+    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return the setbacks, or how the targets there are differ from those the plan knows."""
         setbacks = setbacks_in(news)
         if setbacks:
@@ -111,7 +102,7 @@ class OnNews:
             return ()
         return self._compare(work, free)
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Return what the map known so far means for the team; what was seen while planning is for the next look."""
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep)
         if not late:
@@ -131,7 +122,7 @@ class OnNews:
         targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
         return self._surveyor.remaining(targets, reason)
 
-    def _compare(self, work: Work, free: bool) -> Triggers:
+    def _compare(self, work: PlanProgress, free: bool) -> Triggers:
         """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""
         self._fresh, self._looked_ms = False, self._world.now_ms
         targets = self._surveyor.targets(self._world.robots())
@@ -146,11 +137,11 @@ class OnNews:
         return triggers
 
     def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
-        """Say whether there is a target that nobody is to explore."""
+        """Say whether there is a target that no robot is to explore."""
         served = [target for target in self._known if target.name in wanted]
         return any(same_target(target, served, self._ranges) is None for target in targets)
 
-    def _unemployed(self, robots: set[str], work: Work) -> bool:
+    def _unemployed(self, robots: set[str], work: PlanProgress) -> bool:
         return work.unemployed(
             r.name for r in self._world.robots() if r.name in robots and r.carrier is None and not r.lost
         )

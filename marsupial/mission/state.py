@@ -1,4 +1,4 @@
-"""The state of a mission after each of its events: where everybody is and what they do, the map, the plan.
+"""The state of a mission after each of its events: where the robots are and what they do, the map, the plan.
 
 Positions are in cells, the centre of cell (x, y) being exactly (x, y); a robot on a drive is between the cells it
 passes, at the times `DriveStarted` gives for them.
@@ -13,18 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.mission.observer import Observer
+from marsupial.model import mission as log
 from marsupial.model.grid import UNKNOWN, Cell, CellArray
-from marsupial.model.mission import (
-    ActionEnded,
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
-    MissionEvent,
-    MissionStarted,
-    Planned,
-    Revealed,
-    RobotLost,
-)
 from marsupial.model.plan import Action
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
@@ -85,7 +75,7 @@ class Track:
 
     kind: RobotType
     where: Whereabouts[Leg]
-    running: ActionStarted | None = None
+    running: log.ActionStarted | None = None
     lost: bool = False
 
 
@@ -93,7 +83,7 @@ Tracks = Mapping[str, Track]
 """All robots by name, in the order of the team."""
 
 
-class MissionState(Observer):
+class MissionTracker(Observer):
     """What the events so far have led to.
 
     Attributes
@@ -110,31 +100,31 @@ class MissionState(Observer):
         self.t_ms = 0
         self.tracks: Tracks = {}
         self.cells: CellArray = np.zeros((0, 0), dtype=np.uint8)
-        self.plan: Planned | None = None
+        self.plan: log.Planned | None = None
         self._resolution_m = 1.0
 
-    def event(self, event: MissionEvent) -> None:
+    def event(self, event: log.MissionEvent) -> None:
         """Take in what happened."""
         self.t_ms = event.t_ms
         match event:
-            case MissionStarted():
+            case log.MissionStarted():
                 self._start(event)
-            case Revealed():
+            case log.Revealed():
                 reveal(self.cells, event)
-            case Planned():
+            case log.Planned():
                 self.plan = event
-            case DriveStarted():
+            case log.DriveStarted():
                 self._put(event.robot, self._drive(event))
-            case DriveEnded():
+            case log.DriveEnded():
                 self._put(event.robot, Leg((event.cell,)))
-            case ActionStarted():
+            case log.ActionStarted():
                 self._action_started(event)
-            case ActionEnded():
+            case log.ActionEnded():
                 self._action_ended(event)
-            case RobotLost():
+            case log.RobotLost():
                 self._change(event.robot, replace(self.tracks[event.robot], lost=True))
 
-    def _start(self, mission: MissionStarted) -> None:
+    def _start(self, mission: log.MissionStarted) -> None:
         kinds = {kind.name: kind for kind in mission.types}
         self.cells = np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
         self._resolution_m = mission.resolution_m
@@ -146,12 +136,12 @@ class MissionState(Observer):
             for robot in mission.robots
         }
 
-    def _drive(self, event: DriveStarted) -> Leg:
+    def _drive(self, event: log.DriveStarted) -> Leg:
         route = route_of(event.cell, event.steps)
         times = passing_times_ms(route, self._resolution_m, self.tracks[event.robot].kind.speed_mps)
         return Leg(tuple(route), tuple((event.t_ms + times).tolist()))
 
-    def _action_started(self, event: ActionStarted) -> None:
+    def _action_started(self, event: log.ActionStarted) -> None:
         action = event.action
         for name in action.robots:
             self._change(name, replace(self.tracks[name], running=event))
@@ -160,7 +150,7 @@ class MissionState(Observer):
             where = track.where.begun(action.name, Leg((event.cell,)), action.carrier)
             self._change(action.robot, replace(track, where=where))
 
-    def _action_ended(self, event: ActionEnded) -> None:
+    def _action_ended(self, event: log.ActionEnded) -> None:
         action = event.action
         for name in action.robots:
             self._change(name, replace(self.tracks[name], running=None))
@@ -183,7 +173,7 @@ def views(tracks: Tracks, t_ms: int, *, whole_cells: bool = False) -> tuple[Robo
         leg = (track if aboard is None else tracks[aboard]).where.at
         assert leg is not None, "carriers are never carried"
         x, y = leg.passed(t_ms) if whole_cells else leg.at(t_ms)
-        cargo = tuple(other for other, rider in tracks.items() if rider.where.aboard == name)
+        cargo = tuple(other for other, rover in tracks.items() if rover.where.aboard == name)
         action = None if track.running is None else track.running.action
         view = RobotView(
             name=name, type=track.kind.name, x=x, y=y, carrier=aboard, cargo=cargo, action=action, lost=track.lost
@@ -192,7 +182,7 @@ def views(tracks: Tracks, t_ms: int, *, whole_cells: bool = False) -> tuple[Robo
     return tuple(seen)
 
 
-def reveal(cells: CellArray, event: Revealed) -> None:
+def reveal(cells: CellArray, event: log.Revealed) -> None:
     """Enter in the known map (height, width) what a robot has seen."""
     flat = cells.reshape(-1)
     for i in range(0, len(event.runs), 3):

@@ -91,7 +91,6 @@ class Engine(Protocol):
     @property
     def info(self) -> EngineInfo:
         """What it is and whether it can be used on this machine."""
-        ...
 
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
@@ -108,7 +107,6 @@ class Engine(Protocol):
         UsageError
             If it can't keep a budget of that kind, or can't take the objective (`info.objectives`).
         """
-        ...
 
 
 @runtime_checkable
@@ -117,4 +115,3 @@ class Cancellable(Protocol):
 
     def cancel(self) -> None:
         """Ask for the end; returns at once."""
-        ...

@@ -73,30 +73,24 @@ class Strategy(Protocol):
     @property
     def name(self) -> str:
         """Its name in the registry."""
-        ...
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the plan to follow; an empty plan means that nothing can be done."""
-        ...
 
 
-class Work(Protocol):
+class PlanProgress(Protocol):
     """What the team is doing: the plan that is followed, as far as it is not carried out."""
 
     @property
     def idle(self) -> bool:
         """Whether nothing runs and nothing waits to run."""
-        ...
 
     @property
     def deployed_at(self) -> Mapping[str, str]:
         """Meeting point at which each rover on the ground was last set down."""
-        ...
 
     def remainder(self) -> tuple[Action, ...]:
         """Return the actions that run or wait, in plan order; times are those of the plan they came with."""
-        ...
 
     def unemployed(self, robots: Iterable[str]) -> bool:
         """Say whether one of `robots` has nothing left to do."""
-        ...

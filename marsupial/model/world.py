@@ -68,41 +68,31 @@ class World(Protocol):
     @property
     def grid(self) -> Grid:
         """The known map; its cells change as robots see more."""
-        ...
 
     @property
     def now_ms(self) -> int:
         """Mission time."""
-        ...
 
     def robots(self) -> tuple[RobotReport, ...]:
         """Return every robot of the team, in a fixed order."""
-        ...
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         """Send a free robot along `route`, which starts at its cell."""
-        ...
 
     def stop(self, robot: str) -> None:
         """Let a driving robot stop at the next cell of its route; no-op for one that does not drive."""
-        ...
 
     def dock(self, rover: str, carrier: str) -> None:
         """Let a free rover dock on a free carrier beside it."""
-        ...
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
         """Let a free carrier set a rover down on `cell`."""
-        ...
 
     def advance(self, until_ms: int) -> News:
         """Let time pass until something happens, at most until `until_ms`, and say what."""
-        ...
 
     def distance_m(self, robot: str) -> float:
         """Return how far a robot has driven by itself."""
-        ...
 
     def driving_ms(self, robot: str) -> int:
         """Return how long a robot has been driving."""
-        ...

@@ -1,8 +1,6 @@
 """The default planner: local search at once, and beside it, on small teams, branch and bound to prove its plan best.
 
-Aries is left out. On the fourteen situations of the planner suite with up to eight targets, ten seconds each, it found
-no plan that local search has not within one second, the same makespan three times, a longer one four times and none
-seven times, and proved nothing; its processes take a core meanwhile.
+Why Aries is no part of it, and how much is proven within the limits: docs/planners.md.
 """
 
 from __future__ import annotations
@@ -19,12 +17,7 @@ from marsupial.planning.portfolio.engine import Latest, Member, Portfolio
 from marsupial.planning.race import Clock
 
 MOST_TARGETS, MOST_ROBOTS = 12, 9
-"""Up to here branch and bound is worth its core.
-
-Of the 16 situations of the planner suite within these limits that have targets, 15 are proven, in 0.1 to 3 s on two
-busy cores; the last one, three carriers and 12 targets, is left with a bound 8 % below its best plan after 10 s.
-Local search has one thread there: in 0.1 s and in 1 s that finds plans as short as two threads do.
-"""
+"""Up to here branch and bound is worth its core; local search has one thread then."""
 
 HEAD_START_S = 0.01
 """How long local search runs alone: it has a plan by then, and branch and bound takes over better ones as they come."""
@@ -62,19 +55,12 @@ def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
     """Return the engine; `exact` makes the one that proves small situations."""
     return Auto(
         INFO,
-        Member(name="anytime", make=_local_search, suits=lambda situation: not _is_small(situation)),
-        Member(name="anytime", make=_local_search_beside, suits=_is_small),
+        Member(
+            name="anytime", make=lambda clock, latest: Anytime(clock), suits=lambda situation: not _is_small(situation)
+        ),
+        Member(name="anytime", make=lambda clock, latest: Anytime(clock, searches=1), suits=_is_small),
         Member(name="exact", make=exact, suits=_is_small, head_start_s=HEAD_START_S),
     )
-
-
-def _local_search(clock: Clock, latest: Latest) -> Anytime:
-    return Anytime(clock)
-
-
-def _local_search_beside(clock: Clock, latest: Latest) -> Anytime:
-    """Return local search that leaves a core to others."""
-    return Anytime(clock, searches=1)
 
 
 def _is_small(situation: Situation) -> bool:

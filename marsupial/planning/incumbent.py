@@ -1,4 +1,4 @@
-"""The incumbent: the best plan so far of all that the checker accepts. Whoever asks an engine keeps its plans so."""
+"""The incumbent: the best plan so far of all that the checker accepts. Plans of engines are kept so."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ class Race:
             self._tell(name, None)
 
     def _tell(self, name: str, event: Event | None) -> bool:
-        """Hand over an event and wait until it has been looked at; say whether anybody is still interested."""
+        """Hand over an event and wait until it has been looked at; say whether more is wanted."""
         looked_at = threading.Event()
         with self._lock:
             if self._stopped:

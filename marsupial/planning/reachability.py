@@ -1,21 +1,20 @@
 """Prove cheaply that a situation has no plan.
 
 Time and the wear of other robots' plans are left out: a robot keeps every place it has ever reached, and a rover may
-ride from any meeting it shares with a carrier to any other meeting of that carrier. What can't be reached even so can't
-be reached at all. Whether all rovers can end aboard is a matching of rovers to places on carriers.
+be carried from any meeting it shares with a carrier to any other meeting of that carrier. What can't be reached even so
+can't be reached at all. Whether all rovers can end aboard is a matching of rovers to places on carriers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags
 from marsupial.model.robots import Role
 from marsupial.model.situation import RobotState, Situation
-
-Flags = npt.NDArray[np.bool_]
 
 
 def reach(situation: Situation) -> dict[str, Flags]:
@@ -23,13 +22,9 @@ def reach(situation: Situation) -> dict[str, Flags]:
     carriers = situation.of_role(Role.CARRIER)
     reached = _each(situation, carriers, {}, _closure)
     meetings = _flags(situation, situation.meetings)
-    rides = {c.name: reached[c.name] & meetings for c in carriers if situation.type_of(c.name).capacity > 0}
-    distinct = np.array(list({flags.tobytes(): flags for flags in rides.values()}.values()), dtype=np.bool_)
-
-    def ride(drives: Flags, seed: Flags) -> Flags:
-        return _ride(drives, seed, distinct)
-
-    return reached | _each(situation, situation.of_role(Role.ROVER), rides, ride)
+    served = {c.name: reached[c.name] & meetings for c in carriers if situation.type_of(c.name).capacity > 0}
+    distinct = np.array(list({flags.tobytes(): flags for flags in served.values()}.values()), dtype=np.bool_)
+    return reached | _each(situation, situation.of_role(Role.ROVER), served, partial(_carried, distinct))
 
 
 def hopeless_targets(situation: Situation, reached: Mapping[str, Flags]) -> dict[str, str]:
@@ -107,7 +102,7 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
 
 
 def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
-    """Return a sentence on a target from which nobody who can explore it gets to where it has to end, if there is one.
+    """Return a sentence on a target from which no explorer of it gets to where it has to end, if there is one.
 
     A rover has to get to a meeting that a carrier with places gets to, a carrier to its home if it has to return there.
     """
@@ -120,7 +115,6 @@ def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
     closed: dict[tuple[str, bytes], Flags] = {}
 
     def ends_well(robot: RobotState, target: int) -> bool:
-        """Say whether a robot could explore a target and get from there to where it has to end."""
         first = drives[robot.type][target]
         key = (robot.type, first.tobytes())
         if key not in closed:
@@ -160,12 +154,12 @@ def _boards(situation: Situation, reached: Mapping[str, Flags]) -> list[list[int
 def _each(
     situation: Situation,
     robots: Sequence[RobotState],
-    rides: Mapping[str, Flags],
+    served: Mapping[str, Flags],
     close: Callable[[Flags, Flags], Flags],
 ) -> dict[str, Flags]:
     """Return what each robot reaches: its start, and what `close` makes of the places it gets to from there.
 
-    A rover that is aboard sets out from where its carrier can set it down (`rides`). No place is a start and something
+    A rover that is aboard sets out from where its carrier can set it down (`served`). No place is a start and something
     else, so robots that first get to the same places reach the same.
     """
     drives = {kind: _drives(situation, kind) for kind in {robot.type for robot in robots}}
@@ -173,7 +167,7 @@ def _each(
     reached = {}
     for robot in robots:
         start = None if robot.place is None else situation.place_index[robot.place]
-        first = rides[robot.carrier or ""] if start is None else drives[robot.type][start]
+        first = served[robot.carrier or ""] if start is None else drives[robot.type][start]
         key = (robot.type, first.tobytes())
         if key not in closed:
             closed[key] = close(drives[robot.type], first)
@@ -203,11 +197,11 @@ def _closure(drives: Flags, seed: Flags) -> Flags:
         seed = grown
 
 
-def _ride(drives: Flags, seed: Flags, rides: Flags) -> Flags:
-    """Return the closure of driving and riding; `rides` holds the meetings of each carrier, bool (carriers, places)."""
+def _carried(served: Flags, drives: Flags, seed: Flags) -> Flags:
+    """Return the closure of driving and being carried; `served` are the meetings of carriers, (carriers, places)."""
     reached = _closure(drives, seed)
-    while len(rides):
-        grown = _closure(drives, reached | rides[(rides & reached).any(axis=1)].any(axis=0))
+    while len(served):
+        grown = _closure(drives, reached | served[(served & reached).any(axis=1)].any(axis=0))
         if np.array_equal(grown, reached):
             break
         reached = grown

@@ -25,7 +25,7 @@ def retime(situation: Situation, actions: Iterable[Action]) -> Plan:
     timed: list[Action] = []
     for action in actions:
         start = max(ready[robot] for robot in action.robots)
-        took = duration_ms(situation, action)
+        took = duration_ms(situation, action.name, action.robot, action.place, action.origin)
         action = replace(action, start_ms=start, duration_ms=action.duration_ms if took is None else took)
         timed.append(action)
         ready.update(dict.fromkeys(action.robots, action.end_ms + EPSILON_MS))

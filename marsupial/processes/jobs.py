@@ -2,7 +2,7 @@
 
 A job is a function of some module's top level and one argument; both are pickled, so the child imports the function.
 Every value it yields is streamed back as it comes, or it is given the channel and talks with the asker. A run ends with
-one `Ended`, which tells finished, crashed, killed by somebody else, out of memory and out of time apart.
+one `Ended`, which tells finished, crashed, killed by another process, out of memory and out of time apart.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Ending(StrEnum):
 
     FINISHED = "finished"
     CRASHED = "crashed"  # an exception, a signal of its own making, or an exit code
-    KILLED = "killed"  # by somebody else
+    KILLED = "killed"  # by another process
     CANCELLED = "cancelled"  # by the one who asked for it
     MEMORY = "memory"
     TIMEOUT = "timeout"

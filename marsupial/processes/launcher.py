@@ -29,7 +29,7 @@ from marsupial.processes import channel as frames
 from marsupial.processes import fork_server, reaper
 from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, death
-from marsupial.processes.worker import Order
+from marsupial.processes.worker import JobOrder
 
 Preload = ModuleType | Callable[[], object]
 """What is loaded once for all jobs: a module to be imported, or a function of a module's top level to be called."""
@@ -80,7 +80,7 @@ class Launcher:
         return self.owner == os.getpid() and self._process.poll() is None
 
     def was_killed(self) -> bool:
-        """Say whether somebody else has killed it, or what it has just forked."""
+        """Say whether another process has killed it, or what it has just forked."""
         return not self._ended and (self._process.poll() or -1) < 0
 
     def ask(self, request: bytes, order: object) -> Channel:
@@ -200,7 +200,7 @@ def shutdown() -> None:
 atexit.register(shutdown)
 
 
-class Run:
+class JobRun:
     """A running job: iterate over it to get what it sends, then exactly one `Ended`.
 
     `cancel` and `send` may be called from another thread while one waits for the next value. When `close` returns,
@@ -215,7 +215,7 @@ class Run:
         self._deadline = self._started + limits.wall_s + self._grace_s + _SLACK_S
         self._over = False
 
-    def __iter__(self) -> Run:
+    def __iter__(self) -> JobRun:
         """Return itself."""
         return self
 
@@ -272,7 +272,7 @@ class Run:
         return None
 
 
-def run(job: Job) -> Run:
+def run(job: Job) -> JobRun:
     """Start `job` in a child process.
 
     Its time counts from when it has a process: what is being loaded for jobs is waited for before. A fork server that
@@ -283,7 +283,7 @@ def run(job: Job) -> Run:
     InternalError
         If the fork server can't be started.
     """
-    order = Order(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
+    order = JobOrder(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
     for _ in range(_TRIES - 1):
         launcher = _current()
         try:
@@ -294,6 +294,6 @@ def run(job: Job) -> Run:
     return _begun(_current(), order)
 
 
-def _begun(launcher: Launcher, order: Order) -> Run:
+def _begun(launcher: Launcher, order: JobOrder) -> JobRun:
     channel = launcher.ask(fork_server.NEW_JOB, order)
-    return Run(channel, int(launcher.answer(channel)), order.limits)
+    return JobRun(channel, int(launcher.answer(channel)), order.limits)

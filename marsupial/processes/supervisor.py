@@ -24,7 +24,7 @@ from marsupial.processes import channel as frames
 from marsupial.processes import reaper
 from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import Ended, Ending, death, ending_of
-from marsupial.processes.worker import Order, work
+from marsupial.processes.worker import JobOrder, work
 
 _Source = Channel | int
 
@@ -46,7 +46,7 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
         asker = Channel(control)
         frame = asker.receive_frame()
         if frame is not None:
-            order: Order = pickle.loads(frame[1])
+            order: JobOrder = pickle.loads(frame[1])
             folder = tempfile.mkdtemp(prefix="job-", dir=scratch)
             try:
                 _Supervisor(asker, folder, order).run()
@@ -63,7 +63,7 @@ def supervise(control: socket.socket, scratch: str) -> NoReturn:
 class _Supervisor:
     """Watches one worker; `run` returns once nothing of the job is left and the end was told."""
 
-    def __init__(self, asker: Channel, folder: str, order: Order) -> None:
+    def __init__(self, asker: Channel, folder: str, order: JobOrder) -> None:
         self.asker = asker
         self.limits = order.limits
         self.tail = bytearray()
@@ -194,7 +194,7 @@ class _Supervisor:
         return Ended(ending=ending, detail=detail, output=output, wall_s=wall_s, peak_bytes=self.peak)
 
 
-def _fork_worker(asker: Channel, folder: str, order: Order) -> tuple[int, Channel, int]:
+def _fork_worker(asker: Channel, folder: str, order: JobOrder) -> tuple[int, Channel, int]:
     """Fork the worker and return its process id, the channel to it, and the read end of its output."""
     ours, theirs = socket.socketpair()
     output, output_in = os.pipe()

@@ -18,7 +18,7 @@ from marsupial.processes.jobs import Ending, Job, JobLimits, ToolDied, ending_of
 _FILE_BYTES = 1 << 30
 
 
-class Order(NamedTuple):
+class JobOrder(NamedTuple):
     """What a supervisor gets; only the worker opens the pickled job, which imports its function by that path."""
 
     limits: JobLimits
@@ -26,7 +26,7 @@ class Order(NamedTuple):
     job: bytes
 
 
-def work(channel: Channel, folder: str, order: Order) -> NoReturn:
+def work(channel: Channel, folder: str, order: JobOrder) -> NoReturn:
     """Do the job and leave the process; its files go into `folder`."""
     sys.path[:] = order.path
     os.environ["TMPDIR"] = tempfile.tempdir = folder

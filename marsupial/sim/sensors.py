@@ -23,7 +23,6 @@ class Sensor(Protocol):
         missions are to be the same again. Whatever it is, a robot knows the cells that its footprint would touch one
         cell further on.
         """
-        ...
 
 
 class FieldOfView:

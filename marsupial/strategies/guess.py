@@ -15,8 +15,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Floats
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, Situation, TargetInfo, TravelTable
@@ -39,9 +39,6 @@ MOST_SQUARES = 40
 
 HEAD_START_MS = 2000
 """By how much the way is shortened that a robot is on already: the price of another plan for it."""
-
-
-Metres = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,7 +155,7 @@ def _ends(halls: Iterable[Square], rooms: Iterable[Square]) -> list[str]:
     return [_job(square) for square in halls] + [_door(square) for square in rooms]
 
 
-def _apart(some: Metres, others: Metres) -> Metres:
+def _apart(some: Floats, others: Floats) -> Floats:
     """Return the length of the ways between positions, in metres."""
     return BEND * np.hypot(some[:, None, 0] - others[:, 0], some[:, None, 1] - others[:, 1])
 
@@ -169,7 +166,7 @@ def _grown(
     rooms: Sequence[Square],
     kinds: tuple[frozenset[str], frozenset[str]],
     gates: Sequence[str],
-    apart: Metres,
+    apart: Floats,
     speed_mps: Mapping[str, float],
 ) -> Situation:
     """Return the situation with these squares added; `kinds` are the carriers' and the rovers' types.
@@ -211,7 +208,7 @@ def _grown(
     )
 
 
-def _least(times: Metres, known: TravelTable) -> TravelTable:
+def _least(times: Floats, known: TravelTable) -> TravelTable:
     """Return the least of the times along the last axis, of those whose known part is a path."""
     best = np.where(known == UNREACHABLE, np.inf, times).min(axis=-1)
     return np.where(np.isfinite(best), best, UNREACHABLE).astype(np.int64)

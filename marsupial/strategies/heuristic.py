@@ -7,7 +7,7 @@ access to and returns to that point.
 
 What the text leaves open, and how it is filled:
 
-- how costs become an assignment: Hungarian method. The cheapest pair is decided on and the others are assigned anew,
+- how costs become an assignment: Hungarian method. The cheapest pair is decided on and the others are assigned again,
   since a rover that is set down takes care of more than one target. Costs lead over all ground that any type can
   drive on (`Briefing.direct_ms`); until its running action ends a carrier is that much farther away;
 - targets that a rover on the ground, or about to be set down, will explore are not assigned to a carrier;
@@ -31,11 +31,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.plan import ActionName, Plan
 from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState, Situation
+from marsupial.model.situation import RobotState
 from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.schedule import retime
+from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.rules import decide_by
 
 _FAR = 1e12
@@ -51,56 +51,31 @@ class Heuristic:
         return decide_by(self.name, _explore, briefing)
 
 
-@dataclass(slots=True)
-class _Draft:
-    """Actions chosen so far, where they leave each robot and when, and the targets they take care of."""
-
-    situation: Situation
-    actions: list[Action] = field(default_factory=list)
-    at: dict[str, str] = field(default_factory=dict)
-    free_ms: dict[str, int] = field(default_factory=dict)
-    taken: set[str] = field(default_factory=set)
-
-    def go(self, robot: str, name: ActionName, place: str) -> None:
-        """Let `robot` drive to `place`; to a meeting point it is already at, it need not."""
-        if self.at[robot] == place:
-            return
-        travel = self.situation.travel(self.situation.robot_by_name[robot].type, self.at[robot], place)
-        self._add(name, robot, place, None, self.at[robot], travel or 0)
-        self.at[robot] = place
-
-    def meet(self, name: ActionName, rover: str, carrier: str, meeting: str) -> None:
-        """Let the two dock or undock."""
-        kind = self.situation.type_of(rover)
-        self._add(name, rover, meeting, carrier, None, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms)
-        self.at[rover] = meeting
-
-    def _add(
-        self, name: ActionName, robot: str, place: str, carrier: str | None, origin: str | None, took: int
-    ) -> None:
-        action = Action(
-            name=name, start_ms=0, duration_ms=took, robot=robot, place=place, carrier=carrier, origin=origin
-        )
-        self.actions.append(action)
-        end = max(self.free_ms.get(r, 0) for r in action.robots) + took
-        self.free_ms.update(dict.fromkeys(action.robots, end))
-
-
 def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
-    situation = briefing.situation
-    draft = _Draft(
-        situation=situation,
-        at={r.name: r.place for r in situation.robots if r.place is not None},
-        free_ms={r.name: r.free_at_ms for r in situation.robots},
-    )
-    ground = [r for r in situation.of_role(Role.ROVER) if r.place is not None]
+    draft = _Draft(Timeline.of(briefing.situation))
+    ground = [r for r in briefing.situation.of_role(Role.ROVER) if r.place is not None]
     areas = {r.name: _area(briefing, r, briefing.deployed_at.get(r.name)) for r in ground}
     _rovers_explore(draft, [r.name for r in ground], areas)
     for rover in ground:
         _return(draft, rover, briefing.deployed_at.get(rover.name))
-    waiting = {r.name for r in ground}
-    stuck = _send_carriers(briefing, draft, waiting)
-    return retime(situation, draft.actions), frozenset(stuck)
+    stuck = _send_carriers(briefing, draft, {r.name for r in ground})
+    return draft.timeline.plan, frozenset(stuck)
+
+
+@dataclass(slots=True)
+class _Draft:
+    """The actions chosen so far and the targets that they take care of."""
+
+    timeline: Timeline
+    taken: set[str] = field(default_factory=set)
+
+    def explore(self, robot: str, target: str) -> None:
+        self.timeline.explore(robot, target)
+        self.taken.add(target)
+
+    def travel(self, robot: str, place: str) -> int | None:
+        situation = self.timeline.situation
+        return situation.travel(situation.robot_by_name[robot].type, self.timeline.at[robot] or "", place)
 
 
 def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozenset[str]:
@@ -119,29 +94,24 @@ def _rovers_explore(draft: _Draft, rovers: Sequence[str], areas: dict[str, froze
     """Let rovers explore the targets of their areas; again and again the one that is soonest at a target takes it."""
     while True:
         options = [
-            (draft.free_ms[rover] + travel, rover, target)
+            (draft.timeline.ready_ms[rover] + travel, rover, target)
             for rover in rovers
             for target in sorted(areas[rover] - draft.taken)
-            if (travel := _travel(draft, rover, target)) is not None
+            if (travel := draft.travel(rover, target)) is not None
         ]
         if not options:
             return
         _, rover, target = min(options)
-        draft.go(rover, ActionName.EXPLORE, target)
-        draft.taken.add(target)
-
-
-def _travel(draft: _Draft, robot: str, place: str) -> int | None:
-    return draft.situation.travel(draft.situation.robot_by_name[robot].type, draft.at[robot], place)
+        draft.explore(rover, target)
 
 
 def _return(draft: _Draft, rover: RobotState, meeting: str | None) -> None:
-    if meeting is not None and _travel(draft, rover.name, meeting):
-        draft.go(rover.name, ActionName.MOVE, meeting)
+    if meeting is not None and draft.travel(rover.name, meeting):
+        draft.timeline.move(rover.name, meeting)
 
 
 def _send_carriers(briefing: Briefing, draft: _Draft, waiting: set[str]) -> set[str]:
-    """Assign carriers to targets until one of both runs out; return the targets nobody could be sent to."""
+    """Assign carriers to targets until one of both runs out; return the targets no robot could be sent to."""
     situation = briefing.situation
     direct = briefing.direct_ms()
     free = [robot.name for robot in situation.of_role(Role.CARRIER) if robot.name in direct]
@@ -173,7 +143,7 @@ def _cheapest_pair(
     for i, carrier in enumerate(carriers):
         for j, target in enumerate(targets):
             if target in direct[carrier] and (carrier, target) not in hopeless:
-                cost[i, j] = draft.free_ms[carrier] + direct[carrier][target]
+                cost[i, j] = draft.timeline.ready_ms[carrier] + direct[carrier][target]
     rows, columns = linear_sum_assignment(cost)
     best = min(zip(cost[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
     return (carriers[best[1]], targets[best[2]]) if best[0] < _FAR else None
@@ -183,9 +153,8 @@ def _serve(briefing: Briefing, draft: _Draft, carrier: str, target: str, waiting
     """Let `carrier` explore `target` or bring a rover that does; return False if it can't."""
     situation = briefing.situation
     explorers = situation.target_by_name[target].explorers
-    if situation.robot_by_name[carrier].type in explorers and _travel(draft, carrier, target) is not None:
-        draft.go(carrier, ActionName.EXPLORE, target)
-        draft.taken.add(target)
+    if situation.robot_by_name[carrier].type in explorers and draft.travel(carrier, target) is not None:
+        draft.explore(carrier, target)
         return True
     fitting = {kind for kind in explorers if _nearest_meeting(briefing, draft, carrier, target, kind) is not None}
     aboard = [r.name for r in situation.robots if r.carrier == carrier and r.type in fitting]
@@ -195,8 +164,7 @@ def _serve(briefing: Briefing, draft: _Draft, carrier: str, target: str, waiting
     state = situation.robot_by_name[rover]
     meeting = _nearest_meeting(briefing, draft, carrier, target, state.type)
     assert meeting is not None, "a carrier that gets to one meeting point gets to it from the next"
-    draft.go(carrier, ActionName.MOVE, meeting)
-    draft.meet(ActionName.UNDOCK, rover, carrier, meeting)
+    draft.timeline.undock(rover, meeting)
     _rovers_explore(draft, [rover], {rover: _area(briefing, state, meeting) | {target}})
     _return(draft, state, meeting)
     return True
@@ -208,7 +176,7 @@ def _nearest_meeting(briefing: Briefing, draft: _Draft, carrier: str, target: st
     options = [
         (target not in briefing.connects.get(meeting, frozenset()), travel, meeting)
         for meeting in situation.meetings
-        if (travel := _travel(draft, carrier, meeting)) is not None
+        if (travel := draft.travel(carrier, meeting)) is not None
         and situation.travel(kind, meeting, target) is not None
     ]
     return min(options)[2] if options else None
@@ -218,23 +186,21 @@ def _retrieve(
     briefing: Briefing, draft: _Draft, carrier: str, explorers: Iterable[str], waiting: set[str]
 ) -> str | None:
     """Let `carrier` pick a rover up first; return which, or None if there is none to be had."""
-    situation = briefing.situation
+    situation, ready_ms = briefing.situation, draft.timeline.ready_ms
     options = []
     for rover in sorted(waiting):
         if situation.robot_by_name[rover].type not in explorers:
             continue
         for meeting in situation.meetings:
-            come, drive = _travel(draft, rover, meeting), _travel(draft, carrier, meeting)
+            come, drive = draft.travel(rover, meeting), draft.travel(carrier, meeting)
             if come is not None and drive is not None:
-                meet = max(draft.free_ms[rover] + come, draft.free_ms[carrier] + drive)
-                busy = any(a.name is ActionName.EXPLORE and a.robot == rover for a in draft.actions)
+                meet = max(ready_ms[rover] + come, ready_ms[carrier] + drive)
+                busy = any(a.name is ActionName.EXPLORE and a.robot == rover for a in draft.timeline.actions)
                 options.append((busy, meet, rover, meeting))
     load = sum(robot.carrier == carrier for robot in situation.robots)
     if load >= situation.type_of(carrier).capacity or not options:
         return None
     _, _, rover, meeting = min(options)
     waiting.remove(rover)
-    draft.go(rover, ActionName.MOVE, meeting)
-    draft.go(carrier, ActionName.MOVE, meeting)
-    draft.meet(ActionName.DOCK, rover, carrier, meeting)
+    draft.timeline.dock(rover, carrier, meeting)
     return rover

@@ -1,10 +1,10 @@
-"""The paper's baseline with its obvious weaknesses mended, still without looking at what comes after the next target.
+"""The paper's baseline with its obvious weaknesses repaired, still without looking at what comes after the next target.
 
 As in the baseline carriers are assigned to targets, and rovers on the ground explore their areas by themselves, nearest
-target first. What is mended (docs/strategies.md tells why):
+target first. What is repaired (docs/strategies.md tells why):
 
-- a carrier's cost is when the target would be explored, whoever does it: detours, docking, undocking and the rover's
-  drive count, and of several rovers and meeting points those are chosen that are soonest. A rover to be fetched
+- a carrier's cost is when the target would be explored, whichever robot does it: detours, docking, undocking and the
+  rover's drive count, and of several rovers and meeting points those are chosen that are soonest. A rover to be fetched
   finishes its area first;
 - a second rover is set down in an area if a target there would be explored `GAIN_MS` sooner than by those at work;
 - rovers without work in an area explore targets that carriers were not sent to;
@@ -72,7 +72,7 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
 class _Draft:
     """The actions of some errands and of the rovers on the ground.
 
-    `left` (targets,) says which targets nobody explores, `by_ms` (targets,) when a rover on the ground explores those
+    `left` (targets,) says which targets no robot explores, `by_ms` (targets,) when a rover on the ground explores those
     of its area, `idle` names the rovers on the ground without work.
     """
 
@@ -141,7 +141,6 @@ def _much_sooner(draft: _Draft, option: Option) -> Mask:
 
 
 def _help_out(draft: _Draft) -> None:
-    """Let rovers without work explore targets that are left."""
     outlook = draft.outlook
     for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
         outlook.take(option, target)
@@ -149,7 +148,6 @@ def _help_out(draft: _Draft) -> None:
 
 
 def _possible(outlook: Outlook, option: Option, target: int) -> bool:
-    """Say whether an errand is possible after the actions so far."""
     options = outlook.options(option.robot, fetchable={option.explorer})
     return any(o.explorer == option.explorer and o.end_ms[target] < NEVER for o in options)
 

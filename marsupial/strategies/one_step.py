@@ -6,8 +6,8 @@ the times at which targets would be explored (`marsupial.strategies.outlook`). W
 a rover that was set down gets its next target at a later replanning, as any other robot.
 
 A rover that has a target of its own is not retrieved; of several transports that need a rover from the ground the
-soonest is decided on, and the others are assigned anew. A robot for which no target is left stands by
-(`marsupial.strategies.standby`). If nobody gets to a target in any of these ways, list scheduling is asked for one.
+soonest is decided on, and the others are assigned again. A robot for which no target is left stands by
+(`marsupial.strategies.standby`). If no robot gets to a target in any of these ways, list scheduling is asked for one.
 
 There is no utility of targets: taking off seconds for the area that a target may reveal made missions longer.
 

@@ -13,9 +13,9 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
+from marsupial.arrays import Floats
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
@@ -118,15 +118,8 @@ class Outlook:
                 landed = self._insertions.landed_ms[1 + number if fetched else 0, k]
                 via = landed[:, None] + self._costs.sortie[known.kinds[v]]
                 best = via.argmin(axis=0)
-                found.append(
-                    Option(
-                        robot=robot,
-                        explorer=rover,
-                        fetched=fetched,
-                        meeting=best,
-                        end_ms=via.min(axis=0),
-                    )
-                )
+                end_ms = via.min(axis=0)
+                found.append(Option(robot=robot, explorer=rover, fetched=fetched, meeting=best, end_ms=end_ms))
         return found
 
     def assign(self, options: Sequence[Sequence[Option]]) -> list[tuple[Option, int]]:
@@ -182,7 +175,7 @@ class Outlook:
         if arrive.min(initial=NEVER) < NEVER:
             self.go(rover, self.situation.meetings[int(arrive.argmin())])
 
-    def _cost(self, option: Option) -> npt.NDArray[np.float64]:
+    def _cost(self, option: Option) -> Floats:
         """Return float64 (targets,): when each target would be explored, in ms, less what loyalty counts for."""
         cost = np.where(option.end_ms < NEVER, option.end_ms.astype(np.float64), _IMPOSSIBLE)
         before = self._before.get(option.explorer)

@@ -49,7 +49,7 @@ class Temporal:
     Parameters
     ----------
     engine
-        Asked anew at each replanning.
+        Asked at each replanning.
     budget
         For each replanning.
     """
@@ -81,7 +81,7 @@ class Temporal:
         return Decision(plan=plan, report=report)
 
     def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _Answer]:
-        """Return what is real of the best plan for the guess, and the real targets that nobody can serve."""
+        """Return what is real of the best plan for the guess, and the real targets that no robot can serve."""
         guessed, known = guess(briefing), briefing.situation
         situation = guessed.situation
         objective = PricedArrival(
@@ -93,15 +93,15 @@ class Temporal:
             return len(unserved), objective.value(situation, plan)
 
         listing = Listing(situation)
-        previous, baseline = _given(briefing.previous), _given(_baseline(briefing))
+        previous, baseline = briefing.previous, _baseline(briefing)
         kept, others = _served(listing, previous), [*_served(listing, baseline), listing.serve()]
         if objective.name in self._engine.info.objectives:
             plan, unserved = min(kept + others, key=rank)
             answer = self._ask(_without(situation, unserved), objective, plan)
         else:
-            served = _served(Listing(known), previous + baseline)
+            served = _served(Listing(known), previous, baseline)
             answer = self._ask(known, objective, _shortest(known, served))
-        plan, unserved = min(kept + _served(listing, _given(answer.plan)) + others, key=rank)
+        plan, unserved = min(kept + _served(listing, answer.plan) + others, key=rank)
         return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
 
     def _finish(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _Answer]:
@@ -111,10 +111,10 @@ class Temporal:
         """
         situation, answer = briefing.situation, _Answer()
         listing = Listing(situation)
-        kept = _served(listing, _given(briefing.previous))
+        kept = _served(listing, briefing.previous)
         if situation.goal.recover_rovers or situation.goal.return_home:
             answer = self._ask(situation, MAKESPAN, _shortest(situation, kept))
-        found = [*kept, *_served(listing, _given(answer.plan)), listing.serve()]
+        found = [*kept, *_served(listing, answer.plan), listing.serve()]
         plan, unserved = min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
         return plan, unserved, answer
 
@@ -147,19 +147,14 @@ class _Answer:
 
 
 def _baseline(briefing: Briefing) -> Plan | None:
-    """Return the deployment heuristic's plan, if it has one."""
     plan = Heuristic().decide(briefing).plan
     usable = plan.actions and check(briefing.situation, plan, targets=plan.explored).valid
     return plan if usable else None
 
 
-def _given(plan: Plan | None) -> list[Plan]:
-    return [] if plan is None else [plan]
-
-
-def _served(listing: Listing, plans: Iterable[Plan]) -> list[Served]:
-    """Return the plans with what they leave of the goal added at their ends, as far as can be."""
-    return [listing.serve(plan) for plan in plans]
+def _served(listing: Listing, *plans: Plan | None) -> list[Served]:
+    """Return the plans there are with what they leave of the goal added at their ends, as far as can be."""
+    return [listing.serve(plan) for plan in plans if plan is not None]
 
 
 def _shortest(situation: Situation, served: Iterable[Served]) -> Plan | None:
@@ -169,7 +164,6 @@ def _shortest(situation: Situation, served: Iterable[Served]) -> Plan | None:
 
 
 def _without(situation: Situation, targets: frozenset[str]) -> Situation:
-    """Return the situation without some of its targets."""
     if not targets:
         return situation
     return situation.restricted(targets=frozenset(situation.target_by_name) - targets)

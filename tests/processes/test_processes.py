@@ -188,7 +188,7 @@ def test_messages_wait_for_a_slow_reader() -> None:
     assert len(list(run)) == 30  # 29 more and the end
 
 
-def value(run: processes.Run) -> object:
+def value(run: processes.JobRun) -> object:
     event = next(run)
     assert isinstance(event, Message), event
     return event.value

@@ -62,7 +62,7 @@ class _Shift:
         self.results: SimpleQueue[Result | BaseException] = SimpleQueue()
         self._job = job
         self._waiting = Waiting(trials)
-        self._runs: list[processes.Run] = []
+        self._runs: list[processes.JobRun] = []
         self._stopped = False
 
     def work(self) -> None:
@@ -81,7 +81,7 @@ class _Shift:
         for run in self._runs:
             run.cancel()
 
-    def _employ(self, run: processes.Run) -> None:
+    def _employ(self, run: processes.JobRun) -> None:
         """Give a worker one mission after the other; one that dies leaves its mission to the next."""
         trial: Trial | None = None
         for event in run:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.mission.state import MissionState, RobotView, views
+from marsupial.mission.state import MissionTracker, RobotView, views
 from marsupial.model.grid import UNKNOWN, Mask
 
 
-class Watch(MissionState):
+class Watch(MissionTracker):
     """The state of a mission.
 
     Parameters

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
-
-ROW, FROM, SHARE, MAY = 0, 1, 2, 3
-"""Columns of parts: row of the book, when the robot is ready, the set it takes, the set it may take from."""
+from marsupial.planning.branch_and_bound import columns as col
 
 YES, NO, UNKNOWN = 1, 0, -1
 
@@ -14,8 +12,8 @@ YES, NO, UNKNOWN = 1, 0, -1
 @inlined
 def fits(book: Ints, part: Ints, share: int, limit: int) -> bool:
     """Say whether a robot with such a part is done with the set `share` before `limit`; doing nothing always fits."""
-    time = book[part[ROW], share]
-    return time == 0 or part[FROM] + time < limit
+    time = book[part[col.ROW], share]
+    return time == 0 or part[col.FROM] + time < limit
 
 
 @inlined
@@ -33,35 +31,26 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
     """
     robots = len(parts)
     for r in range(robots):
-        parts[r, SHARE] = 0
+        parts[r, col.SHARE] = 0
         if not fits(book, parts[r], 0, limit):
             return NO
-    size = 0
-    for j in range(scratch.shape[1]):
-        if not targets >> j & 1:
-            continue
-        takers = 0
-        for r in range(robots):
-            if parts[r, MAY] >> j & 1 and fits(book, parts[r], 1 << j, limit):
-                takers += 1
-        if not takers:
-            return NO
-        at = size
-        while at > 0 and scratch[1, at - 1] > takers:
-            scratch[0, at], scratch[1, at] = scratch[0, at - 1], scratch[1, at - 1]
-            at -= 1
-        scratch[0, at], scratch[1, at] = j, takers
-        size += 1
+    size = _hardest_first(book, parts, scratch, targets, limit)
+    if size < 0:
+        return NO
     level = 0
     scratch[2, 0] = -1
     while 0 <= level < size:
         bit = 1 << scratch[0, level]
         r = scratch[2, level]
         if r >= 0:
-            parts[r, SHARE] ^= bit
+            parts[r, col.SHARE] ^= bit
         r += 1
         while r < robots:
-            if parts[r, MAY] & bit and fits(book, parts[r], parts[r, SHARE] | bit, limit) and not _tried(parts, r):
+            if (
+                parts[r, col.MAY] & bit
+                and fits(book, parts[r], parts[r, col.SHARE] | bit, limit)
+                and not _tried(parts, r)
+            ):
                 break
             r += 1
         if r == robots:
@@ -70,7 +59,7 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
         tries -= 1
         if tries < 0:
             return UNKNOWN
-        parts[r, SHARE] |= bit
+        parts[r, col.SHARE] |= bit
         scratch[2, level] = r
         level += 1
         if level < size:
@@ -79,10 +68,31 @@ def cover(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int, trie
 
 
 @inlined
+def _hardest_first(book: Ints, parts: Ints, scratch: Ints, targets: int, limit: int) -> int:
+    """List the targets, those that few robots can take first; return how many there are, -1 if none can take one."""
+    size = 0
+    for j in range(scratch.shape[1]):
+        if not targets >> j & 1:
+            continue
+        takers = 0
+        for r in range(len(parts)):
+            if parts[r, col.MAY] >> j & 1 and fits(book, parts[r], 1 << j, limit):
+                takers += 1
+        if not takers:
+            return -1
+        at = size
+        while at > 0 and scratch[1, at - 1] > takers:
+            scratch[0, at], scratch[1, at] = scratch[0, at - 1], scratch[1, at - 1]
+            at -= 1
+        scratch[0, at], scratch[1, at] = j, takers
+        size += 1
+    return size
+
+
+@inlined
 def _tried(parts: Ints, r: int) -> bool:
-    """Say whether an earlier robot is in the same position."""
     for q in range(r):
-        same = parts[q, ROW] == parts[r, ROW] and parts[q, FROM] == parts[r, FROM]
-        if same and parts[q, SHARE] == parts[r, SHARE] and parts[q, MAY] == parts[r, MAY]:
+        same = parts[q, col.ROW] == parts[r, col.ROW] and parts[q, col.FROM] == parts[r, col.FROM]
+        if same and parts[q, col.SHARE] == parts[r, col.SHARE] and parts[q, col.MAY] == parts[r, col.MAY]:
             return True
     return False

@@ -78,7 +78,7 @@ class Exact:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
             return
         search = Proof(situation, best, self._latest)
-        for plan in search.plans(_Effort(budget, self._clock, begun).goes_on):
+        for plan in search.plans(_effort(budget, self._clock, begun)):
             yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         yield search.finished(self._clock() - begun)
 
@@ -102,18 +102,13 @@ def unsupported(situation: Situation) -> str | None:
     return None
 
 
-class _Effort:
-    """How much of the budget is used."""
-
-    def __init__(self, budget: Budget, clock: Callable[[], float], begun: float) -> None:
-        self._budget, self._clock, self._begun, self._steps = budget, clock, begun, 0
-
-    def goes_on(self) -> bool:
-        """Say whether one more step may be made, and if so count it."""
-        if self._budget.seconds is not None:
-            return self._clock() - self._begun < self._budget.seconds
-        self._steps += 1
-        return self._steps <= (self._budget.steps or 0)
+def _effort(budget: Budget, clock: Callable[[], float], begun: float) -> Callable[[], bool]:
+    """Return what says, before each step, whether the budget allows it."""
+    if budget.seconds is not None:
+        seconds = budget.seconds
+        return lambda: clock() - begun < seconds
+    steps = iter(range(budget.steps or 0))
+    return lambda: next(steps, None) is not None
 
 
 def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:

@@ -17,20 +17,11 @@ import numpy as np
 
 from marsupial.arrays import Flags, Ints
 from marsupial.native import inlined
+from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.tours import Legs, Rows, errand_tours
 from marsupial.planning.list_scheduling.costs import NEVER
-from marsupial.planning.local_search.encoding import (
-    CAPACITY,
-    CARRIERS,
-    DOCKING,
-    HOME,
-    MEETINGS,
-    ROVERS,
-    TARGETS,
-    TYPE,
-    UNDOCKING,
-    ProblemData,
-)
+from marsupial.planning.local_search import columns as given
+from marsupial.planning.local_search.encoding import ProblemData
 
 BITS = 16
 """How many errands there are at most; what more there may be is left out of account."""
@@ -74,15 +65,15 @@ class Errands(NamedTuple):
 
 def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) -> Errands:
     """Return the errands of a situation; `carriers` are robots of the data."""
-    rovers = data.members(ROVERS)
-    pairs, like = np.unique(data.robots[carriers][:, [TYPE, HOME]], axis=0, return_inverse=True)
+    rovers = data.members(given.ROVERS)
+    pairs, like = np.unique(data.robots[carriers][:, [given.TYPE, given.HOME]], axis=0, return_inverse=True)
     like = like.reshape(-1).astype(np.int64)
-    most = np.minimum(data.robots[carriers, CAPACITY], len(rovers))
+    most = np.minimum(data.robots[carriers, given.CAPACITY], len(rovers))
     capacities = np.array([most[like == i][0] for i in range(len(pairs))], dtype=np.int64)
     loads = 1 + int(most.max(initial=0))
     sets = TOURS_BYTES // max(1, 8 * len(pairs) * loads * len(bases))
     found = _found(data, closure, bases, min(BITS, sets.bit_length() - 1))
-    docking = int(data.robots[rovers, DOCKING].min(initial=NEVER))
+    docking = int(data.robots[rovers, given.DOCKING].min(initial=NEVER))
     tours = np.full((len(pairs), loads, len(bases), 1 << found.rows.bits), NEVER, dtype=np.int64)
     for i, (kind, home) in enumerate(pairs):
         leg = closure[kind]
@@ -103,7 +94,7 @@ def errands_of(data: ProblemData, closure: Ints, bases: Ints, carriers: Ints) ->
         tours=tours,
         like=like,
         docking=docking,
-        undocking=int(data.robots[rovers, UNDOCKING].min(initial=NEVER)),
+        undocking=int(data.robots[rovers, given.UNDOCKING].min(initial=NEVER)),
     )
 
 
@@ -118,8 +109,8 @@ class _Found(NamedTuple):
 
 def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
     """Return the rows of errands of at most so many bits."""
-    targets, meetings = data.members(TARGETS), data.members(MEETINGS)
-    by_rover, by_carrier = closure[_kinds(data, ROVERS)], closure[_kinds(data, CARRIERS)]
+    targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
+    by_rover, by_carrier = closure[_kinds(data, given.ROVERS)], closure[_kinds(data, given.CARRIERS)]
     component = _components(by_rover.min(axis=0, initial=NEVER) < NEVER)
     own, theirs = (
         (kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (by_carrier, by_rover)
@@ -154,7 +145,7 @@ def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
 
 
 def _kinds(data: ProblemData, group: int) -> list[int]:
-    return sorted({int(kind) for kind in data.robots[data.members(group), TYPE]})
+    return sorted({int(kind) for kind in data.robots[data.members(group), given.TYPE]})
 
 
 def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
@@ -177,13 +168,6 @@ def _components(joined: Flags) -> Ints:
         label = lower
 
 
-ERRAND, TAKES, TRIED = 0, 1, 2
-"""Rows of a list of what is to be done: the number of its bit, ms, the carrier it is given to."""
-
-TOURED, BUSY, ABOARD = 0, 1, 2
-"""Rows of loads: the set of errands of each carrier, ms of docks and undocks, rovers aboard or free to be had."""
-
-
 @inlined
 def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, limit: int, tries: int) -> bool:
     """Say whether jobs can be shared among the carriers so that all are done before `limit`; True if it takes long.
@@ -197,22 +181,22 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
     """
     carriers = loads.shape[1]
     for c in range(carriers):
-        loads[TOURED, c] = loads[BUSY, c] = 0
+        loads[col.TOURED, c] = loads[col.BUSY, c] = 0
     level = 0
     if size:
-        jobs[TRIED, 0] = -1
+        jobs[col.TRIED, 0] = -1
     while 0 <= level < size:
-        errand, c = jobs[ERRAND, level], jobs[TRIED, level]
+        errand, c = jobs[col.ERRAND, level], jobs[col.TRIED, level]
         if c >= 0 and not _has_another(jobs, level, c):
-            loads[BUSY, c] -= jobs[TAKES, level]
-            loads[TOURED, c] ^= 1 << errand
+            loads[col.BUSY, c] -= jobs[col.TAKES, level]
+            loads[col.TOURED, c] ^= 1 << errand
         c += 1
         while c < carriers:
             time = (
                 state[c, 2]
-                + errands.tours[errands.like[c], loads[ABOARD, c], state[c, 0], loads[TOURED, c] | 1 << errand]
+                + errands.tours[errands.like[c], loads[col.ABOARD, c], state[c, 0], loads[col.TOURED, c] | 1 << errand]
             )
-            if _has_another(jobs, level, c) or time + loads[BUSY, c] + jobs[TAKES, level] < limit:
+            if _has_another(jobs, level, c) or time + loads[col.BUSY, c] + jobs[col.TAKES, level] < limit:
                 break
             c += 1
         if c == carriers:
@@ -222,21 +206,20 @@ def shared(errands: Errands, state: Ints, jobs: Ints, size: int, loads: Ints, li
         if tries < 0:
             return True
         if not _has_another(jobs, level, c):
-            loads[BUSY, c] += jobs[TAKES, level]
-            loads[TOURED, c] |= 1 << errand
-        jobs[TRIED, level] = c
+            loads[col.BUSY, c] += jobs[col.TAKES, level]
+            loads[col.TOURED, c] |= 1 << errand
+        jobs[col.TRIED, level] = c
         level += 1
         if level < size:
-            jobs[TRIED, level] = -1
+            jobs[col.TRIED, level] = -1
     return level == size
 
 
 @inlined
 def _has_another(jobs: Ints, level: int, c: int) -> bool:
-    """Say whether the carrier has been given an earlier job of the same errand."""
     i = level - 1
-    while i >= 0 and jobs[ERRAND, i] == jobs[ERRAND, level]:
-        if jobs[TRIED, i] == c:
+    while i >= 0 and jobs[col.ERRAND, i] == jobs[col.ERRAND, level]:
+        if jobs[col.TRIED, i] == c:
             return True
         i -= 1
     return False

@@ -6,7 +6,8 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
-from marsupial.planning.branch_and_bound.tables import ON, SINCE, TWIN, WHERE, Tables
+from marsupial.planning.branch_and_bound import columns as col
+from marsupial.planning.branch_and_bound.tables import Tables
 
 BUCKET = 16
 CODE_BITS, SET_BITS = 6, 12
@@ -20,7 +21,7 @@ def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, 
     Parameters
     ----------
     memory
-        (entries, 2 + robots + 1): two words that tell where everybody is and what is left, when the robots are ready,
+        (entries, 2 + robots + 1): two words that tell where all robots are and what is left, when the robots are ready,
         and the key of the last event. 0 words: free.
     order
         (2, robots + 3), scratch: robots in canonical order; the new entry.
@@ -32,25 +33,25 @@ def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, 
     entry[0] = left + 1
     for i in range(carriers):
         c = ranks[i]
-        entry[0] |= state[c, WHERE] << (SET_BITS + 1 + CODE_BITS * i)
-        entry[2 + i] = state[c, SINCE]
+        entry[0] |= state[c, col.WHERE] << (SET_BITS + 1 + CODE_BITS * i)
+        entry[2 + i] = state[c, col.SINCE]
     for r in range(carriers, robots):
         _place(tables, ranks, state, carriers, r, carriers)
     entry[1] = 1
     for i in range(carriers, robots):
         v = ranks[i]
         entry[1] = entry[1] << CODE_BITS | _code(tables, ranks, state, v)
-        entry[2 + i] = 0 if state[v, ON] >= 0 else state[v, SINCE]
+        entry[2 + i] = 0 if state[v, col.ON] >= 0 else state[v, col.SINCE]
     entry[2 + robots] = key
     return _enter(memory, entry)
 
 
 @inlined
 def _code(tables: Tables, ranks: Ints, state: Ints, v: int) -> int:
-    if state[v, ON] < 0:
-        return state[v, WHERE]
+    if state[v, col.ON] < 0:
+        return state[v, col.WHERE]
     for i in range(tables.carriers):
-        if ranks[i] == state[v, ON]:
+        if ranks[i] == state[v, col.ON]:
             return len(tables.bases) + i
     return -1
 
@@ -67,23 +68,23 @@ def _place(tables: Tables, ranks: Ints, state: Ints, first: int, r: int, carrier
 
 @inlined
 def _before(tables: Tables, ranks: Ints, state: Ints, one: int, other: int, carriers: int) -> bool:
-    if tables.traits[one, TWIN] != tables.traits[other, TWIN]:
+    if tables.traits[one, col.TWIN] != tables.traits[other, col.TWIN]:
         return False
     if one < carriers:
-        a, b = state[one, WHERE], state[other, WHERE]
+        a, b = state[one, col.WHERE], state[other, col.WHERE]
         if a == b:
             a, b = _cargo(tables, state, one), _cargo(tables, state, other)
     else:
         a, b = _code(tables, ranks, state, one), _code(tables, ranks, state, other)
-    return a < b or (a == b and state[one, SINCE] < state[other, SINCE])
+    return a < b or (a == b and state[one, col.SINCE] < state[other, col.SINCE])
 
 
 @inlined
 def _cargo(tables: Tables, state: Ints, c: int) -> int:
     cargo = 0
     for v in range(tables.carriers, len(state)):
-        if state[v, ON] == c:
-            cargo += 1 << 3 * (tables.traits[v, TWIN] - tables.carriers)
+        if state[v, col.ON] == c:
+            cargo += 1 << 3 * (tables.traits[v, col.TWIN] - tables.carriers)
     return cargo
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
-from marsupial.planning.branch_and_bound.tables import KIND, Tables
+from marsupial.planning.branch_and_bound import columns as col
+from marsupial.planning.branch_and_bound.tables import Tables
 from marsupial.planning.branch_and_bound.tours import shortest_tours
-from marsupial.planning.branch_and_bound.tree import AT, BROUGHT, CARRIER, DOWN, OWN, ROVER
 from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
@@ -22,14 +22,14 @@ def plan_found(situation: Situation, data: ProblemData, tables: Tables, events: 
     """Return the plan of docks and undocks (n, 7) and of the sets that the robots explore after them."""
     tour = _Tour(situation, data, tables)
     for event in events:
-        rover, carrier = int(event[ROVER]), int(event[CARRIER])
-        meeting = int(tables.bases[tables.meetings[event[AT]]])
-        tour.go(carrier, int(event[OWN]), meeting)
+        rover, carrier = int(event[col.ROVER]), int(event[col.CARRIER])
+        meeting = int(tables.bases[tables.meetings[event[col.AT]]])
+        tour.go(carrier, int(event[col.OWN]), meeting)
         name = situation.places[meeting]
-        if event[DOWN]:
+        if event[col.DOWN]:
             tour.timeline.undock(tour.name(rover), name)
         else:
-            tour.go(rover, int(event[BROUGHT]), meeting)
+            tour.go(rover, int(event[col.BROUGHT]), meeting)
             tour.timeline.dock(tour.name(rover), tour.name(carrier), name)
     for robot, share in enumerate(shares):
         home = situation.robots[tables.robots[robot]].home
@@ -53,7 +53,7 @@ class _Tour:
 
     def go(self, robot: int, share: int, end: int | None) -> None:
         """Send a robot over a set of targets to a place, or to none in particular."""
-        kind = int(self._tables.traits[robot, KIND])
+        kind = int(self._tables.traits[robot, col.KIND])
         place = self._situation.place_index[self.timeline.at[self.name(robot)] or ""]
         for stop in _order(self._tables.closure[kind], self._tables.targets, place, share, end):
             for step in _way(self._data.leg[kind], self._tables.closure[kind], place, stop):

@@ -16,10 +16,10 @@ from marsupial.arrays import Ints
 from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Finished, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.plans import plan_found
 from marsupial.planning.branch_and_bound.search import advance, root_bound_ms, search_of
 from marsupial.planning.branch_and_bound.tables import Tables, tables_of, timeless
-from marsupial.planning.branch_and_bound.tree import FOUND, LIMIT, LOST, NODES
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode
 
@@ -98,7 +98,7 @@ class Proof:
             yield self._best
 
     def _adopted(self) -> Iterator[Plan]:
-        """Yield somebody else's plan if it is better."""
+        """Yield the plan of another engine if it is better."""
         plan = self._latest()
         if plan is not None and self._best is not None and plan.makespan_ms < self._best.makespan_ms:
             self._best = plan
@@ -152,32 +152,32 @@ class Sweep:
     def lower(self, below_ms: int) -> None:
         """Look only for plans that end before then."""
         tallies = self._search.tallies
-        tallies[LIMIT] = min(tallies[LIMIT], below_ms + EPSILON_MS)
+        tallies[col.LIMIT] = min(tallies[col.LIMIT], below_ms + EPSILON_MS)
 
     @property
     def limit_ms(self) -> int:
         """What plans have to end before: `below_ms`, the makespan of the last plan found, or what was told."""
-        return int(self._search.tallies[LIMIT]) - EPSILON_MS
+        return int(self._search.tallies[col.LIMIT]) - EPSILON_MS
 
     @property
     def has_found(self) -> bool:
         """Whether it has found a plan."""
-        return bool(self._search.tallies[FOUND])
+        return bool(self._search.tallies[col.FOUND])
 
     @property
     def lost(self) -> bool:
         """Whether something was left out for lack of space, so that its end proves nothing."""
-        return bool(self._search.tallies[LOST])
+        return bool(self._search.tallies[col.LOST])
 
     @property
     def states(self) -> int:
         """How many states it has entered."""
-        return int(self._search.tallies[NODES])
+        return int(self._search.tallies[col.NODES])
 
     @property
     def events(self) -> Ints:
         """The docks and undocks (n, 7) of the last plan found."""
-        return self._search.best[1 : self._search.tallies[FOUND]]
+        return self._search.best[1 : self._search.tallies[col.FOUND]]
 
     @property
     def shares(self) -> Ints:

@@ -2,8 +2,8 @@
 
 What is searched. To the checker a plan is one list of actions per robot, docks and undocks being in two of them, each
 of which can begin as soon as its robots are ready: begun then, in any order that keeps the lists, a plan is as good as
-before. What a robot does between two of its docks and undocks concerns nobody else but for the targets explored. So a
-state is: the targets left, where each robot is (or on whom) since its last dock or undock, and when it was ready then.
+before. What a robot does between two of its docks and undocks concerns no other robot but for the targets explored. So
+a state is: the targets left, where each robot is (or on which) since its last dock or undock, and when it was ready.
 One step is a dock or an undock, and with it the sets of targets that its carrier and (before a dock) its rover have
 explored on the way there; tours over sets are shortest ones, on the closure of the legs (`tables`). After the last
 step the targets left are shared among the robots on the ground (`cover`). Choosing sets when they matter, instead of
@@ -14,9 +14,9 @@ What is left out, and why no shorter plan is lost:
 - States from which the goal can't be reached in time: `pruning`, made of relaxations only.
 - Steps that end before the last one did (`KEY`: end, then how many steps ended at that ms). Such a step shares no robot
   with the last one, so it could come before it, with the same result or a better one.
-- A set that could be larger without its step ending later: whoever has explored more has less to do.
+- A set that could be larger without its step ending later: a robot that has explored more has less to do.
 - A state no better than one met before: the same robots (or ones like them) at the same places, the same targets left,
-  nobody ready earlier, and a key no lower.
+  no robot ready earlier, and a key no lower.
 
 These do not lose a plan in turns. Call a state that is entered and the steps from it to a plan shorter than all that
 are found a way out, its times being delayed to those of the last step where they are earlier. Compare ways out by the
@@ -31,52 +31,29 @@ from __future__ import annotations
 import numpy as np
 
 from marsupial.native import inlined, native
+from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.branching import branch
-from marsupial.planning.branch_and_bound.cover import FROM, MAY, ROW, SHARE, YES, cover
+from marsupial.planning.branch_and_bound.cover import YES, cover
 from marsupial.planning.branch_and_bound.errands import BITS
 from marsupial.planning.branch_and_bound.memory import BUCKET, remember
 from marsupial.planning.branch_and_bound.pruning import may_lead_on
-from marsupial.planning.branch_and_bound.tables import ON, SINCE, TWIN, WHERE, Tables, done_row
-from marsupial.planning.branch_and_bound.tree import (
-    AT,
-    BOUND,
-    BROUGHT,
-    CARRIER,
-    DOWN,
-    END,
-    FIRST,
-    FOUND,
-    KEY,
-    KEYED,
-    LEFT,
-    LEVEL,
-    LEVELS,
-    LIMIT,
-    LOST,
-    NEXT,
-    NODES,
-    OWN,
-    ROVER,
-    SEEN,
-    TIES,
-    WIDTH,
-    Search,
-)
+from marsupial.planning.branch_and_bound.tables import Tables, done_row
+from marsupial.planning.branch_and_bound.tree import Search
 
 
 def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -> Search:
     """Return a search for plans shorter than `limit` ms, epsilon included, that remembers so many states."""
     robots, targets = len(tables.traits), len(tables.targets)
     tallies = np.zeros(8, dtype=np.int64)
-    tallies[LIMIT] = limit
-    tallies[KEYED] = keyed
-    tallies[LEVEL] = 0
+    tallies[col.LIMIT] = limit
+    tallies[col.KEYED] = keyed
+    tallies[col.LEVEL] = 0
     search = Search(
-        states=np.zeros((LEVELS, robots, 3), dtype=np.int64),
-        levels=np.zeros((LEVELS, 4), dtype=np.int64),
-        events=np.zeros((WIDTH, 7), dtype=np.int64),
-        path=np.zeros((LEVELS, 7), dtype=np.int64),
-        best=np.zeros((LEVELS, 7), dtype=np.int64),
+        states=np.zeros((col.LEVELS, robots, 3), dtype=np.int64),
+        levels=np.zeros((col.LEVELS, 4), dtype=np.int64),
+        events=np.zeros((col.WIDTH, 7), dtype=np.int64),
+        path=np.zeros((col.LEVELS, 7), dtype=np.int64),
+        best=np.zeros((col.LEVELS, 7), dtype=np.int64),
         shares=np.zeros(robots, dtype=np.int64),
         parts=np.zeros((robots, 4), dtype=np.int64),
         scratch=np.zeros((4, max(1, targets)), dtype=np.int64),
@@ -87,7 +64,7 @@ def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -
         order=np.zeros((2, robots + 3), dtype=np.int64),
     )
     search.states[0] = tables.beginning
-    search.levels[0, LEFT] = (1 << targets) - 1
+    search.levels[0, col.LEFT] = (1 << targets) - 1
     enter(tables, search)
     return search
 
@@ -98,7 +75,7 @@ def root_bound_ms(tables: Tables, limit: int) -> int:
     low, high = 0, limit
     while low < high:
         middle = (low + high + 1) // 2
-        search.tallies[LIMIT] = middle
+        search.tallies[col.LIMIT] = middle
         if hopeful(tables, search):
             high = middle - 1
         else:
@@ -122,34 +99,33 @@ def enter(tables: Tables, search: Search) -> None:
 def advance(tables: Tables, search: Search, nodes: int) -> bool:
     """Enter that many nodes; return whether there may be more."""
     tallies, levels = search.tallies, search.levels
-    until = tallies[NODES] + nodes
-    while tallies[NODES] < until:
-        level = tallies[LEVEL]
+    until = tallies[col.NODES] + nodes
+    while tallies[col.NODES] < until:
+        level = tallies[col.LEVEL]
         if level < 0:
             return False
-        at = levels[level, NEXT]
+        at = levels[level, col.NEXT]
         if at == _end(search, level):
-            tallies[LEVEL] -= 1
+            tallies[col.LEVEL] -= 1
             continue
-        levels[level, NEXT] += 1
-        if search.events[at, END] // TIES >= tallies[LIMIT]:
-            levels[level, NEXT] = _end(search, level)
+        levels[level, col.NEXT] += 1
+        if search.events[at, col.END] // col.TIES >= tallies[col.LIMIT]:
+            levels[level, col.NEXT] = _end(search, level)
             continue
         _apply(tables, search, level, at)
-        tallies[LEVEL] += 1
-        tallies[NODES] += 1
+        tallies[col.LEVEL] += 1
+        tallies[col.NODES] += 1
         _enter(tables, search, level + 1)
-    return tallies[LEVEL] >= 0
+    return tallies[col.LEVEL] >= 0
 
 
 @inlined
 def _end(search: Search, level: int) -> int:
-    return search.levels[level + 1, FIRST]
+    return search.levels[level + 1, col.FIRST]
 
 
 @inlined
 def _apply(tables: Tables, search: Search, level: int, at: int) -> None:
-    """Make the state of the next level by an event."""
     events = search.events
     old, state = search.states[level], search.states[level + 1]
     for r in range(len(state)):
@@ -157,34 +133,38 @@ def _apply(tables: Tables, search: Search, level: int, at: int) -> None:
             state[r, k] = old[r, k]
     for k in range(7):
         search.path[level + 1, k] = events[at, k]
-    v, c = events[at, ROVER], events[at, CARRIER]
-    base = tables.meetings[events[at, AT]]
-    time = events[at, END] // TIES
-    state[c, WHERE], state[c, SINCE] = base, time
-    if events[at, DOWN]:
-        state[v, WHERE], state[v, ON], state[v, SINCE] = base, -1, time
+    v, c = events[at, col.ROVER], events[at, col.CARRIER]
+    base = tables.meetings[events[at, col.AT]]
+    time = events[at, col.END] // col.TIES
+    state[c, col.WHERE], state[c, col.SINCE] = base, time
+    if events[at, col.DOWN]:
+        state[v, col.WHERE], state[v, col.ON], state[v, col.SINCE] = base, -1, time
     else:
-        state[v, WHERE], state[v, ON], state[v, SINCE] = -1, c, 0
-    search.levels[level + 1, LEFT] = search.levels[level, LEFT] & ~(events[at, OWN] | events[at, BROUGHT])
-    search.levels[level + 1, KEY] = events[at, END]
+        state[v, col.WHERE], state[v, col.ON], state[v, col.SINCE] = -1, c, 0
+    search.levels[level + 1, col.LEFT] = search.levels[level, col.LEFT] & ~(
+        events[at, col.OWN] | events[at, col.BROUGHT]
+    )
+    search.levels[level + 1, col.KEY] = events[at, col.END]
 
 
 @inlined
 def _enter(tables: Tables, search: Search, level: int) -> None:
     """Prune the state of a level, or look whether it is the end of a plan and list the events that can follow."""
     levels, tallies = search.levels, search.tallies
-    first = levels[level, FIRST]
-    levels[level, NEXT] = first
-    levels[level + 1, FIRST] = first
+    first = levels[level, col.FIRST]
+    levels[level, col.NEXT] = first
+    levels[level + 1, col.FIRST] = first
     if not may_lead_on(tables, search, level):
-        tallies[BOUND] += 1
+        tallies[col.BOUND] += 1
         return
-    if remember(tables, search.memory, search.order, search.states[level], levels[level, LEFT], levels[level, KEY]):
-        tallies[SEEN] += 1
+    if remember(
+        tables, search.memory, search.order, search.states[level], levels[level, col.LEFT], levels[level, col.KEY]
+    ):
+        tallies[col.SEEN] += 1
         return
     _complete(tables, search, level)
-    if level + 2 >= LEVELS:
-        tallies[LOST] = 1
+    if level + 2 >= col.LEVELS:
+        tallies[col.LOST] = 1
         return
     branch(tables, search, level)
 
@@ -193,26 +173,29 @@ def _enter(tables: Tables, search: Search, level: int) -> None:
 def _complete(tables: Tables, search: Search, level: int) -> None:
     """If no dock or undock has to follow, note the plan in which none follows, and shorter ones of that kind."""
     state, parts, tallies = search.states[level], search.parts, search.tallies
-    left = search.levels[level, LEFT]
+    left = search.levels[level, col.LEFT]
     for r in range(len(state)):
-        parts[r, MAY] = left
-        parts[r, FROM] = state[r, SINCE]
-        if state[r, ON] >= 0:
-            parts[r, ROW] = len(tables.book) - 1
+        parts[r, col.MAY] = left
+        parts[r, col.FROM] = state[r, col.SINCE]
+        if state[r, col.ON] >= 0:
+            parts[r, col.ROW] = len(tables.book) - 1
         else:
             if r >= tables.carriers and tables.recover:
                 return
-            parts[r, ROW] = done_row(tables, tables.traits[r, TWIN], state[r, WHERE])
-    begun = search.levels[level, KEY] // TIES
-    while begun < tallies[LIMIT] and cover(tables.book, parts, search.scratch, left, tallies[LIMIT], 1 << 60) == YES:
+            parts[r, col.ROW] = done_row(tables, tables.traits[r, col.TWIN], state[r, col.WHERE])
+    begun = search.levels[level, col.KEY] // col.TIES
+    while (
+        begun < tallies[col.LIMIT]
+        and cover(tables.book, parts, search.scratch, left, tallies[col.LIMIT], 1 << 60) == YES
+    ):
         last = begun
         for r in range(len(state)):
-            time = tables.book[parts[r, ROW], parts[r, SHARE]]
+            time = tables.book[parts[r, col.ROW], parts[r, col.SHARE]]
             if time > 0:
-                last = max(last, parts[r, FROM] + time)
-            search.shares[r] = parts[r, SHARE]
-        tallies[LIMIT] = last
-        tallies[FOUND] = level + 1
+                last = max(last, parts[r, col.FROM] + time)
+            search.shares[r] = parts[r, col.SHARE]
+        tallies[col.LIMIT] = last
+        tallies[col.FOUND] = level + 1
         for i in range(1, level + 1):
             for k in range(7):
                 search.best[i, k] = search.path[i, k]

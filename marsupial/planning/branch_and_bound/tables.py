@@ -1,6 +1,6 @@
 """What a proof looks up: the shortest tours over sets of targets, for one robot alone, driving and being carried.
 
-A set of targets is a mask of bits in the order of the situation. Everything is worked out on the metric closure of the
+A set of targets is a mask of bits in the order of the situation. Everything is computed on the metric closure of the
 legs: the checker lets a robot drive by way of meetings, homes and targets (never of starts), and nothing says that this
 is no shorter. A *base* is where a robot can stand between two events that matter to others: a start or a meeting.
 """
@@ -13,30 +13,12 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
+from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.errands import Errands, errands_of
 from marsupial.planning.branch_and_bound.tours import close, end_tours, shortest_tours
 from marsupial.planning.list_scheduling.costs import NEVER
-from marsupial.planning.local_search.encoding import (
-    ABOARD,
-    AT,
-    CAPACITY,
-    CARRIERS,
-    DOCKING,
-    HOME,
-    MEETINGS,
-    READY,
-    ROVERS,
-    TARGETS,
-    TYPE,
-    UNDOCKING,
-    ProblemData,
-)
-
-WHERE, ON, SINCE = 0, 1, 2
-"""Columns of a state of robots: a base, or -1 aboard; the carrier, or -1; from when it is ready if it is not aboard."""
-
-KIND, PLACES, DOCKS, UNDOCKS, TWIN = range(5)
-"""Columns of traits: type, capacity, ms of docking and undocking, and the first robot that is like it."""
+from marsupial.planning.local_search import columns as given
+from marsupial.planning.local_search.encoding import ProblemData
 
 
 class Tables(NamedTuple):
@@ -84,7 +66,7 @@ class Tables(NamedTuple):
 
 @inlined
 def done_row(tables: Tables, robot: int, base: int) -> int:
-    """Return the row for a robot on the ground at a base that is helped by nobody; a carrier ends at home."""
+    """Return the row for a robot on the ground at a base that gets no help; a carrier ends at home."""
     return robot * len(tables.bases) + base
 
 
@@ -102,10 +84,10 @@ def carried_row(tables: Tables, robot: int, kind: int, base: int) -> int:
 
 def tables_of(data: ProblemData) -> Tables:
     """Return the tables of a situation of few targets: they are as many as there are sets of targets."""
-    targets, meetings = data.members(TARGETS), data.members(MEETINGS)
-    robots = np.concatenate([data.members(CARRIERS), data.members(ROVERS)])
-    carriers = int(data.groups[CARRIERS, 0])
-    starts = np.array([place for place in data.robots[:, AT] if place >= 0], dtype=np.int64)
+    targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
+    robots = np.concatenate([data.members(given.CARRIERS), data.members(given.ROVERS)])
+    carriers = int(data.groups[given.CARRIERS, 0])
+    starts = np.array([place for place in data.robots[:, given.AT] if place >= 0], dtype=np.int64)
     bases = np.concatenate([starts, meetings])
     closure = _closure(data, starts)
     exits = len(starts) + np.arange(len(meetings))
@@ -129,7 +111,7 @@ def tables_of(data: ProblemData) -> Tables:
 
 def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: Ints) -> tuple[Ints, Ints]:
     """Return `tour` and `book`."""
-    targets, carriers = data.members(TARGETS), int(data.groups[CARRIERS, 0])
+    targets, carriers = data.members(given.TARGETS), int(data.groups[given.CARRIERS, 0])
     kinds, sets = len(closure), 1 << len(targets)
     walks = [[shortest_tours(*_corner(closure[k], base, targets)) for base in bases] for k in range(kinds)]
     tour = np.full((kinds, len(bases), sets, len(exits)), NEVER, dtype=np.int64)
@@ -139,7 +121,7 @@ def _tours(data: ProblemData, closure: Ints, bases: Ints, exits: Ints, robots: I
     least = done.copy()
     carried = np.full((len(robots), kinds, len(bases), sets), NEVER, dtype=np.int64)
     for r, robot in enumerate(robots):
-        k, home = data.robots[robot, TYPE], data.robots[robot, HOME : HOME + 1]
+        k, home = data.robots[robot, given.TYPE], data.robots[robot, given.HOME : given.HOME + 1]
         twin = next((q for q in range(carriers, r) if _alike(data, robots[q], robot)), -1)
         if twin >= 0:
             done[r], least[r], carried[r] = done[twin], least[twin], carried[twin]
@@ -171,8 +153,8 @@ def _open(walks: Ints) -> Ints:
 def timeless(tables: Tables) -> Tables:
     """Return the tables of the same situation with nothing taking any time."""
     traits, beginning = tables.traits.copy(), tables.beginning.copy()
-    traits[:, [DOCKS, UNDOCKS]] = 0
-    beginning[:, SINCE] = 0
+    traits[:, [col.DOCKS, col.UNDOCKS]] = 0
+    beginning[:, col.SINCE] = 0
     errands = tables.errands._replace(tours=_no_time(tables.errands.tours), docking=0, undocking=0)
     return tables._replace(
         traits=traits, tour=_no_time(tables.tour), book=_no_time(tables.book), beginning=beginning, errands=errands
@@ -199,23 +181,28 @@ def _corner(leg: Ints, base: int, targets: Ints) -> tuple[Ints, Ints]:
 
 def _alike(data: ProblemData, one: int, other: int) -> bool:
     return bool(
-        data.robots[one, TYPE] == data.robots[other, TYPE] and data.robots[one, HOME] == data.robots[other, HOME]
+        data.robots[one, given.TYPE] == data.robots[other, given.TYPE]
+        and data.robots[one, given.HOME] == data.robots[other, given.HOME]
     )
 
 
 def _traits(data: ProblemData, robots: Ints, carriers: int) -> Ints:
-    traits = np.array([data.robots[r, [TYPE, CAPACITY, DOCKING, UNDOCKING, TYPE]] for r in robots], dtype=np.int64)
+    traits = np.array(
+        [data.robots[r, [given.TYPE, given.CAPACITY, given.DOCKING, given.UNDOCKING, given.TYPE]] for r in robots],
+        dtype=np.int64,
+    )
     traits = traits.reshape(-1, 5)
     for r, robot in enumerate(robots):
         first = 0 if r < carriers else carriers
-        traits[r, TWIN] = min(q for q in range(first, r + 1) if _alike(data, robots[q], robot))
+        traits[r, col.TWIN] = min(q for q in range(first, r + 1) if _alike(data, robots[q], robot))
     return traits
 
 
 def _beginning(data: ProblemData, robots: Ints, bases: Ints) -> Ints:
     number, base = {int(r): i for i, r in enumerate(robots)}, {int(p): i for i, p in enumerate(bases)}
     rows = [
-        (base.get(int(row[AT]), -1), number.get(int(row[ABOARD]), -1), int(row[READY])) for row in data.robots[robots]
+        (base.get(int(row[given.AT]), -1), number.get(int(row[given.ABOARD]), -1), int(row[given.READY]))
+        for row in data.robots[robots]
     ]
     return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
@@ -224,11 +211,11 @@ def _optimistic(
     data: ProblemData, closure: Ints, rover: int, bases: Ints, exits: Ints, least: Ints, carried: Ints
 ) -> None:
     """Enter a rover's `least` and `carried`."""
-    targets, meetings = data.members(TARGETS), bases[exits]
-    hosts = [int(c) for c in data.members(CARRIERS) if data.robots[c, CAPACITY] > 0]
-    docking, undocking = int(data.robots[rover, DOCKING]), int(data.robots[rover, UNDOCKING])
-    leg = closure[data.robots[rover, TYPE]].copy()
-    for k in {int(data.robots[c, TYPE]) for c in hosts}:
+    targets, meetings = data.members(given.TARGETS), bases[exits]
+    hosts = [int(c) for c in data.members(given.CARRIERS) if data.robots[c, given.CAPACITY] > 0]
+    docking, undocking = int(data.robots[rover, given.DOCKING]), int(data.robots[rover, given.UNDOCKING])
+    leg = closure[data.robots[rover, given.TYPE]].copy()
+    for k in {int(data.robots[c, given.TYPE]) for c in hosts}:
         transport = closure[k][np.ix_(meetings, meetings)] + docking + undocking
         leg[np.ix_(meetings, meetings)] = np.minimum(leg[np.ix_(meetings, meetings)], transport)
     np.fill_diagonal(leg, 0)
@@ -236,8 +223,8 @@ def _optimistic(
     ends = np.zeros(leg.shape[0], dtype=np.int64)
     if data.recover:
         homes = [
-            closure[data.robots[c, TYPE]][meetings, data.robots[c, HOME]]
-            if data.robots[c, HOME] >= 0
+            closure[data.robots[c, given.TYPE]][meetings, data.robots[c, given.HOME]]
+            if data.robots[c, given.HOME] >= 0
             else np.zeros(len(meetings), dtype=np.int64)
             for c in hosts
         ]
@@ -246,7 +233,7 @@ def _optimistic(
     for b, base in enumerate(bases):
         tours = shortest_tours(*_corner(leg, base, targets))
         least[b] = end_tours(tours, ends[base : base + 1], ends[targets][:, None])[:, 0]
-    for k in {int(data.robots[c, TYPE]) for c in hosts}:
+    for k in {int(data.robots[c, given.TYPE]) for c in hosts}:
         for b, base in enumerate(bases):
             down = closure[k][base][meetings] + undocking
             if len(exits):

@@ -18,7 +18,7 @@ import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from importlib.util import find_spec
 from itertools import chain
@@ -60,8 +60,6 @@ INFO = EngineInfo(
     summary="constraint solving (up-aries); anytime, near-optimal on small teams",
     licence="MIT",
     anytime=True,
-    proves_optimality=False,
-    deterministic_steps=False,
 )
 
 
@@ -103,7 +101,6 @@ def _finished(status: str, found: bool) -> Finished:
 
 
 def _ask(problem: Problem, seconds: float) -> Iterator[tuple[str, Any]]:
-    """Yield (status, plan or None) as Aries finds them."""
     from unified_planning.environment import get_environment
     from unified_planning.grpc.proto_reader import ProtobufReader
     from unified_planning.grpc.proto_writer import ProtobufWriter
@@ -189,14 +186,14 @@ class _Writer:
     """Writes the problem; objects have plain names of our own, so that any name may occur in a situation."""
 
     def __init__(self, situation: Situation) -> None:
-        from unified_planning.model import Problem
-        from unified_planning.model.timing import EndTiming, StartTiming
+        from unified_planning import shortcuts
 
+        self.up = shortcuts
         self.words = Vocabulary(situation)
         self.situation = situation
-        self.encoding = Encoding(problem=Problem("situation"))
+        self.encoding = Encoding(problem=self.up.Problem("situation"))
         self.problem = self.encoding.problem
-        self.start, self.end = StartTiming(), EndTiming()
+        self.start, self.end = self.up.StartTiming(), self.up.EndTiming()
         self.before = self.words.predecessors()
         longest = max((a.duration_ms for robot in situation.robots for a in self.words.drives(robot)), default=1)
         self.unit_ms = max(1, longest // LONGEST_UNITS)
@@ -207,16 +204,13 @@ class _Writer:
 
     def write(self) -> Encoding:
         """Write everything."""
-        from unified_planning.model.metrics import MinimizeMakespan
-
         for name in self.kinds:
             self._drives([robot for robot in self.situation.robots if robot.type == name], name)
-        for rover in self.words.rovers:
-            for meeting in self.situation.meetings:
-                for kind in {carrier.type: None for carrier in self.words.carriers}:
-                    self._meets(rover, kind, meeting)
+        meets = {(a.name, a.robot, a.place, self._type_of(a.carrier)): a for a in self.words.meets()}
+        for action in meets.values():  # one for all carriers of a type
+            self._meet(action)
         self._start_and_goal()
-        self.problem.add_quality_metric(MinimizeMakespan())
+        self.problem.add_quality_metric(self.up.MinimizeMakespan())
         self.problem.epsilon = EPSILON
         return self.encoding
 
@@ -224,10 +218,8 @@ class _Writer:
         return max(1, -(-ms // self.unit_ms))
 
     def _make_objects(self) -> None:
-        from unified_planning.shortcuts import UserType
-
-        self.place, self.level = UserType("place"), UserType("level")
-        self.kinds = {kind.name: UserType(f"type{i}") for i, kind in enumerate(self.situation.types)}
+        self.place, self.level = self.up.UserType("place"), self.up.UserType("level")
+        self.kinds = {kind.name: self.up.UserType(f"type{i}") for i, kind in enumerate(self.situation.types)}
         for i, place in enumerate(self.situation.places):
             self._object(place, f"p{i}", self.place)
         for i, robot in enumerate(self.situation.robots):
@@ -239,20 +231,16 @@ class _Writer:
         self.levels = [self._object(f"load {n}", f"load{n}", self.level) for n in range(most + 1)]
 
     def _object(self, ours: str, name: str, kind: Any) -> Any:
-        from unified_planning.model import Object
-
-        self._objects[ours] = made = Object(name, kind)
+        self._objects[ours] = made = self.up.Object(name, kind)
         self._names[name] = ours
         self.problem.add_object(made)
         return made
 
     def _make_fluents(self) -> None:
-        from unified_planning.shortcuts import BoolType, Fluent
-
-        self.at = {kind: Fluent(f"at_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
-        self.deck = {kind: Fluent(f"deck_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
-        self.load = {kind: Fluent(f"load_{t.name}", self.level, robot=t) for kind, t in self.kinds.items()}
-        self.unexplored = Fluent("unexplored", BoolType(), target=self.place)
+        self.at = {kind: self.up.Fluent(f"at_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
+        self.deck = {kind: self.up.Fluent(f"deck_{t.name}", self.place, robot=t) for kind, t in self.kinds.items()}
+        self.load = {kind: self.up.Fluent(f"load_{t.name}", self.level, robot=t) for kind, t in self.kinds.items()}
+        self.unexplored = self.up.Fluent("unexplored", self.up.BoolType(), target=self.place)
         carriers = {carrier.type for carrier in self.words.carriers}
         for kind in self.kinds:
             self.problem.add_fluent(self.at[kind])
@@ -263,16 +251,14 @@ class _Writer:
 
     def _drives(self, robots: list[RobotState], kind: str) -> None:
         """Write one schema per place robots of a type drive to, with tables of where from and how long."""
-        from unified_planning.shortcuts import BoolType, Fluent, IntType
-
         roads: dict[str, dict[str, Action]] = {}
         for robot in robots:
             for action in self.words.drives(robot):
                 roads.setdefault(action.place, {})[action.origin or ""] = action
         for goal, origins in roads.items():
             name = f"to_{self._objects[goal].name}_{self.kinds[kind].name}"
-            time_from = Fluent(f"time_{name}", IntType(0, HORIZON_UNITS), origin=self.place)
-            open_from = Fluent(f"open_{name}", BoolType(), origin=self.place)
+            time_from = self.up.Fluent(f"time_{name}", self.up.IntType(0, HORIZON_UNITS), origin=self.place)
+            open_from = self.up.Fluent(f"open_{name}", self.up.BoolType(), origin=self.place)
             self.problem.add_fluent(time_from, default_initial_value=0)
             self.problem.add_fluent(open_from, default_initial_value=False)
             for origin, action in origins.items():
@@ -281,67 +267,57 @@ class _Writer:
             self._drive(name, kind, next(iter(origins.values())), time_from, open_from)
 
     def _drive(self, name: str, kind: str, sample: Action, time_from: Any, open_from: Any) -> None:
-        from unified_planning.shortcuts import DurativeAction, Equals
-
-        schema = DurativeAction(name, robot=self.kinds[kind], origin=self.place)
+        schema = self.up.DurativeAction(name, robot=self.kinds[kind], origin=self.place)
         robot, origin = schema.parameters
         goal, at = self._objects[sample.place], self.at[kind](robot)
         schema.set_fixed_duration(time_from(origin))
         schema.add_condition(self.start, open_from(origin))
-        schema.add_condition(self.start, Equals(at, origin))
+        schema.add_condition(self.start, self.up.Equals(at, origin))
         schema.add_effect(self.start, at, self._objects["on the way"])
         schema.add_effect(self.end, at, goal)
         if sample.name is ActionName.EXPLORE:
             schema.add_condition(self.start, self.unexplored(goal))
             schema.add_effect(self.start, self.unexplored(goal), False)
-        self._add(schema, lambda names: _drive_action(sample, robot=names[0], origin=names[1]))
+        self._add(schema, lambda names: replace(sample, robot=names[0], origin=names[1]))
 
-    def _meets(self, rover: RobotState, kind: str, meeting: str) -> None:
-        """Write docking and undocking of one rover with carriers of a type at one meeting."""
-        able = [carrier for carrier in self.words.carriers if carrier.type == kind]
-        if not any(self.words.can_be(carrier.name, meeting) and self.words.capacity(carrier) for carrier in able):
-            return
-        self._meet(ActionName.UNDOCK, rover, able[0], meeting)
-        if self.words.can_be(rover.name, meeting):
-            self._meet(ActionName.DOCK, rover, able[0], meeting)
+    def _type_of(self, robot: str | None) -> str:
+        return self.situation.robot_by_name[robot or ""].type
 
-    def _meet(self, name: ActionName, rover: RobotState, sample: RobotState, meeting: str) -> None:
-        from unified_planning.shortcuts import DurativeAction, Equals
-
-        kind, docks = sample.type, name is ActionName.DOCK
+    def _meet(self, action: Action) -> None:
+        """Write docking or undocking of one rover at one meeting, with any carrier of the action's type of carrier."""
+        up, objects, docks = self.up, self._objects, action.name is ActionName.DOCK
+        sample = self.situation.robot_by_name[action.carrier or ""]
+        kind, rover, here = sample.type, objects[action.robot], objects[action.place]
         scarce = {"load": self.level} if self.words.is_scarce(sample) else {}
-        title = f"{name}_{self._objects[rover.name].name}_{self._objects[meeting].name}_{self.kinds[kind].name}"
-        schema = DurativeAction(title, carrier=self.kinds[kind], **scarce)
+        title = f"{action.name}_{rover.name}_{here.name}_{self.kinds[kind].name}"
+        schema = up.DurativeAction(title, carrier=self.kinds[kind], **scarce)
         carrier, *_ = schema.parameters
-        here, aboard = self._objects[meeting], self.deck[kind](carrier)
-        rover_at, carrier_at = self.at[rover.type](self._objects[rover.name]), self.at[kind](carrier)
-        times = self.situation.type_by_name[rover.type]
-        schema.set_fixed_duration(self._units(times.dock_ms if docks else times.undock_ms))
-        schema.add_condition(self.start, Equals(carrier_at, here))
-        schema.add_condition(self.start, Equals(rover_at, here if docks else aboard))
-        schema.add_effect(self.start, carrier_at, self._objects["on the way"])
-        schema.add_effect(self.start, rover_at, self._objects["on the way"])
+        aboard = self.deck[kind](carrier)
+        rover_at, carrier_at = self.at[self._type_of(action.robot)](rover), self.at[kind](carrier)
+        schema.set_fixed_duration(self._units(action.duration_ms))
+        schema.add_condition(self.start, up.Equals(carrier_at, here))
+        schema.add_condition(self.start, up.Equals(rover_at, here if docks else aboard))
+        schema.add_effect(self.start, carrier_at, objects["on the way"])
+        schema.add_effect(self.start, rover_at, objects["on the way"])
         schema.add_effect(self.end, carrier_at, here)
         schema.add_effect(self.end, rover_at, aboard if docks else here)
         if not docks:
-            self._keep_order(schema, rover.name)
+            self._keep_order(schema, action.robot)
         if scarce:
             self._count(schema, self.load[kind](carrier), schema.parameters[1], self.words.capacity(sample), docks)
-        self._add(schema, lambda names: _meet_action(name, rover.name, carrier=names[0], meeting=meeting))
+        self._add(schema, lambda names: replace(action, carrier=names[0]))
 
     def _count(self, schema: Any, load: Any, level: Any, capacity: int, docks: bool) -> None:
         """Move the carrier's load by one level; nobody else does, as it takes part in one action at a time."""
-        from unified_planning.shortcuts import BoolType, Equals, Fluent
-
-        step = Fluent(f"step_{schema.name}", BoolType(), level=self.level)
-        after = Fluent(f"after_{schema.name}", self.level, level=self.level)
+        step = self.up.Fluent(f"step_{schema.name}", self.up.BoolType(), level=self.level)
+        after = self.up.Fluent(f"after_{schema.name}", self.level, level=self.level)
         self.problem.add_fluent(step, default_initial_value=False)
         self.problem.add_fluent(after, default_initial_value=self.levels[0])
         for n in range(capacity):
             low, high = self.levels[n], self.levels[n + 1]
             self.problem.set_initial_value(step(low if docks else high), True)
             self.problem.set_initial_value(after(low if docks else high), high if docks else low)
-        schema.add_condition(self.start, Equals(load, level))
+        schema.add_condition(self.start, self.up.Equals(load, level))
         schema.add_condition(self.start, step(level))
         schema.add_effect(self.end, load, after(level))
 
@@ -352,16 +328,12 @@ class _Writer:
             schema.add_effect(self.start, self._released(rover), True)
 
     def _released(self, rover: str) -> Any:
-        from unified_planning.shortcuts import BoolType, Fluent
-
         name = f"released_{self._objects[rover].name}"
         if not self.problem.has_fluent(name):
-            self.problem.add_fluent(Fluent(name, BoolType()), default_initial_value=False)
+            self.problem.add_fluent(self.up.Fluent(name, self.up.BoolType()), default_initial_value=False)
         return self.problem.fluent(name)()
 
     def _start_and_goal(self) -> None:
-        from unified_planning.shortcuts import Equals, Not, Or
-
         problem, objects = self.problem, self._objects
         for robot in self.situation.robots:
             where = f"on {robot.carrier}" if robot.place is None else robot.place
@@ -372,23 +344,15 @@ class _Writer:
             problem.set_initial_value(self.load[carrier.type](mine), self.levels[self.words.load(carrier)])
             home = self.words.home(carrier)
             if home is not None:
-                problem.add_goal(Equals(self.at[carrier.type](mine), objects[home]))
+                problem.add_goal(self.up.Equals(self.at[carrier.type](mine), objects[home]))
         for target in self.situation.targets:
             problem.set_initial_value(self.unexplored(objects[target.name]), True)
-            problem.add_goal(Not(self.unexplored(objects[target.name])))
+            problem.add_goal(self.up.Not(self.unexplored(objects[target.name])))
         decks = [objects[f"on {carrier.name}"] for carrier in self.words.carriers]
         for rover in self.words.rovers if self.words.goal_aboard else ():
             at = self.at[rover.type](objects[rover.name])
-            problem.add_goal(Or([Equals(at, deck) for deck in decks]))
+            problem.add_goal(self.up.Or([self.up.Equals(at, deck) for deck in decks]))
 
     def _add(self, schema: Any, meaning: Callable[[list[str]], Action]) -> None:
         self.problem.add_action(schema)
         self.encoding.meaning[schema.name] = lambda names: meaning([self._names[name] for name in names])
-
-
-def _drive_action(sample: Action, *, robot: str, origin: str) -> Action:
-    return Action(name=sample.name, start_ms=0, duration_ms=1, robot=robot, origin=origin, place=sample.place)
-
-
-def _meet_action(name: ActionName, rover: str, *, carrier: str, meeting: str) -> Action:
-    return Action(name=name, start_ms=0, duration_ms=1, robot=rover, carrier=carrier, place=meeting)

@@ -56,14 +56,7 @@ class External(ProcessEngine):
 
     def __init__(self, name: str, *, memory_bytes: int = 2 * GIB) -> None:
         program, *self._arguments = split_command(name.removeprefix(PREFIX))
-        info = EngineInfo(
-            name=name,
-            summary="external planner",
-            licence="its own",
-            anytime=True,
-            proves_optimality=False,
-            deterministic_steps=False,
-        )
+        info = EngineInfo(name=name, summary="external planner", licence="its own", anytime=True)
         super().__init__(info, search, (), memory_bytes=memory_bytes)
         found = shutil.which(program)
         if found is None and self.info.missing is None:
@@ -181,7 +174,7 @@ class _Child:
         while self._process.poll() is None:
             self._judge_time()
             yield self._read(_POLL_S)
-        # Whoever it has left behind may hold the pipes open: no waiting for their end.
+        # A process that it has left behind may hold the pipes open: no waiting for their end.
         while self._selector.get_map() and self._selector.select(0) and time.monotonic() < self._kill_at:
             yield self._read(0)
 

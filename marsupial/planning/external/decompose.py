@@ -35,7 +35,7 @@ class PartSize:
     carriers
         Whole situations with more are split.
     rovers
-        Rovers beside the carrier; more are kept only where a rover has nobody else to bring it back.
+        Rovers beside the carrier; more are kept only where a rover has no other to bring it back.
     targets
         Targets per part.
     meetings

@@ -1,7 +1,7 @@
 """An engine that plans part by part what another engine can't plan at once.
 
-Its plans serve the targets of the parts only, and of those only where the engine found a plan in time: whoever uses
-them checks them with ``check(situation, plan, targets=plan.explored)`` and plans again when they are done. Two parts
+Its plans serve the targets of the parts only, and of those only where the engine found a plan in time: the caller
+checks them with ``check(situation, plan, targets=plan.explored)`` and plans again when they are done. Two parts
 are planned at a time; each gets its share of the budget.
 """
 

@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from marsupial.arrays import Flags
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import RobotState, Situation
-from marsupial.planning.reachability import Flags, reach
+from marsupial.planning.reachability import reach
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

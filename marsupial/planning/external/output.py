@@ -1,8 +1,8 @@
 """What external planners say: plans in IPC format on stdout and in files, and that there is none.
 
-Each run of lines that are steps is a plan, and so is each file. Plans are timed anew and checked; only what the checker
-accepts and is better than all before goes on, the rest is counted. A plan that is not complete yet, because the planner
-thinks on before it prints the next line, or is writing the file, counts as soon as the checker accepts it.
+Each run of lines that are steps is a plan, and so is each file. Plans are timed again and checked; only what the
+checker accepts and is better than all before goes on, the rest is counted. A plan that is not complete yet, because
+the planner thinks on before it prints the next line, or is writing the file, counts as soon as the checker accepts it.
 """
 
 from __future__ import annotations

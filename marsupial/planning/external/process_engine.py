@@ -2,7 +2,7 @@
 
 The child builds the engine's encoding, runs it and sends back plans in our own terms; here they are compared and
 passed on, and the end of the process is put into the words of `Outcome`. What needs no engine is settled here: nothing
-to do, or a goal that can't be reached by anybody.
+to do, or a goal that can't be reached at all.
 """
 
 from __future__ import annotations
@@ -77,8 +77,8 @@ class ProcessEngine:
             raise EngineUnavailable(f"{self.info.name}: {self.info.missing}")
         request = self._request(situation, budget, objective, start)
         settled = _settled(request)
-        if settled:
-            return Events(None, (event for event in settled))
+        if settled is not None:
+            return settled
         processes.warm_up(wait=False, preload=self._preload)
         run = processes.run(self.job(request))
         return Events(run, _follow(request, run))
@@ -89,10 +89,7 @@ class ProcessEngine:
         What the engine is missing shows as its search ends.
         """
         request = self._request(situation, budget, MAKESPAN, start)
-        settled = _settled(request)
-        if settled:
-            return Events(None, (event for event in settled))
-        return Events(None, _follow(request, _run_here(self.job(request))))
+        return _settled(request) or Events(None, _follow(request, _run_here(self.job(request))))
 
     def _request(self, situation: Situation, budget: Budget, objective: Objective, start: Plan | None) -> SearchRequest:
         if budget.seconds is None:
@@ -109,7 +106,7 @@ class ProcessEngine:
 class Events:
     """The events of one search. `cancel` may be called from another thread; `close` ends the search and waits."""
 
-    def __init__(self, run: processes.Run | None, steps: Generator[Improved | Finished]) -> None:
+    def __init__(self, run: processes.JobRun | None, steps: Generator[Improved | Finished]) -> None:
         self._run, self._steps = run, steps
 
     def __iter__(self) -> Events:
@@ -148,7 +145,6 @@ def _follow(request: SearchRequest, messages: Iterable[Message | Ended]) -> Gene
 
 
 def _run_here(job: Job) -> Iterator[Message | Ended]:
-    """Run a job in this process."""
     began = time.monotonic()
     for value in job.function(job.argument) or ():
         yield Message(value=value, elapsed_s=time.monotonic() - began)
@@ -168,16 +164,16 @@ def _missing(requirements: tuple[Requirement, ...], finder: Finder) -> str | Non
     return f"not installed; to get it: pip install {' '.join(need.distribution for need in lacking)}"
 
 
-def _settled(request: SearchRequest) -> tuple[Improved | Finished, ...]:
+def _settled(request: SearchRequest) -> Events | None:
     """Return the events where no search is needed."""
-    if request.start is not None:
-        return ()
+    events: list[Improved | Finished] = []
     nothing = Plan(actions=())
-    if check(request.situation, nothing).valid:
+    if request.start is None and check(request.situation, nothing).valid:
         done = Finished(outcome=Outcome.OPTIMAL, detail="there is nothing to do", lower_bound_ms=0)
-        return Improved(plan=nothing, elapsed_s=0.0), done
-    proof = impossible(request.situation)
-    return () if proof is None else (Finished(outcome=Outcome.UNSOLVABLE, detail=proof),)
+        events = [Improved(plan=nothing, elapsed_s=0.0), done]
+    elif request.start is None and (proof := impossible(request.situation)) is not None:
+        events = [Finished(outcome=Outcome.UNSOLVABLE, detail=proof)]
+    return Events(None, (event for event in events)) if events else None
 
 
 _OUTCOMES = {

@@ -36,8 +36,6 @@ INFO = EngineInfo(
     summary="heuristic search (up-tamer); small parts fast, no metric: asked again for shorter plans",
     licence="free for educational use",
     anytime=True,
-    proves_optimality=False,
-    deterministic_steps=False,
 )
 
 
@@ -78,7 +76,6 @@ def search(request: SearchRequest) -> Iterator[Plan | Finished]:
 
 
 def _ask(problem: Problem) -> list[str] | None:
-    """Return the names of the actions of a plan in order of start, or None."""
     from unified_planning.environment import get_environment
     from up_tamer.engine import EngineImpl
 

@@ -54,13 +54,13 @@ class Arrivals:
         self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
         self.boarding_ms: Times = np.empty((len(self.carriers), n_meetings), dtype=np.int64)
         self.aboard: Indices = np.empty(len(self.rovers), dtype=np.int64)
-        self._mend(timeline, range(len(types)))
+        self._renew(timeline, range(len(types)))
 
     def advance(self, timeline: Timeline) -> list[int]:
         """Go on to a timeline that has only more actions; return the robots that take part in them."""
         new = timeline.actions[self._seen :]
         changed = sorted({self.row[robot] for action in new for robot in action.robots})
-        self._mend(timeline, changed)
+        self._renew(timeline, changed)
         return changed
 
     def landed(self, v: int) -> Times:
@@ -114,7 +114,7 @@ class Arrivals:
                     better = True
         return times, transports
 
-    def _mend(self, timeline: Timeline, changed: Iterable[int]) -> None:
+    def _renew(self, timeline: Timeline, changed: Iterable[int]) -> None:
         self.timeline, self._seen = timeline, len(timeline.actions)
         for i in changed:
             name = self.robots[i]

@@ -44,7 +44,6 @@ class Greedy:
         summary="list scheduling; always answers, never proves a plan best",
         licence="Apache-2.0",
         anytime=True,
-        proves_optimality=False,
         deterministic_steps=True,
     )
 
@@ -180,7 +179,6 @@ def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Ti
 
 
 def _take(insertions: Insertions, number: int, target: int, name: str) -> None:
-    """Add an insertion to explore a target."""
     robot, carrier = insertions.explorer(number)
     if carrier is not None:
         transport(insertions.timeline, robot, insertions.journey(robot, carrier, target))

@@ -3,7 +3,7 @@
 A robot on the ground goes itself; a carrier sets down a rover it carries at a meeting; or a carrier first picks up a
 rover on the ground at one meeting (a full one sets down another there) and carries it to a second. From where it was
 set down, it matters no more how a rover got there: so the table of transports is over meetings, and few of its rows
-have to be mended after a step. A rover that needs several transports in a row is found by a search of its own
+have to be repaired after a step. A rover that needs several transports in a row is found by a search of its own
 (`Arrivals.relay`), since that is rarely needed.
 """
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from marsupial.planning.list_scheduling.arrivals import Arrivals
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
-from marsupial.planning.list_scheduling.kernels import Fleet, mend_landed, soonest
+from marsupial.planning.list_scheduling.kernels import Fleet, renew_landed, soonest
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.list_scheduling.transports import Transport
 
@@ -45,11 +45,11 @@ class Insertions:
             docking=self.arrivals.docking_ms,
             undocking=self.arrivals.undocking_ms,
         )
-        self._mend(range(n))
+        self._renew(range(n))
 
     def advance(self) -> None:
-        """Mend the tables after actions have been added to the timeline."""
-        self._mend(self.arrivals.advance(self.timeline))
+        """Repair the tables after actions have been added to the timeline."""
+        self._renew(self.arrivals.advance(self.timeline))
 
     def soonest(self) -> tuple[Times, Indices]:
         """Return per target when it would be explored soonest, `NEVER` if not or not left, and the number of
@@ -86,7 +86,7 @@ class Insertions:
         first, second = np.unravel_index(int(np.argmin(via + sortie)), via.shape)
         return Transport(carrier=carrier, pickup=names[first], set_down=names[second], then_to=names[second])
 
-    def _mend(self, rows: Iterable[int]) -> None:
+    def _renew(self, rows: Iterable[int]) -> None:
         known, stale = self.arrivals, np.zeros(len(self.alone_ms), dtype=np.bool_)
         for i in rows:
             stale[i] = True
@@ -98,4 +98,4 @@ class Insertions:
                 ready = self.timeline.ready_ms[known.robots[i]]
                 np.add(self.costs.explore[known.kinds[i], place], ready, out=self.alone_ms[i])
         landed, costs = self.landed_ms, self.costs
-        mend_landed(self._fleet, landed, stale, known.aboard, known.arrive_ms, known.boarding_ms, costs.transport)
+        renew_landed(self._fleet, landed, stale, known.aboard, known.arrive_ms, known.boarding_ms, costs.transport)

@@ -32,10 +32,10 @@ class Fleet(NamedTuple):
 
 
 @native
-def mend_landed(
+def renew_landed(
     fleet: Fleet, landed: Ints, stale: Flags, aboard: Ints, arrive: Ints, boarding: Ints, transport: Ints
 ) -> None:
-    """Mend (1 + carriers, rovers, meetings) `landed`, see `Insertions`, where robots are `stale` (robots,).
+    """Recompute (1 + carriers, rovers, meetings) `landed`, see `Insertions`, where robots are `stale` (robots,).
 
     `aboard`, `arrive` and `boarding` are those of `Arrivals`, `transport` is that of `Costs`.
     """

@@ -115,7 +115,7 @@ class Timeline:
 
     def _add(self, name: ActionName, robot: str, place: str, *, carrier: str | None = None) -> None:
         origin = self.at[robot] if carrier is None else None
-        took = _duration_ms(self.situation, name, robot, place, origin)
+        took = duration_ms(self.situation, name, robot, place, origin)
         if took is None:
             raise InternalError(f"{robot} can't drive from {origin} to {place}")
         robots = (robot,) if carrier is None else (robot, carrier)
@@ -134,7 +134,6 @@ class Timeline:
         self._enter(action)
 
     def _enter(self, action: Action) -> None:
-        """Enter where an action leaves its robot."""
         robot, before, now = action.robot, self.on[action.robot], after(action)
         self.at[robot], self.on[robot] = now.at, now.carrier
         if before is not None:
@@ -163,12 +162,8 @@ def free_at_ms(situation: Situation, robot: RobotState) -> int:
     return (robot if robot.carrier is None else situation.robot_by_name[robot.carrier]).free_at_ms
 
 
-def duration_ms(situation: Situation, action: Action) -> int | None:
-    """Return how long `action` takes in `situation`, whatever duration it bears; None where there is no path."""
-    return _duration_ms(situation, action.name, action.robot, action.place, action.origin)
-
-
-def _duration_ms(situation: Situation, name: ActionName, robot: str, place: str, origin: str | None) -> int | None:
+def duration_ms(situation: Situation, name: ActionName, robot: str, place: str, origin: str | None) -> int | None:
+    """Return how long an action takes in `situation`; None where there is no path."""
     kind = situation.type_of(robot)
     if name is ActionName.DOCK or name is ActionName.UNDOCK:
         return max(1, kind.dock_ms if name is ActionName.DOCK else kind.undock_ms)

@@ -22,7 +22,7 @@ class Transport:
 
 
 def transport(timeline: Timeline, rover: str, stage: Transport) -> bool:
-    """Add a transport; False if it turns out that somebody has no path (the timeline then ends in the middle of it)."""
+    """Add a transport; False if it turns out that a robot has no path (the timeline then ends in the middle of it)."""
     if stage.pickup is not None:
         if not (timeline.can_drive(stage.carrier, stage.pickup) and timeline.can_drive(rover, stage.pickup)):
             return False

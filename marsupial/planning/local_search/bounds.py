@@ -1,4 +1,4 @@
-"""A lower bound on the makespan: the target that takes longest even if everybody were there for it alone.
+"""A lower bound on the makespan: the target that takes longest even if all robots were there for it alone.
 
 Each robot's earliest time at each place is computed with what the others do left out: a rover finds a carrier of any
 type at any meeting from the moment the first one could be there. Where rovers have to end aboard and carriers at home,
@@ -13,74 +13,65 @@ from marsupial.arrays import Ints
 from marsupial.model.plan import EPSILON_MS
 from marsupial.native import native
 from marsupial.planning.list_scheduling.costs import NEVER
-from marsupial.planning.local_search.encoding import (
-    ABOARD,
-    AT,
-    CAPACITY,
-    CARRIERS,
-    DOCKING,
-    HOME,
-    MEETINGS,
-    READY,
-    ROVERS,
-    TARGETS,
-    TYPE,
-    UNDOCKING,
-    ProblemData,
-)
+from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search.encoding import ProblemData
 
 
 def makespan_bound_ms(data: ProblemData) -> int:
     """Return a time that no plan ends before; 0 where nothing has to be done. The situation has to have a plan."""
-    carriers = {int(c): _alone(data, int(c)) for c in data.members(CARRIERS)}
+    carriers = {int(c): _alone(data, int(c)) for c in data.members(col.CARRIERS)}
     home = _to_home(data)
     ends = [
-        int(carriers[c][data.robots[c, HOME]])
+        int(carriers[c][data.robots[c, col.HOME]])
         for c in carriers
-        if data.robots[c, HOME] >= 0 and data.robots[c, AT] != data.robots[c, HOME]
+        if data.robots[c, col.HOME] >= 0 and data.robots[c, col.AT] != data.robots[c, col.HOME]
     ]
     reached = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
     for c, times in carriers.items():
         np.minimum(reached, times + home[c], out=reached)
     boarding = _boarding(data, carriers)
     known: dict[tuple[int, ...], tuple[Ints, int]] = {}
-    for v in map(int, data.members(ROVERS)):
-        alike = tuple(int(value) for value in data.robots[v, : READY + 1])
+    for v in map(int, data.members(col.ROVERS)):
+        alike = tuple(int(value) for value in data.robots[v, : col.READY + 1])
         if alike not in known:
             known[alike] = _rover_ends(data, v, carriers, boarding, home)
             np.minimum(reached, known[alike][0], out=reached)
         ends.append(known[alike][1])
-    ends += [int(reached[t]) for t in data.members(TARGETS)]
+    ends += [int(reached[t]) for t in data.members(col.TARGETS)]
     return max(0, max(ends, default=0) - EPSILON_MS)
 
 
 def _alone(data: ProblemData, robot: int) -> Ints:
     """Return per place when a robot could be ready there without help."""
     times = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
-    times[data.robots[robot, AT]] = data.robots[robot, READY]
-    relax(times, data.leg[data.robots[robot, TYPE]])
+    times[data.robots[robot, col.AT]] = data.robots[robot, col.READY]
+    relax(times, data.leg[data.robots[robot, col.TYPE]])
     return times
 
 
 def _to_home(data: ProblemData) -> dict[int, Ints]:
     """Return, per carrier, from each place the time to its home, 0 where it has none."""
     away: dict[tuple[int, int], Ints] = {}
-    for c in data.members(CARRIERS):
-        key = int(data.robots[c, TYPE]), int(data.robots[c, HOME])
+    for c in data.members(col.CARRIERS):
+        key = int(data.robots[c, col.TYPE]), int(data.robots[c, col.HOME])
         if key not in away:
             times = np.full(data.leg.shape[1], NEVER if key[1] >= 0 else 0, dtype=np.int64)
             times[key[1]] = 0
             relax(times, np.ascontiguousarray(data.leg[key[0]].T))
             away[key] = times
-    return {int(c): away[int(data.robots[c, TYPE]), int(data.robots[c, HOME])] for c in data.members(CARRIERS)}
+    return {
+        int(c): away[int(data.robots[c, col.TYPE]), int(data.robots[c, col.HOME])] for c in data.members(col.CARRIERS)
+    }
 
 
 def _boarding(data: ProblemData, carriers: dict[int, Ints]) -> dict[int, Ints]:
     """Return, per type of carrier, from when one that can carry could be at each meeting; elsewhere `NEVER`."""
     first: dict[int, Ints] = {}
-    for c in (c for c in carriers if data.robots[c, CAPACITY] > 0):
-        times = first.setdefault(int(data.robots[c, TYPE]), np.full(data.leg.shape[1], NEVER, dtype=np.int64))
-        times[data.members(MEETINGS)] = np.minimum(times[data.members(MEETINGS)], carriers[c][data.members(MEETINGS)])
+    for c in (c for c in carriers if data.robots[c, col.CAPACITY] > 0):
+        times = first.setdefault(int(data.robots[c, col.TYPE]), np.full(data.leg.shape[1], NEVER, dtype=np.int64))
+        times[data.members(col.MEETINGS)] = np.minimum(
+            times[data.members(col.MEETINGS)], carriers[c][data.members(col.MEETINGS)]
+        )
     return first
 
 
@@ -90,20 +81,22 @@ def _rover_ends(
     """Return per place when a rover that goes there would be done, and when it would be done if it goes nowhere."""
     ground = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
     carried = {kind: ground.copy() for kind in boarding}
-    on = int(data.robots[rover, ABOARD])
+    on = int(data.robots[rover, col.ABOARD])
     if on < 0:
-        ground[data.robots[rover, AT]] = data.robots[rover, READY]
+        ground[data.robots[rover, col.AT]] = data.robots[rover, col.READY]
     else:
-        carried[int(data.robots[on, TYPE])] = carriers[on].copy()
+        carried[int(data.robots[on, col.TYPE])] = carriers[on].copy()
     _lower(data, rover, ground, carried, boarding)
     if not data.recover:
         return ground, 0
-    legs_home = [home[c] for c in carriers if data.robots[c, CAPACITY] > 0]
+    legs_home = [home[c] for c in carriers if data.robots[c, col.CAPACITY] > 0]
     leave = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
     if legs_home:
-        leave[data.members(MEETINGS)] = np.min(legs_home, axis=0)[data.members(MEETINGS)] + data.robots[rover, DOCKING]
+        leave[data.members(col.MEETINGS)] = (
+            np.min(legs_home, axis=0)[data.members(col.MEETINGS)] + data.robots[rover, col.DOCKING]
+        )
     stay = 0 if on >= 0 else min((_least(np.maximum(ground, first) + leave) for first in boarding.values()), default=0)
-    relax(leave, np.ascontiguousarray(data.leg[data.robots[rover, TYPE]].T))
+    relax(leave, np.ascontiguousarray(data.leg[data.robots[rover, col.TYPE]].T))
     return ground + leave, stay
 
 
@@ -117,13 +110,14 @@ def _lower(data: ProblemData, rover: int, ground: Ints, carried: dict[int, Ints]
         before = ground.copy()
         for kind, times in carried.items():
             if kind in boarding:
-                docked = np.maximum(ground, boarding[kind]) + data.robots[rover, DOCKING]
+                docked = np.maximum(ground, boarding[kind]) + data.robots[rover, col.DOCKING]
                 np.minimum(times, docked, out=times)
             relax(times, data.leg[kind])
-            ground[data.members(MEETINGS)] = np.minimum(
-                ground[data.members(MEETINGS)], times[data.members(MEETINGS)] + data.robots[rover, UNDOCKING]
+            ground[data.members(col.MEETINGS)] = np.minimum(
+                ground[data.members(col.MEETINGS)],
+                times[data.members(col.MEETINGS)] + data.robots[rover, col.UNDOCKING],
             )
-        relax(ground, data.leg[data.robots[rover, TYPE]])
+        relax(ground, data.leg[data.robots[rover, col.TYPE]])
         if np.array_equal(before, ground):
             return
 

@@ -19,21 +19,7 @@ from marsupial.model.situation import RobotState, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, driving_ms
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline
-
-EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
-"""Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
-
-NEIGHBOURS = 10
-"""How many targets near a target are known."""
-
-DOORS = 6
-"""How many meetings near a place are known, for each type and direction."""
-
-TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
-"""Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
-
-TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
-ENTRIES, EXITS = 0, 1
+from marsupial.planning.local_search import columns as col
 
 
 class ProblemData(NamedTuple):
@@ -88,13 +74,15 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData
     rovers, carriers = (np.flatnonzero([role is sought for role in roles]) for sought in (Role.ROVER, Role.CARRIER))
     robots = np.array([_row(situation, robot, kinds) for robot in situation.robots], dtype=np.int64).reshape(-1, 8)
     from_meetings, to_meetings = leg.transpose(0, 2, 1)[:, :, meetings], leg[:, :, meetings]
-    doors = np.stack([_least_apart(apart, meetings, DOORS) for apart in (from_meetings, to_meetings)])
+    doors = np.stack([_least_apart(apart, meetings, col.DOORS) for apart in (from_meetings, to_meetings)])
     return ProblemData(
         leg=leg,
         robots=robots,
         worth=worth,
         groups=_groups(targets, meetings, rovers, carriers),
-        near=_near(leg, targets, np.unique(robots[rovers, TYPE]), np.unique(robots[carriers, TYPE]), doors[ENTRIES]),
+        near=_near(
+            leg, targets, np.unique(robots[rovers, col.TYPE]), np.unique(robots[carriers, col.TYPE]), doors[col.ENTRIES]
+        ),
         doors=doors,
         recover=situation.goal.recover_rovers or situation.goal.return_home,
         toll=round(objective.undocking_ms / objective.driving) if isinstance(objective, PricedArrival) else 0,
@@ -129,10 +117,10 @@ def events_of(situation: Situation, plan: Plan) -> Ints32:
     """Return the events (n, 4) of a plan: its actions but the moves, after the starts."""
     index = situation.place_index
     number = {robot.name: i for i, robot in enumerate(situation.robots)}
-    kinds = {ActionName.EXPLORE: EXPLORE, ActionName.UNDOCK: UNDOCK, ActionName.DOCK: DOCK}
+    kinds = {ActionName.EXPLORE: col.EXPLORE, ActionName.UNDOCK: col.UNDOCK, ActionName.DOCK: col.DOCK}
     rows = [
         (
-            START,
+            col.START,
             i,
             -1 if robot.carrier is None else number[robot.carrier],
             -1 if robot.place is None else index[robot.place],
@@ -152,11 +140,11 @@ def plan_of(situation: Situation, events: Ints32) -> Plan:
     timeline = Timeline.of(situation)
     places, robots = situation.places, [robot.name for robot in situation.robots]
     for kind, robot, carrier, place in events.tolist():
-        if kind == EXPLORE:
+        if kind == col.EXPLORE:
             timeline.explore(robots[robot], places[place])
-        elif kind == UNDOCK:
+        elif kind == col.UNDOCK:
             timeline.undock(robots[robot], places[place])
-        elif kind == DOCK:
+        elif kind == col.DOCK:
             timeline.dock(robots[robot], robots[carrier], places[place])
     if situation.goal.return_home:
         go_home(timeline)
@@ -181,7 +169,7 @@ def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints)
     `rovers` and `carriers` are types, `entries` are `doors[ENTRIES]`.
     """
     places = leg.shape[1]
-    near = np.full((places, NEIGHBOURS), -1, dtype=np.int64)
+    near = np.full((places, col.NEIGHBOURS), -1, dtype=np.int64)
     if len(targets) < 2 or not len(leg):
         return near
     apart = leg[:, targets[:, None], targets].min(axis=0)
@@ -194,7 +182,7 @@ def _near(leg: Ints, targets: Ints, rovers: Ints, carriers: Ints, entries: Ints)
             apart = np.minimum(apart, leg[carrier, base[:, None], base] + walk[:, None] + walk)
     apart = np.minimum(apart, apart.T)
     np.fill_diagonal(apart, 4 * NEVER)
-    near[targets] = _least_apart(apart, targets, NEIGHBOURS)
+    near[targets] = _least_apart(apart, targets, col.NEIGHBOURS)
     return near
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import EPSILON_MS, Plan
@@ -110,7 +111,7 @@ class Anytime:
         beginnings = [events for events in beginnings if can_be_carried_out(data, events)]
         if not beginnings or len(beginnings[0]) == 0:
             return
-        with Team(data, beginnings, pace.bound_ms + EPSILON_MS, self._searches, objective) as team:
+        with closing(Team(data, beginnings, pace.bound_ms + EPSILON_MS, self._searches, objective)) as team:
             best = team.score
             while pace.goes_on(best):
                 team.step(pace.used, pace.steps)

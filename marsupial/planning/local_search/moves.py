@@ -10,19 +10,9 @@ from numba import njit
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
-from marsupial.planning.local_search.encoding import TARGETS
+from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search import route_moves, sortie_moves, target_moves, transfer_moves
 from marsupial.planning.local_search.net import Net
-from marsupial.planning.local_search.route_moves import cross_exchange, invert, move_string, splice
-from marsupial.planning.local_search.sortie_moves import swap_sorties
-from marsupial.planning.local_search.target_moves import deploy, relocate, reverse, swap
-from marsupial.planning.local_search.transfer_moves import (
-    merge,
-    move_meeting,
-    reassign,
-    reorder,
-    swap_tails,
-    swap_transfers,
-)
 
 
 class Move(NamedTuple):
@@ -44,21 +34,21 @@ class Move(NamedTuple):
 
 
 MOVES = (
-    Move("relocate", relocate, 20, 10, needs_targets=True),
-    Move("deploy", deploy, 20, 12, needs_targets=True),
-    Move("swap", swap, 8, 4, needs_targets=True),
-    Move("reverse", reverse, 6, 3, needs_targets=True),
-    Move("move meeting", move_meeting, 5, 2),
-    Move("reorder", reorder, 16, 24),
-    Move("reassign", reassign, 10, 24),
-    Move("merge", merge, 3, 2),
-    Move("swap transfers", swap_transfers, 6, 12),
-    Move("swap sorties", swap_sorties, 10, 12, needs_targets=True),
-    Move("move string", move_string, 10, 12),
-    Move("cross-exchange", cross_exchange, 8, 12),
-    Move("splice", splice, 4, 4, needs_targets=True),
-    Move("swap tails", swap_tails, 6, 1),
-    Move("invert", invert, 6, 10),
+    Move("relocate", target_moves.relocate, 20, 10, needs_targets=True),
+    Move("deploy", target_moves.deploy, 20, 12, needs_targets=True),
+    Move("swap", target_moves.swap, 8, 4, needs_targets=True),
+    Move("reverse", target_moves.reverse, 6, 3, needs_targets=True),
+    Move("move meeting", transfer_moves.move_meeting, 5, 2),
+    Move("reorder", transfer_moves.reorder, 16, 24),
+    Move("reassign", transfer_moves.reassign, 10, 24),
+    Move("merge", transfer_moves.merge, 3, 2),
+    Move("swap transfers", transfer_moves.swap_transfers, 6, 12),
+    Move("swap sorties", sortie_moves.swap_sorties, 10, 12, needs_targets=True),
+    Move("move string", route_moves.move_string, 10, 12),
+    Move("cross-exchange", route_moves.cross_exchange, 8, 12),
+    Move("splice", route_moves.splice, 4, 4, needs_targets=True),
+    Move("swap tails", transfer_moves.swap_tails, 6, 1),
+    Move("invert", route_moves.invert, 6, 10),
 )
 
 BUSY = 60
@@ -82,7 +72,7 @@ def _change_from(number: int) -> Callable[[Net, int], bool]:
 
     def change(net: Net, move: int) -> bool:
         if move == number:
-            return (not needs_targets or net.groups[TARGETS, 0] > 0) and make(net)
+            return (not needs_targets or net.groups[col.TARGETS, 0] > 0) and make(net)
         return others(net, move)
 
     return _unfolded(change)

@@ -2,7 +2,7 @@
 
 Rovers of a type are as good as each other once they are aboard. So a plan is told in sorties and not in rovers: a
 sortie begins where a rover is set down, or stands at first, and ends where it is picked up, or with its last target.
-Who goes on a sortie is decided when the plan is read off; the search only sees to it that somebody is aboard. So a
+Who goes on a sortie is decided when the plan is read off; the search only sees to it that a rover is aboard. So a
 transfer (a dock or an undock) may go from one carrier to another without anything else being changed.
 
 Each event knows the one before it and the one after it in its sortie, and in the route of its carrier where it has
@@ -21,44 +21,7 @@ import numpy as np
 
 from marsupial.arrays import Ints, Ints32, Words
 from marsupial.native import inlined
-from marsupial.planning.local_search.encoding import (
-    CAPACITY,
-    DOCK,
-    DOORS,
-    EXPLORE,
-    NEIGHBOURS,
-    START,
-    TYPE,
-    UNDOCK,
-)
-
-FREE = 4
-"""Kind of a transfer that is not in use."""
-
-KIND, ROBOT, CARRIER, PLACE, BEFORE, AFTER, CARRIER_BEFORE, CARRIER_AFTER, END, DRIVE, STAMP, COUNTED = range(12)
-WIDTH = 12
-"""Columns of nodes. `END` is from when the robots are ready again, `DRIVE` the driving it takes, `COUNTED` whether the
-sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to. `ROBOT` of
-what a rover does is the first rover of its type. `BEFORE` is -1 out of all chains."""
-
-LOAD = 8
-"""Column of robots: how many rovers of the first type are aboard at first; those of the other types follow."""
-
-EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED = range(6)
-REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, TOLL = range(6, 15)
-SUMS = 15
-"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, the time that is late, and what
-setting a rover down counts as driving."""
-
-QUEUE, CHECK, SPARE, DROP, TAKEN = range(1, 6)
-"""Other rows of `work`: nodes to be timed, carriers whose load is to be checked, transfers not in use, transfers no
-longer in use once the change is accepted, targets taken out."""
-
-NODE, WORTH, NEAR = 0, 1, 2
-"""Columns of `hints`; after the nodes of the nearest targets come the doors: entries and exits per type."""
-
-FAR = (1 << 31) - 1
-"""A leg that is this long has no path."""
+from marsupial.planning.local_search import columns as col
 
 
 class Net(NamedTuple):
@@ -116,9 +79,9 @@ def pick(net: Net, group: int) -> int:
 def door(net: Net, side: int, robot: int, place: int) -> int:
     """Return one of the `ENTRIES` or `EXITS` (`side`) of a place for a robot, the best ones more often, or -1."""
     types = net.leg.shape[0]
-    first = NEAR + NEIGHBOURS + (side * types + net.robots[robot, TYPE]) * DOORS
+    first = col.NEAR + col.NEIGHBOURS + (side * types + net.robots[robot, col.TYPE]) * col.DOORS
     count = 0
-    while count < DOORS and net.hints[place, first + count] >= 0:
+    while count < col.DOORS and net.hints[place, first + count] >= 0:
         count += 1
     return net.hints[place, first + min(draw(net, count), draw(net, count))] if count else -1
 
@@ -126,57 +89,57 @@ def door(net: Net, side: int, robot: int, place: int) -> int:
 @inlined
 def after(net: Net, node: int, robot: int) -> int:
     """Return the node after one in the chain of a robot."""
-    return net.nodes[node, AFTER] if net.nodes[node, ROBOT] == robot else net.nodes[node, CARRIER_AFTER]
+    return net.nodes[node, col.AFTER] if net.nodes[node, col.ROBOT] == robot else net.nodes[node, col.CARRIER_AFTER]
 
 
 @inlined
 def driver(net: Net, node: int) -> int:
     """Return the carrier that a transfer is for, or the robot that explores a target."""
-    return net.nodes[node, ROBOT if net.nodes[node, KIND] == EXPLORE else CARRIER]
+    return net.nodes[node, col.ROBOT if net.nodes[node, col.KIND] == col.EXPLORE else col.CARRIER]
 
 
 @inlined
 def before(net: Net, node: int, robot: int) -> int:
     """Return the node before one in the chain of a robot."""
-    return net.nodes[node, BEFORE] if net.nodes[node, ROBOT] == robot else net.nodes[node, CARRIER_BEFORE]
+    return net.nodes[node, col.BEFORE] if net.nodes[node, col.ROBOT] == robot else net.nodes[node, col.CARRIER_BEFORE]
 
 
 @inlined
 def is_transfer(net: Net, node: int) -> bool:
     """Say whether a node is a dock or an undock."""
-    return net.nodes[node, KIND] == DOCK or net.nodes[node, KIND] == UNDOCK
+    return net.nodes[node, col.KIND] == col.DOCK or net.nodes[node, col.KIND] == col.UNDOCK
 
 
 @inlined
 def boarding(net: Net, node: int) -> int:
     """Return by how many rovers a node changes what a carrier has aboard."""
-    if net.nodes[node, KIND] == DOCK:
+    if net.nodes[node, col.KIND] == col.DOCK:
         return 1
-    return -1 if net.nodes[node, KIND] == UNDOCK else 0
+    return -1 if net.nodes[node, col.KIND] == col.UNDOCK else 0
 
 
 @inlined
 def carries(net: Net, robot: int) -> bool:
     """Say whether a robot is a carrier."""
-    return net.robots[robot, CAPACITY] >= 0
+    return net.robots[robot, col.CAPACITY] >= 0
 
 
 @inlined
 def leg_ms(net: Net, robot: int, one: int, other: int) -> int:
     """Return how long a robot takes from one place to another, `FAR` without a path."""
-    return np.int64(net.leg[net.robots[robot, TYPE], one, other])  # type: ignore[return-value]
+    return np.int64(net.leg[net.robots[robot, col.TYPE], one, other])  # type: ignore[return-value]
 
 
 @inlined
 def touch(net: Net, node: int) -> None:
     """Log a node before it is written to."""
-    if net.nodes[node, STAMP] != net.work[0, EPOCH]:
-        at = net.work[0, LOGGED]
-        for k in range(WIDTH):
+    if net.nodes[node, col.STAMP] != net.work[0, col.EPOCH]:
+        at = net.work[0, col.LOGGED]
+        for k in range(col.WIDTH):
             net.log[at, k] = net.nodes[node, k]
-        net.log[at, WIDTH] = node
-        net.work[0, LOGGED] = at + 1
-        net.nodes[node, STAMP] = net.work[0, EPOCH]
+        net.log[at, col.WIDTH] = node
+        net.work[0, col.LOGGED] = at + 1
+        net.nodes[node, col.STAMP] = net.work[0, col.EPOCH]
 
 
 @inlined
@@ -184,20 +147,20 @@ def first_load(net: Net, carrier: int) -> int:
     """Return how many rovers are aboard a carrier at first."""
     load = 0
     for kind in range(len(net.leg)):
-        load += net.robots[carrier, LOAD + kind]
+        load += net.robots[carrier, col.LOAD + kind]
     return load
 
 
 @inlined
 def ask(net: Net, node: int) -> None:
     """Have a node timed again."""
-    _note(net, QUEUE, QUEUED, node)
+    _note(net, col.QUEUE, col.QUEUED, node)
 
 
 @inlined
 def check_load(net: Net, carrier: int) -> None:
     """Have the load of a carrier checked."""
-    _note(net, CHECK, CHECKS, carrier)
+    _note(net, col.CHECK, col.CHECKS, carrier)
 
 
 @inlined
@@ -216,8 +179,8 @@ def link(net: Net, one: int, other: int, robot: int) -> None:
     """Let two nodes follow each other in the chain of a robot."""
     touch(net, one)
     touch(net, other)
-    net.nodes[one, AFTER if net.nodes[one, ROBOT] == robot else CARRIER_AFTER] = other
-    net.nodes[other, BEFORE if net.nodes[other, ROBOT] == robot else CARRIER_BEFORE] = one
+    net.nodes[one, col.AFTER if net.nodes[one, col.ROBOT] == robot else col.CARRIER_AFTER] = other
+    net.nodes[other, col.BEFORE if net.nodes[other, col.ROBOT] == robot else col.CARRIER_BEFORE] = one
     ask(net, other)
 
 
@@ -225,9 +188,9 @@ def link(net: Net, one: int, other: int, robot: int) -> None:
 def insert(net: Net, node: int, robot: int, at: int) -> None:
     """Put a node into the chain of its robot, behind node `at`."""
     touch(net, node)
-    net.nodes[node, ROBOT] = robot
-    if not net.nodes[node, COUNTED]:
-        net.nodes[node, END] = net.nodes[at, END]
+    net.nodes[node, col.ROBOT] = robot
+    if not net.nodes[node, col.COUNTED]:
+        net.nodes[node, col.END] = net.nodes[at, col.END]
     _put_behind(net, node, robot, at)
 
 
@@ -235,9 +198,9 @@ def insert(net: Net, node: int, robot: int, at: int) -> None:
 def assign(net: Net, transfer: int, carrier: int, at: int) -> None:
     """Put a transfer into the route of a carrier, behind node `at`."""
     touch(net, transfer)
-    net.nodes[transfer, CARRIER] = carrier
-    if not net.nodes[transfer, COUNTED]:
-        net.nodes[transfer, END] = max(net.nodes[transfer, END], net.nodes[at, END])
+    net.nodes[transfer, col.CARRIER] = carrier
+    if not net.nodes[transfer, col.COUNTED]:
+        net.nodes[transfer, col.END] = max(net.nodes[transfer, col.END], net.nodes[at, col.END])
     _put_behind(net, transfer, carrier, at)
     check_load(net, carrier)
 
@@ -263,131 +226,131 @@ def append(net: Net, at: int, head: int, robot: int, tail: tuple[int, int], empt
 def begin_sortie(net: Net, undock: int, rover: int) -> None:
     """Let an undock begin a sortie with nothing in it."""
     touch(net, undock)
-    net.nodes[undock, ROBOT] = rover
-    net.nodes[undock, BEFORE] = net.nodes[undock, AFTER] = undock
+    net.nodes[undock, col.ROBOT] = rover
+    net.nodes[undock, col.BEFORE] = net.nodes[undock, col.AFTER] = undock
     ask(net, undock)
 
 
 @inlined
 def unassign(net: Net, transfer: int) -> None:
     """Take a transfer out of the route of its carrier."""
-    carrier = net.nodes[transfer, CARRIER]
-    link(net, net.nodes[transfer, CARRIER_BEFORE], net.nodes[transfer, CARRIER_AFTER], carrier)
+    carrier = net.nodes[transfer, col.CARRIER]
+    link(net, net.nodes[transfer, col.CARRIER_BEFORE], net.nodes[transfer, col.CARRIER_AFTER], carrier)
     check_load(net, carrier)
 
 
 @inlined
 def end_of(net: Net, node: int) -> int:
     """Return when what a node stands for ends; that of a start is the way home."""
-    return net.nodes[node, CARRIER_BEFORE if net.nodes[node, KIND] == START else END]
+    return net.nodes[node, col.CARRIER_BEFORE if net.nodes[node, col.KIND] == col.START else col.END]
 
 
 @inlined
 def lateness(net: Net, end: int) -> int:
     """Return how much of a time is late."""
-    return max(0, end - net.work[0, DUE])
+    return max(0, end - net.work[0, col.DUE])
 
 
 @inlined
 def discount(net: Net, node: int) -> None:
     """Take what a node adds to the sums out of them."""
-    if net.nodes[node, COUNTED]:
+    if net.nodes[node, col.COUNTED]:
         touch(net, node)
-        net.nodes[node, COUNTED] = 0
+        net.nodes[node, col.COUNTED] = 0
         _add(net, node, -1)
 
 
 @inlined
 def count(net: Net, node: int) -> None:
     """Add a node to the sums."""
-    net.nodes[node, COUNTED] = 1
+    net.nodes[node, col.COUNTED] = 1
     _add(net, node, 1)
 
 
 @inlined
 def _add(net: Net, node: int, times: int) -> None:
-    net.work[0, DRIVING] += times * net.nodes[node, DRIVE]
+    net.work[0, col.DRIVING] += times * net.nodes[node, col.DRIVE]
     end = end_of(net, node)
-    if net.nodes[node, KIND] == EXPLORE:
-        net.work[0, REACHING] += times * net.hints[net.nodes[node, PLACE], WORTH] * end
-    if end > net.work[0, DUE]:
-        net.work[0, LATE] += times * lateness(net, end)
+    if net.nodes[node, col.KIND] == col.EXPLORE:
+        net.work[0, col.REACHING] += times * net.hints[net.nodes[node, col.PLACE], col.WORTH] * end
+    if end > net.work[0, col.DUE]:
+        net.work[0, col.LATE] += times * lateness(net, end)
 
 
 @inlined
 def take_out(net: Net, node: int) -> None:
     """Take a node out of all chains; a target has to be put back, a transfer is gone."""
     discount(net, node)
-    link(net, net.nodes[node, BEFORE], net.nodes[node, AFTER], net.nodes[node, ROBOT])
+    link(net, net.nodes[node, col.BEFORE], net.nodes[node, col.AFTER], net.nodes[node, col.ROBOT])
     touch(net, node)
-    net.nodes[node, BEFORE] = -1
-    if net.nodes[node, KIND] != EXPLORE:
+    net.nodes[node, col.BEFORE] = -1
+    if net.nodes[node, col.KIND] != col.EXPLORE:
         unassign(net, node)
-        net.nodes[node, KIND] = FREE
-        net.work[DROP, net.work[0, DROPPED]] = node
-        net.work[0, DROPPED] += 1
+        net.nodes[node, col.KIND] = col.FREE
+        net.work[col.DROP, net.work[0, col.DROPPED]] = node
+        net.work[0, col.DROPPED] += 1
 
 
 @inlined
 def new_transfer(net: Net, kind: int, place: int) -> int:
     """Return a transfer that is not yet in any chain, or -1 if there are too many."""
-    if not net.work[0, UNUSED]:
+    if not net.work[0, col.UNUSED]:
         return -1
-    net.work[0, UNUSED] -= 1
-    node = net.work[SPARE, net.work[0, UNUSED]]
+    net.work[0, col.UNUSED] -= 1
+    node = net.work[col.SPARE, net.work[0, col.UNUSED]]
     touch(net, node)
-    net.nodes[node, KIND] = kind
-    net.nodes[node, PLACE] = place
-    net.nodes[node, COUNTED] = 0
-    net.nodes[node, DRIVE] = 0
-    net.nodes[node, END] = 0
+    net.nodes[node, col.KIND] = kind
+    net.nodes[node, col.PLACE] = place
+    net.nodes[node, col.COUNTED] = 0
+    net.nodes[node, col.DRIVE] = 0
+    net.nodes[node, col.END] = 0
     return node
 
 
 @inlined
 def begin(net: Net) -> None:
     """Begin a change."""
-    net.work[0, EPOCH] += 1
-    net.work[0, OLD_REACHING] = net.work[0, REACHING]
-    net.work[0, OLD_DRIVING] = net.work[0, DRIVING]
-    net.work[0, OLD_LATE] = net.work[0, LATE]
-    net.work[0, OLD_UNUSED] = net.work[0, UNUSED]
-    net.work[0, LOGGED] = 0
-    net.work[0, QUEUED] = 0
-    net.work[0, CHECKS] = 0
-    net.work[0, DROPPED] = 0
+    net.work[0, col.EPOCH] += 1
+    net.work[0, col.OLD_REACHING] = net.work[0, col.REACHING]
+    net.work[0, col.OLD_DRIVING] = net.work[0, col.DRIVING]
+    net.work[0, col.OLD_LATE] = net.work[0, col.LATE]
+    net.work[0, col.OLD_UNUSED] = net.work[0, col.UNUSED]
+    net.work[0, col.LOGGED] = 0
+    net.work[0, col.QUEUED] = 0
+    net.work[0, col.CHECKS] = 0
+    net.work[0, col.DROPPED] = 0
 
 
 @inlined
 def undo(net: Net) -> None:
     """Take back everything since `begin`."""
-    for i in range(net.work[0, LOGGED]):
-        node = net.log[i, WIDTH]
-        for k in range(WIDTH):
+    for i in range(net.work[0, col.LOGGED]):
+        node = net.log[i, col.WIDTH]
+        for k in range(col.WIDTH):
             net.nodes[node, k] = net.log[i, k]
-    net.work[0, REACHING] = net.work[0, OLD_REACHING]
-    net.work[0, DRIVING] = net.work[0, OLD_DRIVING]
-    net.work[0, LATE] = net.work[0, OLD_LATE]
-    net.work[0, UNUSED] = net.work[0, OLD_UNUSED]
+    net.work[0, col.REACHING] = net.work[0, col.OLD_REACHING]
+    net.work[0, col.DRIVING] = net.work[0, col.OLD_DRIVING]
+    net.work[0, col.LATE] = net.work[0, col.OLD_LATE]
+    net.work[0, col.UNUSED] = net.work[0, col.OLD_UNUSED]
 
 
 @inlined
 def accept(net: Net) -> None:
     """Keep everything since `begin`."""
-    for i in range(net.work[0, DROPPED]):
-        net.work[SPARE, net.work[0, UNUSED]] = net.work[DROP, i]
-        net.work[0, UNUSED] += 1
+    for i in range(net.work[0, col.DROPPED]):
+        net.work[col.SPARE, net.work[0, col.UNUSED]] = net.work[col.DROP, i]
+        net.work[0, col.UNUSED] += 1
 
 
 @inlined
 def head_of(net: Net, node: int) -> int:
     """Return the undock or start that the sortie of a node begins with."""
-    while net.nodes[node, KIND] != START and net.nodes[node, KIND] != UNDOCK:
-        node = net.nodes[node, AFTER]
+    while net.nodes[node, col.KIND] != col.START and net.nodes[node, col.KIND] != col.UNDOCK:
+        node = net.nodes[node, col.AFTER]
     return node
 
 
 @inlined
 def is_aboard(net: Net, node: int, robot: int) -> bool:
     """Say whether after a node a robot is aboard a carrier: the node ends its sortie."""
-    return net.nodes[node, KIND] == DOCK and net.nodes[node, ROBOT] == robot
+    return net.nodes[node, col.KIND] == col.DOCK and net.nodes[node, col.ROBOT] == robot

@@ -1,4 +1,4 @@
-"""How much of a budget is used, in seconds or in steps, and when it is time to tell of a better plan."""
+"""How much of a budget is used, in seconds or in steps, and when it is time to report a better plan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ POLISH_STEPS, POLISH_S = 50, 0.1
 """Effort still made where the makespan can't get shorter."""
 
 PAUSE_STEPS, PAUSE_S = 10, 0.02
-"""Least effort between two plans; in seconds, only unless the plan gets a hundredth better: somebody may be waiting."""
+"""Least effort between two plans; in seconds, only unless the plan gets a hundredth better: the caller may wait."""
 
 TURN_S, TURN_SHARE = 0.01, 0.05
 """How long the clock is not looked at, at most, and as a share of the budget."""
@@ -67,7 +67,7 @@ class Pace:
         return goes_on
 
     def is_due(self, score: Value, told: Value) -> bool:
-        """Say whether to tell of a better plan now, and if so note it."""
+        """Say whether to report a better plan now, and if so note it."""
         pause = PAUSE_S if self._timed else PAUSE_STEPS
         due = self._spent - self._told >= pause or (self._timed and score[0] < 0.99 * told[0])
         if due:

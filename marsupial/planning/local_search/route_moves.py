@@ -6,39 +6,10 @@ Each says whether it made a change; most changes can't be carried out.
 from __future__ import annotations
 
 from marsupial.native import inlined
+from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search import net as nets
 from marsupial.planning.local_search.choices import critical_node, late_target, other_carrier, some_node, turn_except
-from marsupial.planning.local_search.encoding import CARRIERS, EXPLORE, NEIGHBOURS, START, UNDOCK
-from marsupial.planning.local_search.net import (
-    BEFORE,
-    CARRIER,
-    CARRIER_AFTER,
-    CARRIER_BEFORE,
-    END,
-    KIND,
-    NEAR,
-    PLACE,
-    ROBOT,
-    TAKEN,
-    Net,
-    after,
-    append,
-    ask,
-    assign,
-    before,
-    boarding,
-    carries,
-    check_load,
-    draw,
-    driver,
-    first_load,
-    head_of,
-    insert,
-    is_transfer,
-    pick,
-    take_out,
-    touch,
-    unassign,
-)
+from marsupial.planning.local_search.net import Net
 from marsupial.planning.local_search.transfer_moves import drop_if_empty, swap_tails_at
 
 LONGEST_STRING = 4
@@ -50,8 +21,8 @@ LONGEST_TURN = 12
 
 @inlined
 def _busy(net: Net) -> int:
-    """Return a random node that is in use, half of the time one that somebody late waited for."""
-    node = critical_node(net) if draw(net, 2) else -1
+    """Return a random node that is in use, half of the time one on a critical path."""
+    node = critical_node(net) if nets.draw(net, 2) else -1
     return node if node >= 0 else some_node(net)
 
 
@@ -59,28 +30,28 @@ def _busy(net: Net) -> int:
 def move_string(net: Net) -> bool:
     """Move a few transfers that follow each other to another turn, or to another carrier."""
     first = _busy(net)
-    if not is_transfer(net, first):
+    if not nets.is_transfer(net, first):
         return False
-    carrier, wanted = net.nodes[first, CARRIER], 2 + draw(net, LONGEST_STRING - 1)
-    back, node, count = net.nodes[first, CARRIER_BEFORE], first, 0
-    while count < wanted and is_transfer(net, node):
-        following = net.nodes[node, CARRIER_AFTER]
-        unassign(net, node)
-        net.work[TAKEN, count] = node
+    carrier, wanted = net.nodes[first, col.CARRIER], 2 + nets.draw(net, LONGEST_STRING - 1)
+    back, node, count = net.nodes[first, col.CARRIER_BEFORE], first, 0
+    while count < wanted and nets.is_transfer(net, node):
+        following = net.nodes[node, col.CARRIER_AFTER]
+        nets.unassign(net, node)
+        net.work[col.TAKEN, count] = node
         count += 1
         node = following
     if count < 2:
         return False
-    turned = draw(net, 3) == 0
+    turned = nets.draw(net, 3) == 0
     at = back
-    if draw(net, 2):
-        carrier = pick(net, CARRIERS)
-        at = turn_except(net, carrier, back, net.nodes[first, PLACE])
-    elif not turned or draw(net, 2):
-        at = turn_except(net, carrier, back, net.nodes[first, PLACE])
+    if nets.draw(net, 2):
+        carrier = nets.pick(net, col.CARRIERS)
+        at = turn_except(net, carrier, back, net.nodes[first, col.PLACE])
+    elif not turned or nets.draw(net, 2):
+        at = turn_except(net, carrier, back, net.nodes[first, col.PLACE])
     for i in range(count):
-        node = net.work[TAKEN, count - 1 - i if turned else i]
-        assign(net, node, carrier, at)
+        node = net.work[col.TAKEN, count - 1 - i if turned else i]
+        nets.assign(net, node, carrier, at)
         at = node
     return True
 
@@ -89,65 +60,64 @@ def move_string(net: Net) -> bool:
 def invert(net: Net) -> bool:
     """Turn round a part of a carrier's route; who is set down and picked up in it still is in that order."""
     first = _busy(net)
-    if net.nodes[first, KIND] == EXPLORE and not carries(net, net.nodes[first, ROBOT]):
-        first = head_of(net, first)
-    if net.nodes[first, KIND] == START:
+    if net.nodes[first, col.KIND] == col.EXPLORE and not nets.carries(net, net.nodes[first, col.ROBOT]):
+        first = nets.head_of(net, first)
+    if net.nodes[first, col.KIND] == col.START:
         return False
-    carrier = driver(net, first)
-    at, node, count, wanted = before(net, first, carrier), first, 0, 2 + draw(net, LONGEST_TURN - 1)
+    carrier = nets.driver(net, first)
+    at, node, count, wanted = nets.before(net, first, carrier), first, 0, 2 + nets.draw(net, LONGEST_TURN - 1)
     while count < wanted and node != carrier:
-        following = after(net, node, carrier)
+        following = nets.after(net, node, carrier)
         _lift(net, node)
-        net.work[TAKEN, count] = node
+        net.work[col.TAKEN, count] = node
         count += 1
         node = following
     _pair(net, count)
     for i in range(count):
-        node = net.work[TAKEN, count - 1 - i]
-        if net.nodes[node, KIND] == EXPLORE:
-            insert(net, node, carrier, at)
+        node = net.work[col.TAKEN, count - 1 - i]
+        if net.nodes[node, col.KIND] == col.EXPLORE:
+            nets.insert(net, node, carrier, at)
         else:
-            assign(net, node, carrier, at)
+            nets.assign(net, node, carrier, at)
         at = node
     return count > 1
 
 
 @inlined
 def _lift(net: Net, node: int) -> None:
-    """Take a target of its own or a transfer out of a carrier's route."""
-    if net.nodes[node, KIND] == EXPLORE:
-        take_out(net, node)
+    if net.nodes[node, col.KIND] == col.EXPLORE:
+        nets.take_out(net, node)
     else:
-        unassign(net, node)
+        nets.unassign(net, node)
 
 
 @inlined
 def _pair(net: Net, count: int) -> None:
     """Let the undock and the dock of each sortie change places in what was lifted, where both were."""
     for i in range(count):
-        node = net.work[TAKEN, i]
-        if net.nodes[node, KIND] == UNDOCK:
+        node = net.work[col.TAKEN, i]
+        if net.nodes[node, col.KIND] == col.UNDOCK:
             for k in range(i + 1, count):
-                if net.work[TAKEN, k] == net.nodes[node, BEFORE]:
-                    net.work[TAKEN, i], net.work[TAKEN, k] = net.work[TAKEN, k], node
+                if net.work[col.TAKEN, k] == net.nodes[node, col.BEFORE]:
+                    net.work[col.TAKEN, i], net.work[col.TAKEN, k] = net.work[col.TAKEN, k], node
                     break
 
 
 @inlined
 def cross_exchange(net: Net) -> bool:
     """Let two carriers change what they do from some moment on."""
-    if net.groups[CARRIERS, 0] < 2:
+    if net.groups[col.CARRIERS, 0] < 2:
         return False
     at_one = _busy(net)
-    if net.nodes[at_one, KIND] == START:
+    if net.nodes[at_one, col.KIND] == col.START:
         return False
-    one = driver(net, at_one)
+    one = nets.driver(net, at_one)
     other = other_carrier(net, at_one)
-    if one == other or not carries(net, one):
+    if one == other or not nets.carries(net, one):
         return False
-    if draw(net, 2):
-        at_one = before(net, at_one, one)
-    at_other = _at_the_time(net, other, net.nodes[at_one, END], _load_at(net, one, at_one))
+    if nets.draw(net, 2):
+        at_one = nets.before(net, at_one, one)
+    at_other = _at_the_time(net, other, net.nodes[at_one, col.END], _load_at(net, one, at_one))
     if at_other < 0:
         return False
     return cross_exchange_at(net, one, at_one, other, at_other)
@@ -155,26 +125,25 @@ def cross_exchange(net: Net) -> bool:
 
 @inlined
 def _load_at(net: Net, carrier: int, at: int) -> int:
-    """Return how many rovers are aboard a carrier after a node."""
-    load, node = first_load(net, carrier), carrier
+    load, node = nets.first_load(net, carrier), carrier
     while node != at:
-        node = after(net, node, carrier)
-        load += boarding(net, node)
+        node = nets.after(net, node, carrier)
+        load += nets.boarding(net, node)
     return load
 
 
 @inlined
 def _at_the_time(net: Net, carrier: int, end: int, wanted: int) -> int:
     """Return the last node of a carrier that ends by a time, or the first after it, with so many aboard then, or -1."""
-    load, at, node, later = first_load(net, carrier), -1, carrier, draw(net, 2)
+    load, at, node, later = nets.first_load(net, carrier), -1, carrier, nets.draw(net, 2)
     while True:
-        load += boarding(net, node)
-        if load == wanted or draw(net, 8) == 0:
-            if net.nodes[node, END] <= end:
+        load += nets.boarding(net, node)
+        if load == wanted or nets.draw(net, 8) == 0:
+            if net.nodes[node, col.END] <= end:
                 at = node
             else:
                 return node if later or at < 0 else at
-        node = after(net, node, carrier)
+        node = nets.after(net, node, carrier)
         if node == carrier:
             return at
 
@@ -183,12 +152,12 @@ def _at_the_time(net: Net, carrier: int, end: int, wanted: int) -> int:
 def splice(net: Net) -> bool:
     """Let two robots change what they do from some moment on so that one reaches two targets that are near in turn."""
     at_one = late_target(net)
-    target = net.hints[net.nodes[at_one, PLACE], NEAR + draw(net, NEIGHBOURS)]
+    target = net.hints[net.nodes[at_one, col.PLACE], col.NEAR + nets.draw(net, col.NEIGHBOURS)]
     if target < 0:
         return False
-    one, other, at_other = net.nodes[at_one, ROBOT], net.nodes[target, ROBOT], net.nodes[target, BEFORE]
-    by_carrier = carries(net, one)
-    if by_carrier != carries(net, other) or (by_carrier and one == other):
+    one, other, at_other = net.nodes[at_one, col.ROBOT], net.nodes[target, col.ROBOT], net.nodes[target, col.BEFORE]
+    by_carrier = nets.carries(net, one)
+    if by_carrier != nets.carries(net, other) or (by_carrier and one == other):
         return False
     if by_carrier:
         return cross_exchange_at(net, one, at_one, other, at_other)
@@ -201,14 +170,14 @@ def splice(net: Net) -> bool:
 @inlined
 def cross_exchange_at(net: Net, one: int, at_one: int, other: int, at_other: int) -> bool:
     """Let two carriers change what is behind a node of each."""
-    first_one, first_other = after(net, at_one, one), after(net, at_other, other)
-    last_one, last_other = net.nodes[one, BEFORE], net.nodes[other, BEFORE]
+    first_one, first_other = nets.after(net, at_one, one), nets.after(net, at_other, other)
+    last_one, last_other = net.nodes[one, col.BEFORE], net.nodes[other, col.BEFORE]
     _give_route(net, first_one, one, other)
     _give_route(net, first_other, other, one)
-    append(net, at_one, one, one, (first_other, last_other), first_other == other)
-    append(net, at_other, other, other, (first_one, last_one), first_one == one)
-    check_load(net, one)
-    check_load(net, other)
+    nets.append(net, at_one, one, one, (first_other, last_other), first_other == other)
+    nets.append(net, at_other, other, other, (first_one, last_one), first_one == one)
+    nets.check_load(net, one)
+    nets.check_load(net, other)
     return True
 
 
@@ -216,8 +185,8 @@ def cross_exchange_at(net: Net, one: int, at_one: int, other: int, at_other: int
 def _give_route(net: Net, first: int, old: int, new: int) -> None:
     node = first
     while node != old:
-        following = after(net, node, old)
-        touch(net, node)
-        net.nodes[node, ROBOT if net.nodes[node, KIND] == EXPLORE else CARRIER] = new
-        ask(net, node)
+        following = nets.after(net, node, old)
+        nets.touch(net, node)
+        net.nodes[node, col.ROBOT if net.nodes[node, col.KIND] == col.EXPLORE else col.CARRIER] = new
+        nets.ask(net, node)
         node = following

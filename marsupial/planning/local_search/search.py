@@ -14,10 +14,11 @@ import numpy as np
 from marsupial.arrays import Floats, Ints, Ints32
 from marsupial.model.objective import MAKESPAN, Objective, PricedArrival, Value
 from marsupial.native import inlined, native
-from marsupial.planning.local_search.encoding import DOCK, TARGETS, UNDOCK, ProblemData
+from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search.encoding import ProblemData
 from marsupial.planning.local_search.loading import events_in, load, net_of
 from marsupial.planning.local_search.moves import BUSY, change, lots
-from marsupial.planning.local_search.net import DRIVING, DUE, REACHING, Net, accept, begin, draw, undo
+from marsupial.planning.local_search.net import Net, accept, begin, draw, undo
 from marsupial.planning.local_search.timing import LATEST, cost_of, makespan_of, propagate, set_due
 
 STEP = 1000
@@ -56,7 +57,7 @@ SEED, SEEDS = 0x9E3779B97F4A7C15, 0xD1B54A32D192ED03
 @native
 def start(net: Net, events: Ints32, best: Ints, best_nodes: Ints, blend: Floats, ambition: float) -> bool:
     """Make a list of events current; False if it can't be carried out. The parameters are those of `anneal`."""
-    net.work[0, DUE] = LATEST
+    net.work[0, col.DUE] = LATEST
     if not load(net, events) or propagate(net, np.inf, blend) == np.inf:
         return False
     if _improves(net, best, blend):
@@ -111,7 +112,7 @@ def anneal(
         if _improves(net, best, blend):
             best_nodes[:] = net.nodes
             due = _hoped_for(best, ambition)
-            if due < net.work[0, DUE]:
+            if due < net.work[0, col.DUE]:
                 set_due(net, due)
                 cost = cost_of(net, blend)
 
@@ -124,7 +125,7 @@ def _hoped_for(best: Ints, ambition: float) -> int:
 @inlined
 def _improves(net: Net, best: Ints, blend: Floats) -> bool:
     """Say whether the net is better than the incumbent, and if so enter its score."""
-    makespan, reaching, driving = makespan_of(net), net.work[0, REACHING], net.work[0, DRIVING]
+    makespan, reaching, driving = makespan_of(net), net.work[0, col.REACHING], net.work[0, col.DRIVING]
     if blend[MAKESPAN_PRICE] >= 0:
         former = total(blend, best[0], best[1], best[2])
         better = best[0] == LATEST or total(blend, makespan, reaching, driving) < former
@@ -169,11 +170,11 @@ class Annealing:
         objective: Objective = MAKESPAN,
     ) -> None:
         self._data, self._beginnings = data, beginnings
-        transfers = max(int(np.isin(events[:, 0], (DOCK, UNDOCK)).sum()) for events in beginnings)
+        transfers = max(int(np.isin(events[:, 0], (col.DOCK, col.UNDOCK)).sum()) for events in beginnings)
         self._net = net_of(data, transfers, SEED + number * SEEDS & (1 << 64) - 1)
         self._best_nodes = self._net.nodes.copy()
         self._best = np.array([LATEST, 0, 0, bound_ms], dtype=np.int64)
-        targets = int(data.groups[TARGETS, 0])
+        targets = int(data.groups[col.TARGETS, 0])
         self._lots = lots(busy=transfers >= max(BUSY, targets))
         self._objective, self._blend = objective, _blend_of(data, objective)
         self._begin_at(beginnings[0])
@@ -197,7 +198,7 @@ class Annealing:
     def expect(self, steps: float) -> None:
         """Choose the number of runs and how hot they begin for a budget of about that many steps."""
         self._hot = self._heat(steps)
-        changes = RUNS_SHARE * steps * STEP / max(1, int(self._data.groups[TARGETS, 0]))
+        changes = RUNS_SHARE * steps * STEP / max(1, int(self._data.groups[col.TARGETS, 0]))
         runs = int(max(min(float(RUNS), changes / RUN_CHANGES), changes / RUN_ENOUGH))
         self._runs = runs + 1 if runs > 1 else 1
 
@@ -220,7 +221,7 @@ class Annealing:
         anneal(self._net, self._best, self._best_nodes, self._lots, self._blend, temperature, AMBITION, STEP * steps)
 
     def _heat(self, steps: float) -> float:
-        targets = max(1, int(self._data.groups[TARGETS, 0]))
+        targets = max(1, int(self._data.groups[col.TARGETS, 0]))
         calm = min(1.0, max(HURRY, steps * STEP / targets / CALM))
         return max(COLD, calm * min(HOT, CROWDED / targets))
 
@@ -244,7 +245,7 @@ def _blend_of(data: ProblemData, objective: Objective) -> Floats:
     if isinstance(objective, PricedArrival):
         late = objective.makespan * objective.total_worth
         return np.array([late, 1e-3, objective.driving, late], dtype=np.float64)
-    targets = int(data.groups[TARGETS, 0])
+    targets = int(data.groups[col.TARGETS, 0])
     reaching = max(REACHING_SHARE, REACHING_CROWDED * targets) / max(1, int(data.worth.sum()))
     return np.array([1.0, reaching, DRIVING_SHARE, -1.0], dtype=np.float64)
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from marsupial.native import inlined
+from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.choices import late_target, near_target
-from marsupial.planning.local_search.encoding import DOCK, ENTRIES, EXITS, UNDOCK
-from marsupial.planning.local_search.net import AFTER, BEFORE, KIND, PLACE, ROBOT, TAKEN, Net, door
+from marsupial.planning.local_search.net import Net, door
 from marsupial.planning.local_search.target_moves import LONGEST_SEGMENT, first_target, put_targets, take_targets
 from marsupial.planning.local_search.transfer_moves import move_to
 
@@ -18,8 +18,8 @@ def swap_sorties(net: Net) -> bool:
     one = first_target(net, one)
     if one == other:
         return False
-    robot_one, robot_other = net.nodes[one, ROBOT], net.nodes[other, ROBOT]
-    at_one, at_other = net.nodes[one, BEFORE], net.nodes[other, BEFORE]
+    robot_one, robot_other = net.nodes[one, col.ROBOT], net.nodes[other, col.ROBOT]
+    at_one, at_other = net.nodes[one, col.BEFORE], net.nodes[other, col.BEFORE]
     count_one = take_targets(net, one, LONGEST_SEGMENT, 0)
     count_other = take_targets(net, other, LONGEST_SEGMENT, LONGEST_SEGMENT)
     return _put_sortie(net, robot_one, at_one, count_other, LONGEST_SEGMENT) and _put_sortie(
@@ -31,14 +31,14 @@ def swap_sorties(net: Net) -> bool:
 def _put_sortie(net: Net, robot: int, at: int, count: int, top: int) -> bool:
     """Put what was taken behind a node, with the transfers around it moved near; False if one can't be."""
     last = put_targets(net, robot, at, count, top, True)
-    if net.nodes[at, KIND] == UNDOCK and net.nodes[at, ROBOT] == robot:
-        place = door(net, ENTRIES, robot, net.nodes[net.work[TAKEN, top], PLACE])
+    if net.nodes[at, col.KIND] == col.UNDOCK and net.nodes[at, col.ROBOT] == robot:
+        place = door(net, col.ENTRIES, robot, net.nodes[net.work[col.TAKEN, top], col.PLACE])
         if place < 0:
             return False
         move_to(net, at, place)
-    following = net.nodes[last, AFTER]
-    if net.nodes[following, KIND] == DOCK and net.nodes[following, ROBOT] == robot:
-        place = door(net, EXITS, robot, net.nodes[last, PLACE])
+    following = net.nodes[last, col.AFTER]
+    if net.nodes[following, col.KIND] == col.DOCK and net.nodes[following, col.ROBOT] == robot:
+        place = door(net, col.EXITS, robot, net.nodes[last, col.PLACE])
         if place < 0:
             return False
         move_to(net, following, place)

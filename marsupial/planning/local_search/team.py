@@ -7,8 +7,6 @@ list that any has found.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from types import TracebackType
-from typing import Self
 
 from marsupial.arrays import Ints32
 from marsupial.model.objective import MAKESPAN, Objective, Value
@@ -17,7 +15,7 @@ from marsupial.planning.local_search.search import Annealing
 
 
 class Team:
-    """That many searches; as a context, it leaves no thread behind. See `Annealing` for the rest."""
+    """That many searches; see `Annealing` for the rest."""
 
     def __init__(
         self, data: ProblemData, beginnings: list[Ints32], bound_ms: int, size: int, objective: Objective = MAKESPAN
@@ -25,12 +23,8 @@ class Team:
         self._searches = [Annealing(data, beginnings[i:] + beginnings[:i], bound_ms, i, objective) for i in range(size)]
         self._threads = ThreadPoolExecutor(max(1, size - 1), thread_name_prefix="anytime")
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
+        """End the threads."""
         self._threads.shutdown()
 
     @property

@@ -1,6 +1,6 @@
-"""The compiled core: exact times of a net, mended where something has changed.
+"""The compiled core: exact times of a net, repaired where something has changed.
 
-What is to be timed waits in a queue, the node with the earliest former end first; whoever follows a node whose end
+What is to be timed waits in a queue, the node with the earliest former end first; what follows a node whose end
 has changed is timed after it. Nothing else is looked at. A change that can't be carried out is seen when a node is
 timed, or when a carrier's load is counted; chains that wait for each other in a circle grow later until they are too
 late.
@@ -12,53 +12,9 @@ import numpy as np
 
 from marsupial.arrays import Floats
 from marsupial.native import inlined
-from marsupial.planning.local_search.encoding import (
-    CAPACITY,
-    DOCK,
-    DOCKING,
-    EXPLORE,
-    HOME,
-    START,
-    TYPE,
-    UNDOCK,
-    UNDOCKING,
-)
-from marsupial.planning.local_search.net import (
-    AFTER,
-    BEFORE,
-    CARRIER,
-    CARRIER_AFTER,
-    CARRIER_BEFORE,
-    CHECK,
-    CHECKS,
-    COUNTED,
-    DRIVE,
-    DRIVING,
-    DUE,
-    END,
-    FAR,
-    KIND,
-    LATE,
-    LOAD,
-    PLACE,
-    QUEUE,
-    QUEUED,
-    REACHING,
-    ROBOT,
-    TOLL,
-    Net,
-    after,
-    ask,
-    boarding,
-    count,
-    discount,
-    end_of,
-    first_load,
-    is_aboard,
-    lateness,
-    leg_ms,
-    touch,
-)
+from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search import net as nets
+from marsupial.planning.local_search.net import Net
 
 LATEST = 1 << 60
 
@@ -70,12 +26,12 @@ def propagate(net: Net, limit: float, blend: Floats) -> float:
     `limit` is a cost; a net that would cost more may be given up. `blend` is (3,): what a ms late, a ms of
     reaching and a ms of driving cost.
     """
-    for i in range(net.work[0, CHECKS]):
-        if _overloaded(net, net.work[CHECK, i]):
+    for i in range(net.work[0, col.CHECKS]):
+        if _overloaded(net, net.work[col.CHECK, i]):
             return np.inf
-    latest = LATEST if limit >= LATEST else net.work[0, DUE] + np.int64(limit / blend[0])
+    latest = LATEST if limit >= LATEST else net.work[0, col.DUE] + np.int64(limit / blend[0])
     patience = 4 * len(net.nodes)
-    while net.work[0, QUEUED]:
+    while net.work[0, col.QUEUED]:
         patience -= 1
         if patience < 0 or not _time(net, _earliest(net), latest):
             return np.inf
@@ -85,116 +41,116 @@ def propagate(net: Net, limit: float, blend: Floats) -> float:
 @inlined
 def cost_of(net: Net, blend: Floats) -> float:
     """Return the cost of a net all of which is timed."""
-    return blend[0] * net.work[0, LATE] + blend[1] * net.work[0, REACHING] + blend[2] * net.work[0, DRIVING]
+    return blend[0] * net.work[0, col.LATE] + blend[1] * net.work[0, col.REACHING] + blend[2] * net.work[0, col.DRIVING]
 
 
 @inlined
 def _earliest(net: Net) -> int:
     """Take the node with the earliest former end out of the queue; ends of chains come last."""
-    n, best, best_end = net.work[0, QUEUED] - 1, 0, LATEST
+    n, best, best_end = net.work[0, col.QUEUED] - 1, 0, LATEST
     robots = len(net.robots)
     for i in range(n + 1):
-        node = net.work[QUEUE, i]
-        if node >= robots and net.nodes[node, END] < best_end:
-            best, best_end = i, net.nodes[node, END]
-    node = net.work[QUEUE, best]
-    net.work[QUEUE, best] = net.work[QUEUE, n]
-    net.work[0, QUEUED] = n
+        node = net.work[col.QUEUE, i]
+        if node >= robots and net.nodes[node, col.END] < best_end:
+            best, best_end = i, net.nodes[node, col.END]
+    node = net.work[col.QUEUE, best]
+    net.work[col.QUEUE, best] = net.work[col.QUEUE, n]
+    net.work[0, col.QUEUED] = n
     return node
 
 
 @inlined
 def _overloaded(net: Net, carrier: int) -> bool:
     """Say whether a carrier has more rovers aboard than there is room for, or sets down one of a type it has not."""
-    total = first_load(net, carrier)
+    total = nets.first_load(net, carrier)
     for kind in range(len(net.leg)):
-        load, all_load = net.robots[carrier, LOAD + kind], total
-        node = net.nodes[carrier, AFTER]
+        load, all_load = net.robots[carrier, col.LOAD + kind], total
+        node = net.nodes[carrier, col.AFTER]
         while node != carrier:
-            change = boarding(net, node)
+            change = nets.boarding(net, node)
             all_load += change
-            if net.robots[net.nodes[node, ROBOT], TYPE] == kind:
+            if net.robots[net.nodes[node, col.ROBOT], col.TYPE] == kind:
                 load += change
-            if change and (load < 0 or all_load > net.robots[carrier, CAPACITY]):
+            if change and (load < 0 or all_load > net.robots[carrier, col.CAPACITY]):
                 return True
-            node = after(net, node, carrier)
+            node = nets.after(net, node, carrier)
     return False
 
 
 @inlined
 def _time(net: Net, node: int, latest: int) -> bool:
     """Time one node; False if it can't be carried out or is too late."""
-    if net.nodes[node, KIND] == START:
+    if net.nodes[node, col.KIND] == col.START:
         return _close(net, node, latest)
-    if net.nodes[node, BEFORE] < 0:
+    if net.nodes[node, col.BEFORE] < 0:
         return True
     possible, end, drive = _work_out(net, node)
     if not possible or end > latest:
         return False
-    if net.nodes[node, COUNTED] and net.nodes[node, END] == end:
-        if net.nodes[node, DRIVE] != drive:
-            touch(net, node)
-            net.work[0, DRIVING] += drive - net.nodes[node, DRIVE]
-            net.nodes[node, DRIVE] = drive
+    if net.nodes[node, col.COUNTED] and net.nodes[node, col.END] == end:
+        if net.nodes[node, col.DRIVE] != drive:
+            nets.touch(net, node)
+            net.work[0, col.DRIVING] += drive - net.nodes[node, col.DRIVE]
+            net.nodes[node, col.DRIVE] = drive
         return True
-    touch(net, node)
-    discount(net, node)
-    net.nodes[node, END], net.nodes[node, DRIVE] = end, drive
-    count(net, node)
-    following = net.nodes[node, AFTER]
-    if net.nodes[following, KIND] != UNDOCK or net.nodes[following, ROBOT] != net.nodes[node, ROBOT]:
+    nets.touch(net, node)
+    nets.discount(net, node)
+    net.nodes[node, col.END], net.nodes[node, col.DRIVE] = end, drive
+    nets.count(net, node)
+    following = net.nodes[node, col.AFTER]
+    if net.nodes[following, col.KIND] != col.UNDOCK or net.nodes[following, col.ROBOT] != net.nodes[node, col.ROBOT]:
         _ask_next(net, following)
-    if net.nodes[node, KIND] != EXPLORE:
-        _ask_next(net, net.nodes[node, CARRIER_AFTER])
+    if net.nodes[node, col.KIND] != col.EXPLORE:
+        _ask_next(net, net.nodes[node, col.CARRIER_AFTER])
     return True
 
 
 @inlined
 def _work_out(net: Net, node: int) -> tuple[bool, int, int]:
     """Return whether what a node does can be done after what is before it, when it ends and the driving it takes."""
-    kind, robot, place = net.nodes[node, KIND], net.nodes[node, ROBOT], net.nodes[node, PLACE]
-    previous = net.nodes[node, BEFORE]
+    kind, robot, place = net.nodes[node, col.KIND], net.nodes[node, col.ROBOT], net.nodes[node, col.PLACE]
+    previous = net.nodes[node, col.BEFORE]
     possible, end, drive = True, 0, 0
-    if kind == UNDOCK:
-        possible = not net.recover or net.nodes[previous, KIND] == DOCK
-        drive = net.work[0, TOLL]
+    if kind == col.UNDOCK:
+        possible = not net.recover or net.nodes[previous, col.KIND] == col.DOCK
+        drive = net.work[0, col.TOLL]
     else:
-        drive = leg_ms(net, robot, net.nodes[previous, PLACE], place)
-        possible = drive < FAR and not is_aboard(net, previous, robot)
-        end = net.nodes[previous, END] + drive
-    if kind != EXPLORE:
-        carrier, previous = net.nodes[node, CARRIER], net.nodes[node, CARRIER_BEFORE]
-        leg = leg_ms(net, carrier, net.nodes[previous, PLACE], place)
-        possible = possible and leg < FAR
+        drive = nets.leg_ms(net, robot, net.nodes[previous, col.PLACE], place)
+        possible = drive < col.FAR and not nets.is_aboard(net, previous, robot)
+        end = net.nodes[previous, col.END] + drive
+    if kind != col.EXPLORE:
+        carrier, previous = net.nodes[node, col.CARRIER], net.nodes[node, col.CARRIER_BEFORE]
+        leg = nets.leg_ms(net, carrier, net.nodes[previous, col.PLACE], place)
+        possible = possible and leg < col.FAR
         drive += leg
-        end = max(end, net.nodes[previous, END] + leg)
-        end += net.robots[robot, DOCKING if kind == DOCK else UNDOCKING]
+        end = max(end, net.nodes[previous, col.END] + leg)
+        end += net.robots[robot, col.DOCKING if kind == col.DOCK else col.UNDOCKING]
     return possible, end, drive
 
 
 @inlined
 def _ask_next(net: Net, node: int) -> None:
-    if net.nodes[node, KIND] != START or net.robots[node, HOME] >= 0:
-        ask(net, node)
+    if net.nodes[node, col.KIND] != col.START or net.robots[node, col.HOME] >= 0:
+        nets.ask(net, node)
 
 
 @inlined
 def _close(net: Net, robot: int, latest: int) -> bool:
     """Time the way home of a carrier, and see that a rover is aboard in the end if it has to be."""
-    last = net.nodes[robot, BEFORE]
-    if net.robots[robot, HOME] < 0:
-        return not net.recover or net.robots[robot, CAPACITY] >= 0 or net.nodes[last, KIND] == DOCK
-    touch(net, robot)
-    discount(net, robot)
-    leg = leg_ms(net, robot, net.nodes[last, PLACE], net.robots[robot, HOME])
-    if leg >= FAR:
+    last = net.nodes[robot, col.BEFORE]
+    if net.robots[robot, col.HOME] < 0:
+        return not net.recover or net.robots[robot, col.CAPACITY] >= 0 or net.nodes[last, col.KIND] == col.DOCK
+    nets.touch(net, robot)
+    nets.discount(net, robot)
+    leg = nets.leg_ms(net, robot, net.nodes[last, col.PLACE], net.robots[robot, col.HOME])
+    if leg >= col.FAR:
         return False
-    net.nodes[robot, DRIVE] = leg
-    net.nodes[robot, CARRIER_BEFORE] = 0
-    if net.nodes[last, PLACE] != net.robots[robot, HOME]:
-        net.nodes[robot, CARRIER_BEFORE] = net.nodes[last, END] + leg
-    count(net, robot)
-    return net.nodes[robot, CARRIER_BEFORE] <= latest
+    net.nodes[robot, col.DRIVE] = leg
+    net.nodes[robot, col.CARRIER_BEFORE] = 0
+    if net.nodes[last, col.PLACE] != net.robots[robot, col.HOME]:
+        net.nodes[robot, col.CARRIER_BEFORE] = net.nodes[last, col.END] + leg
+    nets.count(net, robot)
+    return net.nodes[robot, col.CARRIER_BEFORE] <= latest
 
 
 @inlined
@@ -202,17 +158,17 @@ def makespan_of(net: Net) -> int:
     """Return when the last robot is ready, all nodes being timed."""
     makespan = 0
     for node in range(len(net.nodes)):
-        if net.nodes[node, COUNTED]:
-            makespan = max(makespan, end_of(net, node))
+        if net.nodes[node, col.COUNTED]:
+            makespan = max(makespan, nets.end_of(net, node))
     return makespan
 
 
 @inlined
 def set_due(net: Net, due: int) -> None:
     """Change the time from which on things are late."""
-    net.work[0, DUE] = due
+    net.work[0, col.DUE] = due
     late = 0
     for node in range(len(net.nodes)):
-        if net.nodes[node, COUNTED]:
-            late += lateness(net, end_of(net, node))
-    net.work[0, LATE] = late
+        if net.nodes[node, col.COUNTED]:
+            late += nets.lateness(net, nets.end_of(net, node))
+    net.work[0, col.LATE] = late

@@ -4,7 +4,7 @@ With a budget in seconds they run side by side and each new incumbent (`marsupia
 it comes; members that ask for the best plan of all get it at any time. It is over at the end
 of the budget, when all have ended, or when one proves that there is no plan. Once the makespan is proven optimal the
 lead goes on for as long again as it has taken, and a little more, to get targets reached sooner, from the plan of
-whoever has found it; unless the lead has ended by itself.
+the member that has found it; unless the lead has ended by itself.
 
 With a budget in steps they run one after the other, each beginning with the best plan so far, so that the same steps
 give the same plans.
@@ -112,7 +112,6 @@ class Portfolio:
 
 
 def _crash(error: Exception) -> Finished:
-    """Return the end of an engine that raised `error`."""
     return Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")
 
 
@@ -172,7 +171,7 @@ class _SideBySide:
             self._enter(self._lead)
 
     def _let_in(self) -> None:
-        """Start the members whose time has come, or all of them where nobody is left."""
+        """Start the members whose time has come, or all of them where none is left."""
         now = self._clock()
         for member in tuple(self._waiting):
             if now - self._begun >= member.head_start_s or not self._race.running:

@@ -1,4 +1,4 @@
-"""A plan by somebody who knows the map: how fast could this team have explored it?
+"""A plan by one who knows the map: how fast could this team have explored it?
 
 The clairvoyant has the same robots, starts, sensors and docking times as any strategy, but sees the whole map before it
 plans, and plans only once, at length. Its plan is carried out in the same simulated world; its exploration time is the

@@ -7,11 +7,14 @@ than a microsecond.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
+from operator import or_
+from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Floats, Ints
 from marsupial.maps.footprint import disc
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
@@ -21,6 +24,9 @@ from marsupial.model.robots import RobotType
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route
 
+K = TypeVar("K")
+V = TypeVar("V")
+
 Cells = int
 """A set of cells to be seen, one bit for each."""
 
@@ -28,7 +34,7 @@ MOST_SITES = 6000
 """Of one robot type, but for those that must be, and fewer on large maps; the lattice is chosen accordingly."""
 
 MEMORY = 200_000_000
-"""Bytes for what is seen from sites, and as many for what else is remembered: beyond that it is found anew."""
+"""Bytes for what is seen from sites, and as many for what else is remembered: beyond that it is computed again."""
 
 
 class Ground:
@@ -63,12 +69,13 @@ class Ground:
         self._contact = {k.name: disc(k.radius_m / truth.resolution_m + 1.0 + 1e-6) for k in types}
         self._search = {name: PathSearch(self.territory.footprints[name].standable) for name in self.kinds}
         self._views: dict[tuple[str, Cell], Cells] = {}
-        self._rows: dict[tuple[str, Cell], npt.NDArray[np.float64]] = {}
+        self._rows: dict[tuple[str, Cell], Floats] = {}
         self._routes: dict[tuple[str, Cell, Cell], Route] = {}
         self._legs: dict[tuple[str, Cell, Cell], Cells] = {}
         self._site_views: dict[str, list[Cells]] = {}
         self._remembered = 0
-        self._bit = np.flatnonzero(self._reachable())
+        self._bit = np.flatnonzero(np.logical_or.reduce(list(self.reach.by_type.values())))
+        self._set_bytes = len(self._bit) // 8
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
         self.wanted: Cells = (1 << len(self._bit)) - 1
@@ -85,11 +92,7 @@ class Ground:
 
     def view(self, kind: str, cell: Cell) -> Cells:
         """Return what a robot of that type sees where it stands."""
-        key = (kind, cell)
-        if key not in self._views:
-            self._remember(len(self._bit) // 8)
-            self._views[key] = self._bits(self._seen(kind, cell))
-        return self._views[key]
+        return self._kept(self._views, (kind, cell), lambda: self._bits(self._seen(kind, cell)), self._set_bytes)
 
     def site_views(self, kind: str) -> list[Cells]:
         """Return what of the wanted cells is seen from each site of a type."""
@@ -109,7 +112,7 @@ class Ground:
                 near &= self._near(kind, self.cell(self._bit[bit]))
         return near
 
-    def sites_near(self, kind: str, cell: Cell) -> npt.NDArray[np.int64]:
+    def sites_near(self, kind: str, cell: Cell) -> Ints:
         """Return the numbers of the sites of a type from which it might see a cell."""
         return np.flatnonzero(self._near(kind, cell))
 
@@ -127,16 +130,12 @@ class Ground:
         """Return one of a set of cells, by lot."""
         return self.cell(int(rng.choice(self._listed(cells))))
 
-    def distances(self, kind: str, cell: Cell) -> npt.NDArray[np.float64]:
+    def distances(self, kind: str, cell: Cell) -> Floats:
         """Return the length in cells of the way from a cell to each site of a type, inf where there is none."""
-        key = (kind, cell)
-        if key not in self._rows:
-            row = self._search[kind].field(cell).ravel()[self.sites[kind]]
-            self._remember(row.nbytes)
-            self._rows[key] = row
-        return self._rows[key]
+        sites = self.sites[kind]
+        return self._kept(self._rows, (kind, cell), lambda: self._search[kind].field(cell).ravel()[sites], sites.nbytes)
 
-    def apart(self, kind: str, cell: Cell, others: Sequence[Cell]) -> npt.NDArray[np.float64]:
+    def apart(self, kind: str, cell: Cell, others: Sequence[Cell]) -> Floats:
         """Return the lengths in cells of the ways from a cell to some sites of a type."""
         numbers = self._numbers[kind]
         return self.distances(kind, cell)[[numbers[c.y * self.width + c.x] for c in others]]
@@ -153,14 +152,11 @@ class Ground:
 
     def leg(self, kind: str, start: Cell, goal: Cell) -> Cells:
         """Return what a robot sees on its way, both ends included."""
-        key = (kind, start, goal)
-        if key not in self._legs:
-            seen = 0
-            for cell in self.route(kind, start, goal):
-                seen |= self.view(kind, cell)
-            self._remember(len(self._bit) // 8)
-            self._legs[key] = seen
-        return self._legs[key]
+
+        def seen() -> Cells:
+            return reduce(or_, (self.view(kind, cell) for cell in self.route(kind, start, goal)))
+
+        return self._kept(self._legs, (kind, start, goal), seen, self._set_bytes)
 
     def add_sites(self, kind: str, cells: Iterable[Cell]) -> None:
         """Let a type stop at these cells, too: where it starts, and where it docks."""
@@ -172,10 +168,7 @@ class Ground:
         self._rows.clear()
         self._site_views.pop(kind, None)
 
-    def _reachable(self) -> Mask:
-        return np.logical_or.reduce([self.reach.by_type[name] for name in self.reach.by_type])
-
-    def _lattice(self, kind: str) -> npt.NDArray[np.int64]:
+    def _lattice(self, kind: str) -> Ints:
         """Return the reachable cells with coordinates that are multiples of the least number that leaves few enough."""
         reach = self.reach.by_type[kind]
         most = min(MOST_SITES, MEMORY // (1 + len(self._bit) // 8) // len(self.kinds))
@@ -202,23 +195,30 @@ class Ground:
                     left &= ~self.view(kind, self.cell(index))
             self.add_sites(kind, more)
 
-    def _listed(self, cells: Cells) -> npt.NDArray[np.int64]:
-        """Return the row-major indices of a set of cells."""
+    def _listed(self, cells: Cells) -> Ints:
         raw = np.frombuffer(cells.to_bytes((len(self._bit) + 7) // 8, "little"), dtype=np.uint8)
         return self._bit[np.flatnonzero(np.unpackbits(raw, count=len(self._bit), bitorder="little"))]
 
-    def _bits(self, indices: npt.NDArray[np.int64]) -> Cells:
+    def _bits(self, indices: Ints) -> Cells:
         at = self._place[indices]
         marks = np.zeros(len(self._bit), dtype=np.uint8)
         marks[at[at >= 0]] = 1
         return int.from_bytes(np.packbits(marks, bitorder="little").tobytes(), "little")
 
-    def _seen(self, kind: str, cell: Cell) -> npt.NDArray[np.int64]:
+    def _seen(self, kind: str, cell: Cell) -> Ints:
         grid = self.territory.grid
         seen = self._sight.visible(cell, self.territory.kinds[kind].sensor_range_m / grid.resolution_m)
         around = self._contact[kind] + np.array(cell)
         inside = ((around >= 0) & (around < (grid.width, grid.height))).all(axis=1)
         return np.concatenate((seen, around[inside, 1] * grid.width + around[inside, 0]))
+
+    def _kept(self, known: dict[K, V], key: K, make: Callable[[], V], size: int) -> V:
+        """Return what is known, or make it and remember it; `size` is in bytes."""
+        if key not in known:
+            value = make()
+            self._remember(size)
+            known[key] = value
+        return known[key]
 
     def _remember(self, size: int) -> None:
         self._remembered += size

@@ -12,8 +12,8 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Floats
 from marsupial.maps.survey import Poses, Survey, planning_type, travel_times
 from marsupial.maps.targets import Target
 from marsupial.model.grid import Cell
@@ -42,19 +42,25 @@ class Stop:
         return Target(name=self.name, cell=cell, viewpoints=self.viewpoints, cells=none, reveal_m2=0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Sortie:
-    """What a robot drives by itself in one go, between being set down and picked up.
+@dataclass(slots=True)
+class Tour:
+    """What a robot drives by itself in one go, between being set down and picked up; it can be changed.
 
-    `names` are the places from the first to the last, `cells` where they are for the robot, and `errands` which of the
-    outline's errands is the last one there: -1 where it begins, None where it ends aboard.
+    `names` are the places from the first to the last, `cells` where they are for the robot. `after` has, per place, the
+    last errand there; None where the tour begins or ends. `seen` has what is seen at the first place and then on each
+    leg.
     """
 
     robot: str
     kind: str
-    names: tuple[str, ...]
-    cells: tuple[Cell, ...]
-    errands: tuple[int | None, ...]
+    names: list[str]
+    cells: list[Cell]
+    after: list[Action | None]
+    seen: list[Cells]
+
+    def ends_aboard(self) -> bool:
+        """Say whether the robot is picked up at the last place."""
+        return len(self.names) > 1 and self.after[-1] is None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,18 +124,14 @@ class Outline:
         """The errands with the driving between them, each as early as possible."""
         return replay(self.situation, Plan(actions=self.errands)).plan
 
-    @cached_property
-    def sorties(self) -> tuple[Sortie, ...]:
-        """What each robot drives in one go."""
-        return tuple(sortie for robot in self.ground.robots for sortie in self._sorties_of(robot))
+    def tours(self) -> list[Tour]:
+        """Return what each robot drives in one go."""
+        return [tour for robot in self.ground.robots for tour in self._tours_of(robot)]
 
     @cached_property
     def missed(self) -> Cells:
-        """What nobody comes to see."""
-        missed = self.ground.wanted
-        for sortie in self.sorties:
-            missed &= ~seen_along(self.ground, sortie.kind, sortie.cells)
-        return missed
+        """What no robot comes to see."""
+        return missed_by(self.ground, self.tours())
 
     @cached_property
     def complete_ms(self) -> int:
@@ -159,29 +161,34 @@ class Outline:
             errands=tuple(a for a in self.errands if a.place not in gone),
         )
 
-    def _sorties_of(self, robot: PlacedRobot) -> Iterator[Sortie]:
-        visits: list[tuple[str, int | None]] = [] if robot.cell is None else [(f"s_{robot.name}", -1)]
-        for i, errand in enumerate(self.errands):
+    def _tours_of(self, robot: PlacedRobot) -> Iterator[Tour]:
+        visits: list[tuple[str, Action | None]] = [] if robot.cell is None else [(f"s_{robot.name}", None)]
+        for errand in self.errands:
             if robot.name not in errand.robots:
                 continue
             if robot.name == errand.carrier and visits[-1][0] == errand.place:
-                visits[-1] = (errand.place, i)
+                visits[-1] = (errand.place, errand)
             elif errand.name is ActionName.UNDOCK and robot.name == errand.robot:
-                visits = [(errand.place, i)]
+                visits = [(errand.place, errand)]
             elif errand.name is ActionName.DOCK and robot.name == errand.robot:
-                yield self._sortie(robot, [*visits, (errand.place, None)])
+                yield self._tour(robot, [*visits, (errand.place, None)])
                 visits = []
             else:
-                visits.append((errand.place, i))
+                visits.append((errand.place, errand))
         if visits:
-            yield self._sortie(robot, visits)
+            yield self._tour(robot, visits)
 
-    def _sortie(self, robot: PlacedRobot, visits: Sequence[tuple[str, int | None]]) -> Sortie:
-        names, errands = zip(*visits, strict=True)
-        return Sortie(robot.name, robot.type, names, tuple(self.poses[name][robot.type] for name in names), errands)
+    def _tour(self, robot: PlacedRobot, visits: Sequence[tuple[str, Action | None]]) -> Tour:
+        names = [name for name, _ in visits]
+        cells = [self.poses[name][robot.type] for name in names]
+        seen = [
+            self.ground.view(robot.type, cells[0]),
+            *(self.ground.leg(robot.type, a, b) for a, b in pairwise(cells)),
+        ]
+        return Tour(robot.name, robot.type, names, cells, [errand for _, errand in visits], seen)
 
     def _looks(self) -> list[tuple[int, str, Cell]]:
-        """Return when somebody passes a cell, and a robot of which type."""
+        """Return when a robot passes a cell, and of which type it is."""
         ground, poses = self.ground, self.poses
         types = {robot.name: robot.type for robot in ground.robots}
         looks: list[tuple[int, str, Cell]] = []
@@ -198,7 +205,7 @@ class Outline:
     def _table(self, kind: RobotType) -> TravelTable:
         ground = self.ground
 
-        def lengths(cells: Sequence[Cell]) -> npt.NDArray[np.float64]:
+        def lengths(cells: Sequence[Cell]) -> Floats:
             if kind.name not in ground.kinds:
                 return np.full((len(cells), len(cells)), np.inf)
             return np.array([ground.apart(kind.name, cell, cells) for cell in cells])
@@ -206,9 +213,10 @@ class Outline:
         return travel_times(kind, list(self.poses), self.poses, lengths, ground.territory.grid.resolution_m)
 
 
-def seen_along(ground: Ground, kind: str, cells: Sequence[Cell]) -> Cells:
-    """Return what a robot sees that drives from cell to cell."""
-    seen = ground.view(kind, cells[0])
-    for start, goal in pairwise(cells):
-        seen |= ground.leg(kind, start, goal)
-    return seen
+def missed_by(ground: Ground, tours: Iterable[Tour]) -> Cells:
+    """Return what is to be seen and is not, on any of these tours."""
+    missed = ground.wanted
+    for tour in tours:
+        for seen in tour.seen:
+            missed &= ~seen
+    return missed

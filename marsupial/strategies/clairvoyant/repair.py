@@ -7,16 +7,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Floats, Ints
 from marsupial.model.grid import Cell
 from marsupial.model.plan import Plan
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant.ground import Cells
-from marsupial.strategies.clairvoyant.outline import Outline
-from marsupial.strategies.clairvoyant.tours import Tour, Tours
-
-Indices = npt.NDArray[np.int64]
+from marsupial.strategies.clairvoyant.outline import Outline, Tour
+from marsupial.strategies.clairvoyant.tours import Tours
 
 LATE = 4.0
 """What a ms beyond the time limit costs beside one of driving."""
@@ -27,8 +25,8 @@ FIXED_MS = 500.0
 NOISE = 0.3
 """How much costs are taken to vary: the standard deviation of their logarithm."""
 
-NOBODY = 4.0
-"""What a stop that nobody can go to costs, beside the time limit."""
+UNSERVED = 4.0
+"""What a stop that no robot can go to costs, beside the time limit."""
 
 SITES = 100
 """Of how many sites of a type that may see a cell one is chosen."""
@@ -75,7 +73,7 @@ class _Repair:
     Attributes
     ----------
     is_partial
-        Whether there is a stop that nobody goes to yet.
+        Whether there is a stop that no robot goes to yet.
     """
 
     def __init__(self, tours: Tours, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
@@ -106,7 +104,7 @@ class _Repair:
             self._done_ms[place[0].robot] += round(longer * ground.ms_per_cell(kind))
         return seen
 
-    def _sites(self, kind: str, cell: Cell) -> Indices:
+    def _sites(self, kind: str, cell: Cell) -> Ints:
         """Return the numbers of the sites of a type that see a cell, or of some of them."""
         ground = self._tours.ground
         near, bit, views = ground.sites_near(kind, cell), ground.bit_of(cell), ground.site_views(kind)
@@ -114,7 +112,7 @@ class _Repair:
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
         return np.array(seeing, dtype=np.int64)
 
-    def _cheapest(self, kind: str, sites: Indices, missed: Cells) -> _Choice:
+    def _cheapest(self, kind: str, sites: Ints, missed: Cells) -> _Choice:
         views = self._tours.ground.site_views(kind)
         gains = np.array([(views[n] & missed).bit_count() for n in sites.tolist()], dtype=np.float64)
         costs, places = self._insertions(kind, sites)
@@ -122,11 +120,11 @@ class _Repair:
         n = int(np.argmin(costs))
         return _Choice(float(costs[n]), kind, int(sites[n]), places[n])
 
-    def _insertions(self, kind: str, sites: Indices) -> tuple[npt.NDArray[np.float64], list[Place | None]]:
-        """Return the least cost, in ms, of driving to each site, and where it comes in; None where nobody can."""
+    def _insertions(self, kind: str, sites: Ints) -> tuple[Floats, list[Place | None]]:
+        """Return the least cost, in ms, of driving to each site, and where it comes in; None where no robot can."""
         tours = [tour for tour in self._tours.all if tour.kind == kind]
         places = [(tour, at) for tour in tours for at in range(len(tour.names) - tour.ends_aboard())]
-        costs, where = np.full(len(sites), NOBODY * self._limit_ms), np.full(len(sites), -1)
+        costs, where = np.full(len(sites), UNSERVED * self._limit_ms), np.full(len(sites), -1)
         for i, (tour, at) in enumerate(places):
             extra = self._detours(tour, at, sites)
             late = self._done_ms[tour.robot] + extra - self._limit_ms
@@ -135,7 +133,7 @@ class _Repair:
             costs[nearer], where[nearer] = cost[nearer], i
         return costs, [None if i < 0 else places[i] for i in where.tolist()]
 
-    def _detours(self, tour: Tour, at: int, sites: Indices) -> npt.NDArray[np.float64]:
+    def _detours(self, tour: Tour, at: int, sites: Ints) -> Floats:
         """Return how long it takes, in ms, to go to each site after a place of a tour."""
         ground = self._tours.ground
         before, *after = tour.cells[at : at + 2]

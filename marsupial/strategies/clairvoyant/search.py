@@ -1,4 +1,4 @@
-"""The search for a fast plan: planned anew again and again, with a part of the stops taken out and put back elsewhere.
+"""The search for a fast plan: planned again and again, with a part of the stops taken out and put back elsewhere.
 
 A round takes some stops out (those seen last above all, and their neighbours), puts others where they cost least until
 all is seen again, lets the anytime engine's annealing find a better order, and shortens the tours. What is better, or

@@ -7,8 +7,8 @@ import numpy as np
 from marsupial.model.grid import Cell
 from marsupial.model.plan import ActionName
 from marsupial.strategies.clairvoyant.ground import Cells
-from marsupial.strategies.clairvoyant.outline import Outline
-from marsupial.strategies.clairvoyant.tours import Tour, Tours
+from marsupial.strategies.clairvoyant.outline import Outline, Tour
+from marsupial.strategies.clairvoyant.tours import Tours
 
 TRIES = 8
 """How many places that seem to do are looked at more closely, for each stop."""
@@ -45,7 +45,6 @@ def _look_at(tours: Tours, name: str) -> bool:
 
 
 def _ends(tour: Tour, at: int) -> tuple[Cell, ...]:
-    """Return the places before and, if there is one, after a stop."""
     return (tour.cells[at - 1], *tour.cells[at + 1 : at + 2])
 
 

@@ -1,6 +1,6 @@
 """The clairvoyant as a strategy and as a policy of replanning: one plan, made from the truth, until all has been seen.
 
-As in any mission the robots see what there is to see from where they are; but nobody looks at what they report, until
+As in any mission the robots see what there is to see from where they are; but no one looks at what they report, until
 all of the reachable area is known. Then a greedy plan does what the mission asks for besides exploring.
 """
 
@@ -20,7 +20,7 @@ from marsupial.model.plan import Action, Plan
 from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal
-from marsupial.model.strategy import Briefing, Decision, PlanningReport, Work
+from marsupial.model.strategy import Briefing, Decision, PlanningReport, PlanProgress
 from marsupial.model.world import News, World
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -99,13 +99,13 @@ class Clairvoyant:
         if not self._left and self.exploration_ms is None:
             self.exploration_ms = news.t_ms
 
-    def look(self, news: News, done: Sequence[Action], work: Work) -> Triggers:
+    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Ask for another plan as soon as all has been seen, and whenever one is carried out."""
         if not self._left and (self._exploring or work.idle):
             return (Trigger(Cause.EXPLORED),)
         return (Trigger(Cause.CARRIED_OUT),) if work.idle else ()
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Return the stops of the plan or, once all has been seen, the moment's survey of the truth.
 
         Rovers can always be picked up where they were set down: those meeting points are kept.

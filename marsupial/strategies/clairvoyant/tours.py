@@ -3,42 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 from marsupial.model.grid import Cell
 from marsupial.model.plan import Action, ActionName
 from marsupial.strategies.clairvoyant.cover import stop_at
 from marsupial.strategies.clairvoyant.ground import Cells
-from marsupial.strategies.clairvoyant.outline import Outline, Sortie, Stop
-
-
-@dataclass(slots=True)
-class Tour:
-    """A sortie that can be changed.
-
-    `after` has, per place, the last errand there; None where the sortie begins or ends. `seen` has what is seen at the
-    first place and then on each leg.
-    """
-
-    robot: str
-    kind: str
-    names: list[str]
-    cells: list[Cell]
-    after: list[Action | None]
-    seen: list[Cells]
-
-    def ends_aboard(self) -> bool:
-        """Say whether the robot is picked up at the last place."""
-        return len(self.names) > 1 and self.after[-1] is None
+from marsupial.strategies.clairvoyant.outline import Outline, Stop, Tour, missed_by
 
 
 class Tours:
-    """The sorties of an outline, its stops and errands."""
+    """The tours of an outline, its stops and errands."""
 
     def __init__(self, outline: Outline) -> None:
         self.ground = outline.ground
-        self.all = [_tour(outline, sortie) for sortie in outline.sorties]
+        self.all = outline.tours()
         self._outline = outline
         self._errands = list(outline.errands)
         self._names = {stop.name for stop in outline.stops}
@@ -47,12 +27,8 @@ class Tours:
 
     @property
     def missed(self) -> Cells:
-        """What nobody comes to see."""
-        missed = self.ground.wanted
-        for tour in self.all:
-            for seen in tour.seen:
-                missed &= ~seen
-        return missed
+        """What no robot comes to see."""
+        return missed_by(self.ground, self.all)
 
     def find(self, name: str) -> tuple[Tour, int] | None:
         """Return the tour that leads to a stop, and its number on it."""
@@ -114,7 +90,7 @@ class Tours:
         self._see_around(tour, at + 1)
 
     def put_down(self, kind: str, cell: Cell, cells: Cells) -> None:
-        """Add a stop that nobody goes to yet."""
+        """Add a stop that no robot goes to yet."""
         self._new_stop(kind, cell, cells)
 
     def leg(self, tour: Tour, *cells: Cell) -> Cells:
@@ -146,11 +122,3 @@ class Tours:
         for leg in (at, at + 1):
             if leg < len(tour.cells):
                 tour.seen[leg] = self.leg(tour, tour.cells[leg - 1], tour.cells[leg])
-
-
-def _tour(outline: Outline, sortie: Sortie) -> Tour:
-    ground = outline.ground
-    seen = [ground.view(sortie.kind, sortie.cells[0])]
-    seen += [ground.leg(sortie.kind, a, b) for a, b in pairwise(sortie.cells)]
-    after = [None if i is None or i < 0 else outline.errands[i] for i in sortie.errands]
-    return Tour(sortie.robot, sortie.kind, list(sortie.names), list(sortie.cells), after, seen)

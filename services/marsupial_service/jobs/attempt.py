@@ -47,7 +47,7 @@ class Attempt:
         self._settings = settings
         self._now_ms = now_ms
         self._lock = threading.Lock()
-        self._run: processes.Run | None = None
+        self._run: processes.JobRun | None = None
         self._cancelled = False
         self._unstored: deque[Future[bool]] = deque()
         self._has_plan = claim.start is not None

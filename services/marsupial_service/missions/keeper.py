@@ -117,7 +117,7 @@ class Keeper:
         await talk
         return None
 
-    async def _started(self, job: Job) -> processes.Run:
+    async def _started(self, job: Job) -> processes.JobRun:
         """Start a process; if that is cancelled meanwhile, the process is ended as soon as it is there."""
         starting = self._threads.submit(processes.run, job)
         try:
@@ -126,7 +126,7 @@ class Keeper:
             starting.add_done_callback(_close)
             raise
 
-    async def _talk(self, run: processes.Run, turns: asyncio.Queue[object]) -> None:
+    async def _talk(self, run: processes.JobRun, turns: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
         number, due = 0, Next(input=None, decisions=await self._decisions(0))
         while True:
@@ -167,6 +167,6 @@ class Keeper:
         return await self._missions.read(lambda source: table.turn_at(source, self._number, number))
 
 
-def _close(starting: Future[processes.Run]) -> None:
+def _close(starting: Future[processes.JobRun]) -> None:
     if not starting.cancelled() and starting.exception() is None:
         starting.result().close()

@@ -9,7 +9,8 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import PlanningType, RobotState, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.local_search.encoding import UNDOCK, encode, events_of, plan_of
+from marsupial.planning.local_search.columns import UNDOCK
+from marsupial.planning.local_search.encoding import encode, events_of, plan_of
 from marsupial.planning.local_search.search import Annealing
 
 

@@ -1,0 +1,50 @@
+"""The columns of the arrays of local search, and the numbers of what stands in them."""
+
+from __future__ import annotations
+
+EXPLORE, UNDOCK, DOCK, START = 0, 1, 2, 3
+"""Kinds of event, the first column; the others are the robot, the carrier (-1 if none) and the place."""
+
+NEIGHBOURS = 10
+"""How many targets near a target are known."""
+
+DOORS = 6
+"""How many meetings near a place are known, for each type and direction."""
+
+TYPE, AT, ABOARD, READY, CAPACITY, DOCKING, UNDOCKING, HOME = range(8)
+"""Columns of robots: -1 for no place or carrier; docking and undocking end with being ready again."""
+
+TARGETS, MEETINGS, ROVERS, CARRIERS = range(4)
+"""Groups."""
+
+ENTRIES, EXITS = 0, 1
+"""Sides of doors."""
+
+
+FREE = 4
+"""Kind of a transfer that is not in use."""
+
+KIND, ROBOT, CARRIER, PLACE, BEFORE, AFTER, CARRIER_BEFORE, CARRIER_AFTER, END, DRIVE, STAMP, COUNTED = range(12)
+WIDTH = 12
+"""Columns of nodes. `END` is from when the robots are ready again, `DRIVE` the driving it takes, `COUNTED` whether the
+sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to. `ROBOT` of
+what a rover does is the first rover of its type. `BEFORE` is -1 out of all chains."""
+
+LOAD = 8
+"""Column of robots: how many rovers of the first type are aboard at first; those of the other types follow."""
+
+EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED = range(6)
+REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, TOLL = range(6, 15)
+SUMS = 15
+"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, the time that is late, and what
+setting a rover down counts as driving."""
+
+QUEUE, CHECK, SPARE, DROP, TAKEN = range(1, 6)
+"""Other rows of `work`: nodes to be timed, carriers whose load is to be checked, transfers not in use, transfers no
+longer in use once the change is accepted, targets taken out."""
+
+NODE, WORTH, NEAR = 0, 1, 2
+"""Columns of `hints`; after the nodes of the nearest targets come the doors: entries and exits per type."""
+
+FAR = (1 << 31) - 1
+"""A leg that is this long has no path."""
