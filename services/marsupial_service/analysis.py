@@ -13,6 +13,7 @@ import numpy as np
 
 from marsupial.errors import InputError
 from marsupial.formats.situation import situation_to_json
+from marsupial.maps.growth import reach_of
 from marsupial.maps.survey import Survey, placed
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell, Grid
@@ -104,7 +105,7 @@ def _frontiers(grid: Grid, survey: Survey) -> list[FeatureAnswer]:
 
 
 def _reach(state: MapState) -> list[FeatureAnswer]:
-    reach = Territory(state.grid, state.kinds).reach(placed(state.robots))
+    reach = reach_of(Territory(state.grid, state.kinds), placed(state.robots))
     point_m = state.grid.point_m
     return [
         _feature(
