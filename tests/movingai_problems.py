@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from marsupial.errors import Problem
-from marsupial.formats.files import read_map_bytes
+from marsupial.errors import MapError, Problem
+from marsupial.formats.inputs import read_bytes
 from marsupial.formats.mapfiles import movingai
 from marsupial.model.grid import Cell
 
@@ -47,7 +47,7 @@ def read_scen(path: Path | str) -> tuple[ScenProblem, ...]:
     MapError
         Naming the line of every fault.
     """
-    lines = movingai._lines(read_map_bytes(Path(path), 256 * 1024 * 1024))
+    lines = movingai._lines(read_bytes(Path(path), MapError, 256 * 1024 * 1024))
     problems: list[Problem] = []
     found: list[ScenProblem] = []
     if not lines or lines[0].split()[:1] != [b"version"] or lines[0].split()[1:] not in ([b"1"], [b"1.0"]):

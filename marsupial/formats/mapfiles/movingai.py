@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.files import read_map_bytes
+from marsupial.formats.inputs import read_bytes
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
 from marsupial.model.mapreading import LegendEntry, MapReading
@@ -34,7 +34,7 @@ def understand_movingai(path: Path | str) -> MapReading:
     MapError
         Naming the line of every fault.
     """
-    lines = _lines(read_map_bytes(Path(path), 2 * MAX_CELLS))
+    lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
     width, height = _size(lines, str(path))
     rows = lines[4:]
     _check_rows(rows, width, height, str(path))

@@ -312,28 +312,28 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
     )
     assert problems_of(path) == {
         "image": f"no such file: {tmp_path / 'gone.pgm'}",
-        "resolution": "must be positive (metres per pixel), got -1",
-        "origin": "must be three numbers [x, y, yaw], got [0, 0]",
-        "negate": "must be 0 or 1, got 'perhaps'",
+        "resolution": "must be positive, got -1",
+        "origin": "must be a list of 3 numbers, got [0, 0]",
+        "negate": "must be an integer, got 'perhaps'",
         "free_thresh": "must be a number, got 'low'",
-        "occupied_thresh": "must be from 0 to 1, got 65",
-        "mode": "must be trinary, scale or raw, got 'binary'",
+        "occupied_thresh": "must be at most 1, got 65",
+        "mode": "must be trinary or scale or raw, got 'binary'",
     }
 
 
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("image", 7, "must be the path of an image, got 7"),
-        ("image", "", "must be the path of an image, got ''"),
-        ("resolution", True, "must be a number, got True"),
-        ("resolution", float("nan"), "must be a finite number, got nan"),
-        ("resolution", 10**400, "must be a number, got 1000000"),
-        ("origin", 0.0, "must be three numbers [x, y, yaw], got 0.0"),
-        ("origin", [0, "x", 0], "must be a number, got 'x'"),
-        ("origin", [0, float("inf"), 0], "must be a finite number, got inf"),
-        ("negate", 0.0, "must be 0 or 1, got 0.0"),
-        ("mode", None, "must be trinary, scale or raw, got None"),
+        ("image", 7, "must be a text, got 7"),
+        ("image", "", "must be a text, got ''"),
+        ("resolution", True, "must be a number, got true"),
+        ("resolution", float("nan"), "must be finite, got nan"),
+        ("resolution", 10**400, "must be finite, got 1000000"),
+        ("origin", 0.0, "must be a list of 3 numbers, got 0.0"),
+        ("origin", [0, "x", 0], "must be a list of 3 numbers, got [0, 'x', 0]"),
+        ("origin", [0, float("inf"), 0], "must be a list of 3 numbers, got [0, inf, 0]"),
+        ("negate", 0.0, "must be an integer, got 0.0"),
+        ("mode", None, "must be a text, got nothing"),
     ],
 )
 def test_values_of_the_wrong_type_are_named(tmp_path: Path, key: str, value: object, message: str) -> None:
