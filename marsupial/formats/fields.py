@@ -2,7 +2,7 @@
 
 `Notes` gather what is wrong, each problem with its path. `Fields` are notes on one mapping of a file: their methods
 take one field each, check it, note what is wrong, and hand back a placeholder of the right type so that reading goes
-on. Whoever started the reading raises at the end if there are problems, so that no placeholder ever gets out.
+on. The caller raises at the end if there are problems, so that no placeholder ever gets out.
 A boolean is not a number, and a number has to be finite.
 """
 

@@ -1,6 +1,6 @@
 """What has to hold from one event of a mission log to the next.
 
-A log whose lines are well formed can still be nonsense: a robot nobody introduced, cells off the map, time running
+A log whose lines are well formed can still be nonsense: an unknown robot, cells off the map, time running
 backwards. The checker holds what a replay relies on, so that everything behind `read_log` may rely on it too.
 """
 

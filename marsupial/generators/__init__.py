@@ -10,12 +10,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from marsupial.errors import MapError, Problem
 from marsupial.generators.canvas import Size, solid
 from marsupial.generators.cave import cave
 from marsupial.generators.lobby import lobby
 from marsupial.generators.maze import maze
 from marsupial.generators.office import office
-from marsupial.generators.random_obstacles import DEFAULT_SHARE, random_obstacles
+from marsupial.generators.random_obstacles import DEFAULT_SHARE, MOST_SHARE, random_obstacles
 from marsupial.generators.rooms import rooms
 from marsupial.model.grid import Grid
 
@@ -32,13 +33,16 @@ class Generator:
     least_m
         Smallest width and height that it can fill.
     options
-        Further parameters, all numbers, with their defaults.
+        Further parameters, all numbers from 0 on, with their defaults.
+    most
+        The most that each of these may be.
     """
 
     carve: Callable[..., None]
     least_m: tuple[float, float]
     summary: str
     options: Mapping[str, float] = field(default_factory=dict)
+    most: Mapping[str, float] = field(default_factory=dict)
 
     def make(self, *, width_m: float, height_m: float, resolution_m: float, seed: int, **options: float) -> Grid:
         """Generate a map with its lower left corner at the origin.
@@ -48,6 +52,9 @@ class Generator:
         MapError
             With every parameter that is out of range.
         """
+        wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
+        if wrong:
+            raise MapError([Problem(key, f"must be 0 to {self.most[key]}, got {wrong[key]}") for key in wrong])
         size = Size(width_m, height_m, resolution_m)
         cells = solid(size, seed, self.least_m)
         self.carve(cells, np.random.default_rng(seed), size, **options)
@@ -67,6 +74,7 @@ GENERATORS: dict[str, Generator] = {
         least_m=(6, 6),
         summary="open ground with random boxes",
         options={"share": DEFAULT_SHARE},
+        most={"share": MOST_SHARE},
     ),
     "cave": Generator(carve=cave, least_m=(15, 15), summary="winding halls with patches of rough ground"),
     "lobby": Generator(carve=lobby, least_m=(8, 9), summary="one hall with a few rooms"),
