@@ -19,8 +19,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from marsupial.model.grid import Cell, Mask
-from marsupial.paths.fields import PathSearch, route_length
+from marsupial.paths.fields import PathSearch
 from marsupial.paths.kernels import SQRT2
+from marsupial.paths.routes import route_length
 
 Lengths = npt.NDArray[np.float64]
 Result = TypeVar("Result")

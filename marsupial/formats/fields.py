@@ -2,7 +2,7 @@
 
 `Notes` gather what is wrong, each problem with its path. `Fields` are notes on one mapping of a file: their methods
 take one field each, check it, note what is wrong, and hand back a placeholder of the right type so that reading goes
-on. Whoever started the reading raises at the end if there are problems, so that no placeholder ever gets out.
+on. The caller raises at the end if there are problems, so that no placeholder ever gets out.
 A boolean is not a number, and a number has to be finite.
 """
 
@@ -12,7 +12,7 @@ import difflib
 import math
 import re
 import reprlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from marsupial.errors import InputError, Problem
@@ -20,6 +20,8 @@ from marsupial.model.bounds import BOUNDS, LONGEST_NAME, MOST, Bound
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxlong = 60
+
+FINITE = Bound(-math.inf, math.inf)
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
@@ -87,30 +89,13 @@ class Fields(Notes):
         self._known.add(key)
         return key in self.data
 
-    def number(self, key: str, default: float | None = None, bound: Bound | None = None) -> float:
+    def number(self, key: str, default: float | None = None, bound: Bound = FINITE) -> float:
         """Take a finite number within the bound."""
-        if not self._present(key, required=default is None):
-            return 0.0 if default is None else float(default)
-        value = self.data[key]
-        fault = number_fault(value) or (None if bound is None else bound.fault(value))
-        if fault:
-            self.wrong(key, fault)
-            return 0.0
-        return float(value)
+        return float(self._take(key, default, 0.0, lambda value: number_fault(value) or bound.fault(value)))
 
-    def integer(self, key: str, default: int | None = None, bound: Bound | None = None) -> int:
+    def integer(self, key: str, default: int | None = None, bound: Bound = FINITE) -> int:
         """Take an integer within the bound."""
-        if not self._present(key, required=default is None):
-            return 0 if default is None else default
-        value = self.data[key]
-        if isinstance(value, bool) or not isinstance(value, int):
-            self.wrong(key, f"must be an integer, got {shown(value)}")
-            return 0
-        fault = None if bound is None else bound.fault(value)
-        if fault:
-            self.wrong(key, fault)
-            return 0
-        return value
+        return int(self._take(key, default, 0, lambda value: _integer_fault(value) or bound.fault(value)))
 
     def quantity(self, key: str, default: float | None = None) -> float:
         """Take a number within the bound that has the name of the field."""
@@ -122,13 +107,7 @@ class Fields(Notes):
 
     def text(self, key: str, default: str | None = None) -> str:
         """Take a text that is not empty."""
-        if not self._present(key, required=default is None):
-            return default or ""
-        value = self.data[key]
-        if not isinstance(value, str) or not value.strip():
-            self.wrong(key, f"must be a text, got {shown(value)}")
-            return ""
-        return value
+        return str(self._take(key, default, "", _text_fault))
 
     def name(self, key: str, default: str | None = None) -> str:
         """Take a name: a letter, then letters, digits, ``_`` and ``-``."""
@@ -143,13 +122,7 @@ class Fields(Notes):
 
     def flag(self, key: str, default: bool) -> bool:
         """Take true or false."""
-        if not self._present(key, required=False):
-            return default
-        value = self.data[key]
-        if not isinstance(value, bool):
-            self.wrong(key, f"must be true or false, got {shown(value)}")
-            return default
-        return value
+        return bool(self._take(key, default, default, _flag_fault))
 
     def choice(self, key: str, options: Iterable[str], default: str | None = None, *, what: str = "") -> str:
         """Take one of `options`; `what` says what they are (``robot type``)."""
@@ -165,13 +138,7 @@ class Fields(Notes):
 
     def numbers(self, key: str, count: int, default: tuple[float, ...] | None = None) -> tuple[float, ...]:
         """Take a list of `count` finite numbers; empty where it is wrong."""
-        if not self._present(key, required=default is None):
-            return default or ()
-        value = self.data[key]
-        if not isinstance(value, list) or len(value) != count or any(number_fault(v) for v in value):
-            self.wrong(key, f"must be a list of {count} numbers, got {shown(value)}")
-            return ()
-        return tuple(float(v) for v in value)
+        return tuple(float(number) for number in self._take(key, default, (), lambda v: _numbers_fault(v, count)))
 
     def texts(self, key: str) -> list[str]:
         """Take a list of texts that is not empty; empty where it is wrong."""
@@ -222,6 +189,16 @@ class Fields(Notes):
             if key not in self._known:
                 self.wrong(str(key), f"unknown field{suggestion(str(key), self._known)}")
 
+    def _take(self, key: str, default: Any, placeholder: Any, fault_of: Callable[[Any], str | None]) -> Any:
+        """Return the value of a field; `default` where it is absent, `placeholder` where it is wrong."""
+        if not self._present(key, required=default is None):
+            return placeholder if default is None else default
+        fault = fault_of(self.data[key])
+        if fault:
+            self.wrong(key, fault)
+            return placeholder
+        return self.data[key]
+
     def _present(self, key: str, *, required: bool) -> bool:
         if required and not self.has(key):
             self.wrong(key, "missing")
@@ -256,3 +233,22 @@ def number_fault(value: object) -> str | None:
     if abs(value) > MOST or not math.isfinite(value):
         return f"must be finite, got {shown(value)}"
     return None
+
+
+def _integer_fault(value: object) -> str | None:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return None if whole else f"must be an integer, got {shown(value)}"
+
+
+def _text_fault(value: object) -> str | None:
+    return None if isinstance(value, str) and value.strip() else f"must be a text, got {shown(value)}"
+
+
+def _flag_fault(value: object) -> str | None:
+    return None if isinstance(value, bool) else f"must be true or false, got {shown(value)}"
+
+
+def _numbers_fault(value: object, count: int) -> str | None:
+    if isinstance(value, list) and len(value) == count and not any(number_fault(item) for item in value):
+        return None
+    return f"must be a list of {count} numbers, got {shown(value)}"

@@ -1,34 +1,69 @@
-"""Text files somebody named, and errors that say which file they are about."""
+"""Files named by a user: what can be wrong with them, said in a few words, and errors that say which file is meant.
+
+A path from outside may be missing, a directory, a pipe that never ends or far too big. It is looked at before it
+is opened, and never more than the limit is read.
+"""
 
 from __future__ import annotations
 
+import io
+import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from marsupial.errors import InputError
-from marsupial.formats.files import file_fault
 
 MOST_BYTES = 256 * 1024 * 1024
 
 
-def read_text(path: Path, error: type[InputError]) -> str:
-    """Return the text of a file.
+def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
+    """Say what keeps `path` from being read as a file of at most `limit_bytes`, or None where nothing does."""
+    try:
+        status = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return "no such file"
+    except (OSError, ValueError) as error:
+        return f"can't be read ({_reason(error)})"
+    if stat.S_ISDIR(status.st_mode):
+        return "is a directory, not a file"
+    if not stat.S_ISREG(status.st_mode):
+        return "is not a regular file"
+    if limit_bytes is not None and status.st_size > limit_bytes:
+        return f"has {status.st_size} bytes, more than the limit of {limit_bytes}"
+    return None if os.access(path, os.R_OK) else "can't be read (permission denied)"
+
+
+def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES) -> bytes:
+    """Return the content of a file.
 
     Raises
     ------
     InputError
-        Of kind `error`, if it can't be read as UTF-8 text.
+        Of kind `error`, where the file is missing, no regular file, unreadable or longer than `limit_bytes`.
     """
-    fault = file_fault(path, MOST_BYTES)
+    fault = file_fault(path, limit_bytes)
     if fault is None:
         try:
-            return path.read_text(encoding="utf-8-sig")
-        except UnicodeDecodeError:
-            fault = "is not UTF-8 text"
+            with path.open("rb") as file:
+                data = file.read(limit_bytes + 1)
         except OSError as failure:
-            fault = f"can't be read ({failure.strerror})"
+            fault = f"can't be read ({_reason(failure)})"
+        else:
+            if len(data) <= limit_bytes:
+                return data
+            fault = f"has more bytes than the limit of {limit_bytes}"
     raise error(fault, source=str(path))
+
+
+def read_text(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES) -> str:
+    """Return the text of a file, as `read_bytes`; it has to be UTF-8."""
+    data = io.BytesIO(read_bytes(path, error, limit_bytes))
+    try:
+        return io.TextIOWrapper(data, encoding="utf-8-sig").read()
+    except UnicodeDecodeError as failure:
+        raise error("is not UTF-8 text", source=str(path)) from failure
 
 
 @contextmanager
@@ -38,3 +73,7 @@ def about(path: Path) -> Iterator[None]:
         yield
     except InputError as error:
         raise type(error)(error.problems, source=str(path)) from error
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return str(getattr(error, "strerror", None) or error).lower()

@@ -1,6 +1,6 @@
 """What has to hold from one event of a mission log to the next.
 
-A log whose lines are well formed can still be nonsense: a robot nobody introduced, cells off the map, time running
+A log whose lines are well formed can still be nonsense: an unknown robot, cells off the map, time running
 backwards. The checker holds what a replay relies on, so that everything behind `read_log` may rely on it too.
 """
 
@@ -12,20 +12,8 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem
+from marsupial.model import mission as m
 from marsupial.model.grid import UNKNOWN, Cell
-from marsupial.model.mission import (
-    ActionEnded,
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
-    MissionEnded,
-    MissionEvent,
-    MissionStarted,
-    PlacedRobot,
-    Planned,
-    Revealed,
-    RobotLost,
-)
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import Role
 from marsupial.paths.routes import route_of
@@ -35,35 +23,35 @@ class LogChecker:
     """Checks events in their order; one checker per log."""
 
     def __init__(self) -> None:
-        self._mission: MissionStarted | None = None
+        self._mission: m.MissionStarted | None = None
         self._robots: frozenset[str] = frozenset()
         self._carriers: frozenset[str] = frozenset()
         self._last_ms = 0
         self._over = False
 
-    def check(self, event: MissionEvent) -> list[Problem]:
+    def check(self, event: m.MissionEvent) -> list[Problem]:
         """Return what is wrong with the next event."""
         problems = list(self._order(event))
         if self._mission is None:
-            if not isinstance(event, MissionStarted):
+            if not isinstance(event, m.MissionStarted):
                 return [Problem("event", "the first event must be the mission")]
             self._mission = event
             self._robots = frozenset(robot.name for robot in event.robots)
             carrying = {kind.name for kind in event.types if kind.role is Role.CARRIER}
             self._carriers = frozenset(robot.name for robot in event.robots if robot.type in carrying)
         self._last_ms = max(self._last_ms, event.t_ms)
-        self._over = self._over or isinstance(event, MissionEnded)
+        self._over = self._over or isinstance(event, m.MissionEnded)
         return problems + list(_CHECKS[type(event)](self, event))
 
-    def _order(self, event: MissionEvent) -> Iterator[Problem]:
+    def _order(self, event: m.MissionEvent) -> Iterator[Problem]:
         if event.t_ms < self._last_ms:
             yield Problem("t_ms", f"must not go back, got {event.t_ms} after {self._last_ms}")
         if self._over:
             yield Problem("event", "nothing may follow the end of the mission")
-        if self._mission is not None and isinstance(event, MissionStarted):
+        if self._mission is not None and isinstance(event, m.MissionStarted):
             yield Problem("event", "a log holds one mission")
 
-    def _mission_started(self, event: MissionStarted) -> Iterator[Problem]:
+    def _mission_started(self, event: m.MissionStarted) -> Iterator[Problem]:
         if event.width < 1 or event.height < 1:
             yield Problem("width", f"a map needs at least one cell, got {event.width} x {event.height}")
         if not event.resolution_m > 0:
@@ -79,7 +67,7 @@ class LogChecker:
                 yield Problem(f"robots[{i}].type", f"no such robot type: {robot.type!r}")
             yield from self._placed(f"robots[{i}]", robot)
 
-    def _placed(self, path: str, robot: PlacedRobot) -> Iterator[Problem]:
+    def _placed(self, path: str, robot: m.PlacedRobot) -> Iterator[Problem]:
         if (robot.cell is None) == (robot.carrier is None):
             yield Problem(path, "must have either a cell or a carrier")
         elif robot.cell is not None:
@@ -89,7 +77,7 @@ class LogChecker:
         elif robot.name in self._carriers:
             yield Problem(f"{path}.carrier", "a carrier can't be carried")
 
-    def _revealed(self, event: Revealed) -> Iterator[Problem]:
+    def _revealed(self, event: m.Revealed) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
         if len(event.runs) % 3 or not self._runs_fit(event.runs):
             yield Problem("runs", "must be (start, length, code) three by three, inside the map, codes 0 to 254")
@@ -103,7 +91,7 @@ class LogChecker:
         inside = bool(np.all((lengths > 0) & (starts + lengths <= size)))
         return inside and all(0 <= code < UNKNOWN for code in runs[2::3])
 
-    def _drive_started(self, event: DriveStarted) -> Iterator[Problem]:
+    def _drive_started(self, event: m.DriveStarted) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
         yield from self._cell("cell", event.cell)
         if not set(event.steps) <= set("01234567"):
@@ -111,14 +99,14 @@ class LogChecker:
         elif not self._stays_inside(event):
             yield Problem("steps", "leave the map")
 
-    def _stays_inside(self, event: DriveStarted) -> bool:
+    def _stays_inside(self, event: m.DriveStarted) -> bool:
         return all(self._contains(cell) for cell in route_of(event.cell, event.steps))
 
-    def _drive_ended(self, event: DriveEnded) -> Iterator[Problem]:
+    def _drive_ended(self, event: m.DriveEnded) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
         yield from self._cell("cell", event.cell)
 
-    def _planned(self, event: Planned) -> Iterator[Problem]:
+    def _planned(self, event: m.Planned) -> Iterator[Problem]:
         for i, target in enumerate(event.targets):
             yield from self._cell(f"targets[{i}].cell", target.cell)
         for i, meeting in enumerate(event.meetings):
@@ -127,17 +115,17 @@ class LogChecker:
         for i, action in enumerate(event.actions):
             yield from self._action(f"actions[{i}]", action)
 
-    def _action_started(self, event: ActionStarted) -> Iterator[Problem]:
+    def _action_started(self, event: m.ActionStarted) -> Iterator[Problem]:
         yield from self._action("action", event.action)
         yield from self._cell("cell", event.cell)
 
-    def _action_ended(self, event: ActionEnded) -> Iterator[Problem]:
+    def _action_ended(self, event: m.ActionEnded) -> Iterator[Problem]:
         yield from self._action("action", event.action)
 
-    def _robot_lost(self, event: RobotLost) -> Iterator[Problem]:
+    def _robot_lost(self, event: m.RobotLost) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
 
-    def _mission_ended(self, event: MissionEnded) -> Iterator[Problem]:
+    def _mission_ended(self, event: m.MissionEnded) -> Iterator[Problem]:
         for i, frontier in enumerate(event.remaining):
             yield from self._cell(f"remaining[{i}].cell", frontier.cell)
 
@@ -167,13 +155,13 @@ class LogChecker:
 
 
 _CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
-    MissionStarted: LogChecker._mission_started,
-    Revealed: LogChecker._revealed,
-    DriveStarted: LogChecker._drive_started,
-    DriveEnded: LogChecker._drive_ended,
-    Planned: LogChecker._planned,
-    ActionStarted: LogChecker._action_started,
-    ActionEnded: LogChecker._action_ended,
-    RobotLost: LogChecker._robot_lost,
-    MissionEnded: LogChecker._mission_ended,
+    m.MissionStarted: LogChecker._mission_started,
+    m.Revealed: LogChecker._revealed,
+    m.DriveStarted: LogChecker._drive_started,
+    m.DriveEnded: LogChecker._drive_ended,
+    m.Planned: LogChecker._planned,
+    m.ActionStarted: LogChecker._action_started,
+    m.ActionEnded: LogChecker._action_ended,
+    m.RobotLost: LogChecker._robot_lost,
+    m.MissionEnded: LogChecker._mission_ended,
 }

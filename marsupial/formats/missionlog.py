@@ -25,34 +25,22 @@ import numpy as np
 from marsupial.errors import LogError, Problem
 from marsupial.formats.logchecks import LogChecker
 from marsupial.formats.triggers import read_triggers, trigger_text
+from marsupial.model import mission as m
 from marsupial.model.grid import Cell
-from marsupial.model.mission import (
-    ActionEnded,
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
-    MissionEnded,
-    MissionEvent,
-    MissionStarted,
-    Planned,
-    Revealed,
-    RobotLost,
-    Triggers,
-)
 
 FORMAT = "marsupial-log"
 VERSION = 1
 
-EVENTS: dict[str, type[MissionEvent]] = {
-    "mission": MissionStarted,
-    "reveal": Revealed,
-    "drive": DriveStarted,
-    "stand": DriveEnded,
-    "plan": Planned,
-    "start": ActionStarted,
-    "end": ActionEnded,
-    "lost": RobotLost,
-    "ended": MissionEnded,
+EVENTS: dict[str, type[m.MissionEvent]] = {
+    "mission": m.MissionStarted,
+    "reveal": m.Revealed,
+    "drive": m.DriveStarted,
+    "stand": m.DriveEnded,
+    "plan": m.Planned,
+    "start": m.ActionStarted,
+    "end": m.ActionEnded,
+    "lost": m.RobotLost,
+    "ended": m.MissionEnded,
 }
 """What each line's `event` stands for."""
 
@@ -70,35 +58,35 @@ class MissionLog:
         Whether its last line was cut off; that line is not among the events.
     """
 
-    events: tuple[MissionEvent, ...]
+    events: tuple[m.MissionEvent, ...]
     truncated: bool = False
 
     @property
-    def mission(self) -> MissionStarted:
+    def mission(self) -> m.MissionStarted:
         """The first event."""
         first = self.events[0]
-        assert isinstance(first, MissionStarted)
+        assert isinstance(first, m.MissionStarted)
         return first
 
     @property
-    def ended(self) -> MissionEnded | None:
+    def ended(self) -> m.MissionEnded | None:
         """The stop report, or None if the run was killed before it could write one."""
         last = self.events[-1]
-        return last if isinstance(last, MissionEnded) else None
+        return last if isinstance(last, m.MissionEnded) else None
 
 
-def encode_event(event: MissionEvent) -> str:
+def encode_event(event: m.MissionEvent) -> str:
     """Return the line of an event, without its line break; plain ASCII."""
     head: dict[str, Any] = {"event": _TAGS[type(event)]}
-    if isinstance(event, MissionStarted):
+    if isinstance(event, m.MissionStarted):
         head |= {"format": FORMAT, "version": VERSION}
     values = _object(event)
-    if isinstance(event, Planned):
+    if isinstance(event, m.Planned):
         values["trigger"] = trigger_text(event.trigger)
     return json.dumps(head | values, default=_plain, separators=(",", ":"), allow_nan=False)
 
 
-def decode_event(line: str) -> MissionEvent:
+def decode_event(line: str) -> m.MissionEvent:
     """Return the event of one line; what has to hold between lines is not looked at.
 
     Raises
@@ -152,7 +140,7 @@ class LogWriter:
         self._stream = None
         self._stack.close()
 
-    def write(self, event: MissionEvent) -> None:
+    def write(self, event: m.MissionEvent) -> None:
         """Append one event."""
         if self._stream is None:
             raise ValueError("a LogWriter writes only inside its with block")
@@ -195,8 +183,8 @@ def _is_json(line: bytes) -> bool:
     return True
 
 
-def _read_lines(lines: Iterable[bytes]) -> tuple[list[MissionEvent], list[Problem]]:
-    events: list[MissionEvent] = []
+def _read_lines(lines: Iterable[bytes]) -> tuple[list[m.MissionEvent], list[Problem]]:
+    events: list[m.MissionEvent] = []
     problems: list[Problem] = []
     checker = LogChecker()
     for number, line in enumerate(lines, start=1):
@@ -211,7 +199,7 @@ def _read_lines(lines: Iterable[bytes]) -> tuple[list[MissionEvent], list[Proble
     return events, problems[:_MOST_PROBLEMS]
 
 
-def _read_line(line: bytes, problems: list[Problem]) -> MissionEvent | None:
+def _read_line(line: bytes, problems: list[Problem]) -> m.MissionEvent | None:
     try:
         value = _load(line)
     except (ValueError, RecursionError) as error:
@@ -286,7 +274,7 @@ def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
     if get_origin(hint) is UnionType:
         (inner,) = (kind for kind in get_args(hint) if kind is not NoneType)
         return None if value is None else _read(inner, value, path, problems)
-    if hint == Triggers:
+    if hint == m.Triggers:
         return read_triggers(_read_scalar(str, value, path, problems))
     if hint is Cell:
         return Cell(*_read_array((int, int), value, path, problems))

@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ def situation_to_json(situation: Situation) -> str:
         If a target's reveal is no finite number.
     """
     try:
-        head = json.dumps(_head(situation), indent=2, ensure_ascii=False, allow_nan=False)
+        head = json.dumps(_head(situation), indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
     except ValueError as error:
         raise SituationError([Problem("targets", f"reveal_m2 must be a finite number ({error})")]) from None
     tables = ",\n".join(_table_text(kind.name, situation.travel_ms[kind.name]) for kind in situation.types)
@@ -99,32 +100,23 @@ def _head(situation: Situation) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "version": VERSION,
-        "types": [
-            {
-                "name": kind.name,
-                "role": kind.role.value,
-                "capacity": int(kind.capacity),
-                "dock_ms": int(kind.dock_ms),
-                "undock_ms": int(kind.undock_ms),
-            }
-            for kind in situation.types
-        ],
-        "robots": [_robot_fields(robot) for robot in situation.robots],
-        "targets": [
-            {"name": target.name, "explorers": sorted(target.explorers), "reveal_m2": float(target.reveal_m2)}
-            for target in situation.targets
-        ],
-        "meetings": list(situation.meetings),
-        "homes": list(situation.homes),
-        "goal": {"recover_rovers": situation.goal.recover_rovers, "return_home": situation.goal.return_home},
-        "places": list(situation.places),
+        "types": [asdict(kind) for kind in situation.types],
+        "robots": [_given(asdict(robot)) for robot in situation.robots],
+        "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
+        "meetings": situation.meetings,
+        "homes": situation.homes,
+        "goal": asdict(situation.goal),
+        "places": situation.places,
     }
 
 
-def _robot_fields(robot: RobotState) -> dict[str, Any]:
-    fields = {"name": robot.name, "type": robot.type, "place": robot.place, "carrier": robot.carrier}
-    given = {key: value for key, value in fields.items() if value is not None}
-    return given | {"free_at_ms": int(robot.free_at_ms)} | ({} if robot.home is None else {"home": robot.home})
+def _given(fields: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in fields.items() if value is not None}
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON can hold of a set of names or a number of numpy's."""
+    return sorted(value) if isinstance(value, frozenset) else int(value)
 
 
 def _table_text(kind: str, table: TravelTable) -> str:

@@ -8,11 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
+from marsupial.errors import MapError, Problem
+from marsupial.generators.canvas import Size, solid
 from marsupial.generators.cave import cave
 from marsupial.generators.lobby import lobby
 from marsupial.generators.maze import maze
 from marsupial.generators.office import office
-from marsupial.generators.random_obstacles import DEFAULT_SHARE, random_obstacles
+from marsupial.generators.random_obstacles import DEFAULT_SHARE, MOST_SHARE, random_obstacles
 from marsupial.generators.rooms import rooms
 from marsupial.model.grid import Grid
 
@@ -23,24 +27,55 @@ class Generator:
 
     Parameters
     ----------
-    make
-        Takes ``width_m, height_m, resolution_m, seed`` and the `options` by keyword.
+    carve
+        Carves a map into cells (height, width) that are all obstacle; takes them, a random generator, the `Size`, and
+        the `options` by keyword.
+    least_m
+        Smallest width and height that it can fill.
     options
-        Further parameters, all numbers, with their defaults.
+        Further parameters, all numbers from 0 on, with their defaults.
+    most
+        The most that each of these may be.
     """
 
-    make: Callable[..., Grid]
+    carve: Callable[..., None]
+    least_m: tuple[float, float]
     summary: str
     options: Mapping[str, float] = field(default_factory=dict)
+    most: Mapping[str, float] = field(default_factory=dict)
+
+    def make(self, *, width_m: float, height_m: float, resolution_m: float, seed: int, **options: float) -> Grid:
+        """Generate a map with its lower left corner at the origin.
+
+        Raises
+        ------
+        MapError
+            With every parameter that is out of range.
+        """
+        wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
+        if wrong:
+            raise MapError([Problem(key, f"must be 0 to {self.most[key]}, got {wrong[key]}") for key in wrong])
+        size = Size(width_m, height_m, resolution_m)
+        cells = solid(size, seed, self.least_m)
+        self.carve(cells, np.random.default_rng(seed), size, **options)
+        return Grid(cells=cells, resolution_m=resolution_m)
 
 
 GENERATORS: dict[str, Generator] = {
-    "office": Generator(make=office, summary="two corridors and rooms on both sides, half of them for rovers only"),
-    "maze": Generator(make=maze, summary="a maze around a centre for rovers only with several openings"),
-    "rooms": Generator(make=rooms, summary="rooms without corridors, some behind narrow doors"),
-    "random": Generator(
-        make=random_obstacles, summary="open ground with random boxes", options={"share": DEFAULT_SHARE}
+    "office": Generator(
+        carve=office, least_m=(30, 24), summary="two corridors and rooms on both sides, half of them for rovers only"
     ),
-    "cave": Generator(make=cave, summary="winding halls with patches of rough ground"),
-    "lobby": Generator(make=lobby, summary="one hall with a few rooms"),
+    "maze": Generator(
+        carve=maze, least_m=(24, 24), summary="a maze around a centre for rovers only with several openings"
+    ),
+    "rooms": Generator(carve=rooms, least_m=(12, 12), summary="rooms without corridors, some behind narrow doors"),
+    "random": Generator(
+        carve=random_obstacles,
+        least_m=(6, 6),
+        summary="open ground with random boxes",
+        options={"share": DEFAULT_SHARE},
+        most={"share": MOST_SHARE},
+    ),
+    "cave": Generator(carve=cave, least_m=(15, 15), summary="winding halls with patches of rough ground"),
+    "lobby": Generator(carve=lobby, least_m=(8, 9), summary="one hall with a few rooms"),
 }

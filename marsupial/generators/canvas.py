@@ -14,7 +14,7 @@ import numpy as np
 
 from marsupial.errors import MapError, Problem
 from marsupial.maps.reach import parts
-from marsupial.model.grid import OBSTACLE, CellArray, Grid
+from marsupial.model.grid import OBSTACLE, CellArray
 
 LEAST_RESOLUTION_M, MOST_RESOLUTION_M = 0.02, 0.5
 MOST_SIZE_M = 500.0
@@ -23,6 +23,14 @@ WALL_M = 0.25
 DOOR_M = 1.25
 NARROW_DOOR_M = 0.4
 CORRIDOR_M = 2.5
+
+
+class Size(NamedTuple):
+    """The size of a map in metres, and the edge of a cell."""
+
+    width_m: float
+    height_m: float
+    resolution_m: float
 
 
 class Box(NamedTuple):
@@ -39,22 +47,21 @@ class Box(NamedTuple):
         return (self.x1 - self.x0) * (self.y1 - self.y0)
 
 
-def solid(
-    *, width_m: float, height_m: float, resolution_m: float, seed: int, least_m: tuple[float, float]
-) -> CellArray:
-    """Return an all-obstacle array (height, width) of the wanted size, to carve into.
-
-    Parameters
-    ----------
-    least_m
-        Smallest width and height in metres that the generator can fill.
+def solid(size: Size, seed: int, least_m: tuple[float, float]) -> CellArray:
+    """Return an all-obstacle array (height, width) of the wanted size, at least `least_m`, to carve into.
 
     Raises
     ------
     MapError
         With every parameter that is out of range.
     """
-    problems = _resolution_problems(resolution_m) + _seed_problems(seed)
+    width_m, height_m, resolution_m = size
+    problems = []
+    if not LEAST_RESOLUTION_M <= resolution_m <= MOST_RESOLUTION_M:
+        message = f"must be {LEAST_RESOLUTION_M} to {MOST_RESOLUTION_M}, got {resolution_m}"
+        problems.append(Problem("resolution_m", message))
+    if seed < 0:
+        problems.append(Problem("seed", f"must be 0 or more, got {seed}"))
     for name, size_m, least in (("width_m", width_m, least_m[0]), ("height_m", height_m, least_m[1])):
         if not least <= size_m <= MOST_SIZE_M:
             problems.append(Problem(name, f"must be {least:g} to {MOST_SIZE_M:g}, got {size_m}"))
@@ -63,17 +70,6 @@ def solid(
     if problems:
         raise MapError(problems)
     return np.full((round(height_m / resolution_m), round(width_m / resolution_m)), OBSTACLE, dtype=np.uint8)
-
-
-def _resolution_problems(resolution_m: float) -> list[Problem]:
-    if LEAST_RESOLUTION_M <= resolution_m <= MOST_RESOLUTION_M:
-        return []
-    message = f"must be {LEAST_RESOLUTION_M} to {MOST_RESOLUTION_M}, got {resolution_m}"
-    return [Problem("resolution_m", message)]
-
-
-def _seed_problems(seed: int) -> list[Problem]:
-    return [] if seed >= 0 else [Problem("seed", f"must be 0 or more, got {seed}")]
 
 
 def cells_of(length_m: float, resolution_m: float, *, least: int = 1) -> int:
@@ -104,8 +100,3 @@ def close_border(cells: CellArray) -> None:
     """Set the outermost cells to obstacle."""
     cells[0, :] = cells[-1, :] = OBSTACLE
     cells[:, 0] = cells[:, -1] = OBSTACLE
-
-
-def finished(cells: CellArray, resolution_m: float) -> Grid:
-    """Return the drawn cells as a grid with its lower left corner at the origin."""
-    return Grid(cells=cells, resolution_m=resolution_m)

@@ -12,10 +12,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.generators.canvas import close_border, fill_pockets, finished, solid
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid, Mask
+from marsupial.generators.canvas import Size, close_border, fill_pockets
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Mask
 
-LEAST_M = (15.0, 15.0)
 SQUARE_M = 0.5
 ROCK_SHARE = 0.44
 ROUNDS = 5
@@ -23,13 +22,11 @@ ROUGH_SHARE = 0.2
 ROUGH_BLUR_M = 1.5
 
 
-def cave(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> Grid:
-    """Generate a cave; about a fifth of its ground is rough."""
+def cave(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+    """Carve a cave; about a fifth of its ground is rough."""
     from scipy import ndimage  # takes a third of a second, and only caves need it
 
-    cells = solid(width_m=width_m, height_m=height_m, resolution_m=resolution_m, seed=seed, least_m=LEAST_M)
-    rng = np.random.default_rng(seed)
-    rock = _rock(rng, round(height_m / SQUARE_M), round(width_m / SQUARE_M))
+    rock = _rock(rng, *(round(side_m / SQUARE_M) for side_m in (size.height_m, size.width_m)))
     rows = np.arange(cells.shape[0]) * rock.shape[0] // cells.shape[0]
     columns = np.arange(cells.shape[1]) * rock.shape[1] // cells.shape[1]
     cells[~rock[np.ix_(rows, columns)]] = FLOOR
@@ -38,7 +35,6 @@ def cave(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> 
     fill_pockets(cells)
     ground = cells != OBSTACLE
     cells[ground & (hills > np.quantile(hills[ground], 1 - ROUGH_SHARE))] = ROUGH
-    return finished(cells, resolution_m)
 
 
 def _rock(rng: np.random.Generator, height: int, width: int) -> Mask:

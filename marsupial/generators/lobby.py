@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.generators.canvas import WALL_M, Box, carve, cells_of, finished, solid
+from marsupial.generators.canvas import WALL_M, Box, Size, carve, cells_of
 from marsupial.generators.floorplan import band, furnish
-from marsupial.model.grid import FLOOR, Grid
+from marsupial.model.grid import FLOOR, CellArray
 
-LEAST_M = (8.0, 9.0)
 HALL_M = 3.0
 
 
-def lobby(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> Grid:
-    """Generate a hall of `width_m` with rooms below and above it."""
-    cells = solid(width_m=width_m, height_m=height_m, resolution_m=resolution_m, seed=seed, least_m=LEAST_M)
-    rng = np.random.default_rng(seed)
+def lobby(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+    """Carve a hall with rooms below and above it."""
+    resolution_m = size.resolution_m
     wall, hall = cells_of(WALL_M, resolution_m), cells_of(HALL_M, resolution_m)
     height, width = cells.shape
     low_top = (height - 4 * wall - hall) // 2 + wall
@@ -24,4 +22,3 @@ def lobby(*, width_m: float, height_m: float, resolution_m: float, seed: int) ->
     rooms += band(rng, Box(wall, width - wall, top + wall, height - wall), (top, top + wall), resolution_m)
     furnish(rng, cells, rooms)
     carve(cells, Box(wall, width - wall, bottom, top), FLOOR)
-    return finished(cells, resolution_m)

@@ -13,10 +13,9 @@ from itertools import product
 
 import numpy as np
 
-from marsupial.generators.canvas import WALL_M, Box, carve, cells_of, finished, solid
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
+from marsupial.generators.canvas import WALL_M, Box, Size, carve, cells_of
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray
 
-LEAST_M = (24.0, 24.0)
 PITCH_M = 3.1
 OPENING_M = 1.5
 OPENINGS_PER_SIDE = 2
@@ -27,11 +26,10 @@ Passage = tuple[Square, Square]
 """Two neighbouring squares (column, row), the lower or left one first."""
 
 
-def maze(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> Grid:
-    """Generate a maze of corridors around a rough centre with openings on its four sides."""
-    cells = solid(width_m=width_m, height_m=height_m, resolution_m=resolution_m, seed=seed, least_m=LEAST_M)
-    rng = np.random.default_rng(seed)
-    columns, rows = round(width_m / PITCH_M), round(height_m / PITCH_M)
+def maze(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+    """Carve a maze of corridors around a rough centre with openings on its four sides."""
+    resolution_m = size.resolution_m
+    columns, rows = round(size.width_m / PITCH_M), round(size.height_m / PITCH_M)
     squares = {(i, j) for i in range(columns) for j in range(rows)}
     centre = {(i, j) for i, j in squares if _is_middle(i, columns) and _is_middle(j, rows)}
     drawing = _Drawing(cells.shape, columns=columns, rows=rows, wall=cells_of(WALL_M, resolution_m))
@@ -44,7 +42,6 @@ def maze(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> 
     width = cells_of(OPENING_M, resolution_m, least=3)
     for passage in _openings(rng, squares, centre):
         carve(cells, _part_of(rng, drawing.between(passage), passage, width=width), ROUGH)
-    return finished(cells, resolution_m)
 
 
 class _Drawing:

@@ -13,17 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.generators.canvas import CORRIDOR_M, WALL_M, Box, carve, cells_of, finished, solid
+from marsupial.generators.canvas import CORRIDOR_M, WALL_M, Box, Size, carve, cells_of
 from marsupial.generators.floorplan import Room, band, columns, furnish, room
-from marsupial.model.grid import FLOOR, Grid
-
-LEAST_M = (30.0, 24.0)
+from marsupial.model.grid import FLOOR, CellArray
 
 
-def office(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> Grid:
-    """Generate an office building; `width_m` is the length of its corridors."""
-    cells = solid(width_m=width_m, height_m=height_m, resolution_m=resolution_m, seed=seed, least_m=LEAST_M)
-    rng = np.random.default_rng(seed)
+def office(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+    """Carve an office building with corridors along the map."""
+    resolution_m = size.resolution_m
     wall, corridor = cells_of(WALL_M, resolution_m), cells_of(CORRIDOR_M, resolution_m)
     height, width = cells.shape
     left, right = wall, width - wall
@@ -43,7 +40,6 @@ def office(*, width_m: float, height_m: float, resolution_m: float, seed: int) -
     furnish(rng, cells, rooms)
     for box in (Box(left, right, *south), Box(left, right, *north), Box(link, link + corridor, south[1], north[0])):
         carve(cells, box, FLOOR)
-    return finished(cells, resolution_m)
 
 
 def _middle(rng: np.random.Generator, inside: Box, resolution_m: float) -> list[Room]:

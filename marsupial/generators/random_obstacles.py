@@ -10,31 +10,22 @@ import math
 
 import numpy as np
 
-from marsupial.errors import MapError, Problem
-from marsupial.generators.canvas import Box, carve, cells_of, close_border, fill_pockets, finished, solid
-from marsupial.model.grid import FLOOR, OBSTACLE, Grid
+from marsupial.generators.canvas import Box, Size, carve, cells_of, close_border, fill_pockets
+from marsupial.model.grid import FLOOR, OBSTACLE, CellArray
 
-LEAST_M = (6.0, 6.0)
 MOST_SHARE = 0.35
 DEFAULT_SHARE = 0.15
 LEAST_BOX_M, MOST_BOX_M = 0.5, 3.0
 
 
-def random_obstacles(
-    *, width_m: float, height_m: float, resolution_m: float, seed: int, share: float = DEFAULT_SHARE
-) -> Grid:
-    """Generate open ground with random boxes; `share` of it is covered, 0 to 0.35."""
-    if not 0 <= share <= MOST_SHARE:
-        raise MapError([Problem("share", f"must be 0 to {MOST_SHARE}, got {share}")])
-    cells = solid(width_m=width_m, height_m=height_m, resolution_m=resolution_m, seed=seed, least_m=LEAST_M)
-    rng = np.random.default_rng(seed)
+def random_obstacles(cells: CellArray, rng: np.random.Generator, size: Size, share: float = DEFAULT_SHARE) -> None:
+    """Strew boxes over open ground; `share` of it is covered, at most `MOST_SHARE`."""
     cells[:] = FLOOR
     wanted = math.floor(share * cells.size)
-    least, most = cells_of(LEAST_BOX_M, resolution_m), cells_of(MOST_BOX_M, resolution_m)
+    least, most = (cells_of(side_m, size.resolution_m) for side_m in (LEAST_BOX_M, MOST_BOX_M))
     while np.count_nonzero(cells == OBSTACLE) < wanted:
         wide, high = rng.integers(least, most + 1, 2).tolist()
         x0, y0 = int(rng.integers(cells.shape[1] - wide + 1)), int(rng.integers(cells.shape[0] - high + 1))
         carve(cells, Box(x0, x0 + wide, y0, y0 + high), OBSTACLE)
     close_border(cells)
     fill_pockets(cells)
-    return finished(cells, resolution_m)

@@ -13,24 +13,21 @@ from marsupial.generators.canvas import (
     NARROW_DOOR_M,
     WALL_M,
     Box,
+    Size,
     carve,
     cells_of,
     door_cells,
-    finished,
-    solid,
 )
-from marsupial.model.grid import FLOOR, Grid
+from marsupial.model.grid import FLOOR, CellArray
 
-LEAST_M = (12.0, 12.0)
 LEAST_ROOM_M, MOST_ROOM_M = 4.0, 8.0
 NARROW_SHARE = 0.5
 EXTRA_DOOR_SHARE = 0.25
 
 
-def rooms(*, width_m: float, height_m: float, resolution_m: float, seed: int) -> Grid:
-    """Generate a building of rooms without corridors; about half of the dead ends have a narrow door."""
-    cells = solid(width_m=width_m, height_m=height_m, resolution_m=resolution_m, seed=seed, least_m=LEAST_M)
-    rng = np.random.default_rng(seed)
+def rooms(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+    """Carve a building of rooms without corridors; about half of the dead ends have a narrow door."""
+    resolution_m = size.resolution_m
     wall = cells_of(WALL_M, resolution_m)
     height, width = cells.shape
     insides = _split(rng, Box(wall, width - wall, wall, height - wall), wall=wall, resolution_m=resolution_m)
@@ -44,7 +41,6 @@ def rooms(*, width_m: float, height_m: float, resolution_m: float, seed: int) ->
             small = not narrow.isdisjoint(pair)
             length = cells_of(NARROW_DOOR_M, resolution_m) if small else door_cells(resolution_m)
             carve(cells, _door(rng, shared[pair], wall=wall, length=length), FLOOR)
-    return finished(cells, resolution_m)
 
 
 def _split(rng: np.random.Generator, box: Box, *, wall: int, resolution_m: float) -> list[Box]:

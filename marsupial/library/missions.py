@@ -14,6 +14,7 @@ import numpy as np
 
 from marsupial.errors import UsageError
 from marsupial.library.metrics import Summary
+from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory
 from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer, Observers
@@ -73,7 +74,7 @@ def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
 
     Carriers from their starts, rovers from theirs and from wherever a carrier can set them down.
     """
-    reach = Territory(scenario.grid.solid(), scenario.robot_types).reach(robots)
+    reach = reach_of(Territory(scenario.grid.solid(), scenario.robot_types), robots)
     return np.logical_or.reduce(list(reach.by_type.values()))
 
 

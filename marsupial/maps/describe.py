@@ -90,16 +90,6 @@ class MapDescription:
     legend: tuple[LegendEntry, ...]
     warnings: tuple[str, ...]
 
-    @property
-    def free_area_m2(self) -> float:
-        """Area of all free classes together."""
-        return sum(share.area_m2 for share in self.free)
-
-    @property
-    def free_share(self) -> float:
-        """Share of all free classes together, 0 to 1."""
-        return sum(share.share for share in self.free)
-
 
 def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | None = None) -> MapDescription:
     """Describe a map for the given robot types.

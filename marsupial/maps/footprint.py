@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.arrays import Flags, Ints, Ints32
-from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask, code_table
 from marsupial.model.robots import RobotType
 from marsupial.native import native
 
@@ -67,8 +67,7 @@ class Footprint:
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
         self.kind = kind
         self._offsets = disc(kind.radius_m / resolution_m)
-        self._drivable = np.zeros(256, dtype=np.bool_)
-        self._drivable[sorted(kind.terrains)] = True
+        self._drivable = code_table(kind.terrains)
         self.standable: Mask = np.zeros(shape, dtype=np.bool_)
         self.possible: Mask = np.ones(shape, dtype=np.bool_)
         self._counts = _Counts(

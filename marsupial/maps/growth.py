@@ -1,8 +1,7 @@
 """What the team can reach, kept up to date while the map grows.
 
-The same answer as `Territory.reach`, for the price of what is new: known ground is never taken back, so areas only
-grow from the cells that have become passable. They are found anew when a robot is lost, and a rover type's when one
-of its robots has gone aboard.
+The cost is that of what is new: known ground is never taken back, so areas only grow from the cells that have become
+passable. They are recomputed when a robot is lost, and a rover type's when one of its robots has gone aboard.
 """
 
 from __future__ import annotations
@@ -21,6 +20,11 @@ from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
 _NONE: Ints = np.empty(0, dtype=np.int64)
+
+
+def reach_of(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
+    """Return what the team can reach from where it is, on the map as it is."""
+    return GrowingReach(territory).reach(robots)
 
 
 class GrowingReach:

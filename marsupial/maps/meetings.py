@@ -28,7 +28,7 @@ from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.robots import Role
 from marsupial.native import native
-from marsupial.paths.fields import grow
+from marsupial.paths.fields import PathSearch
 
 STRETCH_M = 6.0
 """Length of border, in metres, that one meeting point serves."""
@@ -196,7 +196,7 @@ class _Pair:
         limit = dock_range_cells(carrier, rover, self._territory.grid.resolution_m)
         window = Window.around(carrier_cell, carrier_cell, int(limit) + 1, self._dock.shape)
         here = Cell(carrier_cell.x - window.left, carrier_cell.y - window.bottom)
-        distance, _ = grow(self._territory.see_through[window.cut], [here], limit)
+        distance = PathSearch(self._territory.see_through[window.cut]).field(here, limit=limit)
         distance = np.where(self._dock[window.cut], distance, np.inf)
         best = np.argmin(distance)
         if not np.isfinite(distance.ravel()[best]):

@@ -6,17 +6,15 @@ four-connected parts of the cells it may stand on.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from marsupial.arrays import Flags, Ints, Ints32
 from marsupial.maps.footprint import standable
-from marsupial.model.grid import Cell, Grid, Mask
+from marsupial.model.grid import Grid, Mask
 from marsupial.model.robots import RobotType
 from marsupial.native import native
 
-__all__ = ["flood", "groups", "largest_reach", "parts", "standable"]
+__all__ = ["groups", "largest_reach", "parts", "standable"]
 
 
 def parts(mask: Mask) -> tuple[Ints32, int]:
@@ -59,21 +57,6 @@ def largest_reach(grid: Grid, kind: RobotType) -> Mask:
     return np.asarray(labels == int(np.argmax(sizes)))
 
 
-def flood(mask: Mask, seeds: Iterable[Cell]) -> Mask:
-    """Return the mask of all cells connected to a seed within `mask`; seeds outside it count for nothing."""
-    height, width = mask.shape
-    inside = [c for c in seeds if 0 <= c.x < width and 0 <= c.y < height and mask[c.y, c.x]]
-    starts = np.array([c.y * width + c.x for c in inside], dtype=np.int64)
-    return flood_indices(mask, starts)
-
-
-def flood_indices(mask: Mask, starts: Ints) -> Mask:
-    """Do as `flood`, from row-major indices that all lie in `mask`."""
-    out = np.zeros(mask.shape, dtype=np.bool_)
-    _flood(mask, starts, out, np.empty(mask.size, dtype=np.int64))
-    return out
-
-
 @native
 def _group(left: Flags, cells: Ints, width: int, found: Ints, ends: Ints) -> int:
     """Enter the groups of `cells`, see `groups`, one after the other; return how many there are.
@@ -114,20 +97,6 @@ def _label(mask: Mask, labels: Ints32, queue: Ints) -> int:
                 queue[0] = y * width + x
                 spread(mask, labels, count, queue, 1)
     return count
-
-
-@native
-def _flood(mask: Mask, starts: Ints, out: Mask, queue: Ints) -> None:
-    """Add to `out` (height, width) what is connected to row-major `starts`, which lie in the mask."""
-    width = mask.shape[1]
-    tail = 0
-    for start in starts:
-        y, x = start // width, start % width
-        if not out[y, x]:
-            out[y, x] = True
-            queue[tail] = start
-            tail += 1
-    spread(mask, out, True, queue, tail)
 
 
 @native

@@ -71,7 +71,7 @@ class Sight:
     Parameters
     ----------
     cells
-        uint8 (height, width), read anew at each call: it may change in between.
+        uint8 (height, width), read at each call: it may change in between.
     opaque
         uint8 table of 256: non-zero for terrain codes that block sight.
     """

@@ -178,7 +178,7 @@ class Surveyor:
             return True
         apart = math.dist(point.carrier_cell, point.rover_cell)
         others = (other for other in self._territory.kinds.values() if other.role is not kind.role)
-        # how far apart they may be is the same whoever carries
+        # how far apart they may be does not depend on which of them carries
         return all(apart <= dock_range_cells(kind, other, self._territory.grid.resolution_m) for other in others)
 
     def _situation(

@@ -24,7 +24,7 @@ from marsupial.maps.reach import groups
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.window import Window
-from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
 from marsupial.model.mission import MapTarget, Remaining
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
@@ -69,9 +69,7 @@ class TargetFinder:
         hopeful = grid.opaque_codes()
         hopeful[UNKNOWN] = 0
         self._sight = Sight(grid.cells, hopeful)
-        self._drivable = np.zeros(256, dtype=np.bool_)
-        self._drivable[sorted(frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values())))] = True
-
+        self._drivable = code_table({code for kind in territory.kinds.values() for code in kind.terrains})
         self._frontier: Ints = np.empty(0, dtype=np.int64)
         self._read = 0
         self._viewpoints: Ints = np.empty(grid.cells.size, dtype=np.int64)

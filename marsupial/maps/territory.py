@@ -8,19 +8,16 @@ as cells are revealed and answers for the team's current poses.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from marsupial.maps.footprint import Footprint
-from marsupial.maps.reach import flood_indices
 from marsupial.maps.window import Window
 from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
-from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType, Role
-from marsupial.paths.fields import grow
 
 
 def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) -> float:
@@ -104,42 +101,3 @@ class Territory:
     def of_role(self, role: Role) -> tuple[RobotType, ...]:
         """Return the robot types of a role."""
         return tuple(kind for kind in self.kinds.values() if kind.role is role)
-
-    def reach(self, robots: Iterable[PlacedRobot]) -> Reach:
-        """Return what the team can reach from where it is."""
-        robots = tuple(robots)
-        by_type = {
-            kind.name: self._connected(kind, [r.cell for r in robots if r.type == kind.name and r.cell is not None])
-            for kind in self.of_role(Role.CARRIER)
-        }
-        docking = {
-            (carrier.name, rover.name): self._docking(carrier, rover, by_type[carrier.name])
-            for carrier in self.of_role(Role.CARRIER)
-            for rover in self.of_role(Role.ROVER)
-            if carrier.capacity > 0
-        }
-        for rover in self.of_role(Role.ROVER):
-            mine = [r for r in robots if r.type == rover.name]
-            docks = [d.cells for (_, name), d in docking.items() if name == rover.name] if mine else []
-            by_type[rover.name] = self._connected(rover, [r.cell for r in mine if r.cell is not None], docks)
-        return Reach(by_type=by_type, docking=docking)
-
-    def _connected(self, kind: RobotType, cells: Iterable[Cell], masks: Iterable[Mask] = ()) -> Mask:
-        starts = [np.array([c.y * self.grid.width + c.x], dtype=np.int64) for c in cells]
-        starts += [np.flatnonzero(mask) for mask in masks]
-        allowed = self.footprints[kind.name].standable
-        if not starts:
-            return np.zeros_like(allowed)
-        indices = np.concatenate(starts)
-        return flood_indices(allowed, indices[allowed.ravel()[indices]])
-
-    def _docking(self, carrier: RobotType, rover: RobotType, reach: Mask) -> Docking:
-        limit = dock_range_cells(carrier, rover, self.grid.resolution_m)
-        cells, carrier_at = np.zeros_like(reach), np.full(reach.shape, -1, dtype=np.int64)
-        window = self.known
-        # a carrier's own cell may be one that a rover can't drive on, and the other way round
-        distance, origin = grow(self.see_through[window.cut], reach[window.cut], limit)
-        cells[window.cut] = np.isfinite(distance) & self.footprints[rover.name].standable[window.cut]
-        at = np.flatnonzero(cells)
-        carrier_at.ravel()[at] = window.on_map(origin.ravel()[window.inside(at, self.grid.width)], self.grid.width)
-        return Docking(cells=cells, carrier_at=carrier_at)

@@ -1,4 +1,4 @@
-"""The part of a map that nobody has seen yet, in squares, each about as large as a room.
+"""The unseen part of a map, in squares, each about as large as a room.
 
 A square belongs to it as long as at least half of it is unknown. The map is taken to end where its grid does; what is
 unknown for ever, such as the inside of rock, can't be told from what is not yet seen.

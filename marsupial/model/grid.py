@@ -7,6 +7,7 @@ top one flip their rows. Everything outside the grid counts as an obstacle.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -128,9 +129,7 @@ class Grid:
 
     def mask_of(self, codes: frozenset[int]) -> Mask:
         """Return the boolean mask (height, width) of the cells whose terrain code is among `codes`."""
-        table = np.zeros(256, dtype=np.bool_)
-        table[sorted(codes)] = True
-        return table[self.cells]
+        return code_table(codes)[self.cells]
 
     def solid(self) -> Grid:
         """Return the map as a world: what it does not know is an obstacle."""
@@ -142,3 +141,10 @@ class Grid:
         for terrain in self.terrains:
             table[terrain.code] = terrain.blocks_sight
         return table
+
+
+def code_table(codes: Iterable[int]) -> Mask:
+    """Return a boolean table of 256: true for these terrain codes."""
+    table = np.zeros(256, dtype=np.bool_)
+    table[sorted(codes)] = True
+    return table

@@ -120,7 +120,7 @@ class Cause(StrEnum):
     LOST = "lost"  # robots failed for good
     GONE = "gone"  # targets of the plan
     NEW = "new"  # targets that the plan does not know
-    ROBOT_FREE = "robot free"  # it has nothing left to do while there is a target that nobody goes to
+    ROBOT_FREE = "robot free"  # it has nothing left to do while there is a target without a robot
     WAY_BLOCKED = "way blocked"  # of robots
     CARRIED_OUT = "plan carried out"
     OVERTAKEN = "plan overtaken"  # by what happened while it was being made
@@ -195,7 +195,7 @@ class RobotLost:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remaining:
-    """One frontier left at the end and why nobody went there."""
+    """One frontier left at the end and why it was not explored."""
 
     cell: Cell
     frontier_cells: int

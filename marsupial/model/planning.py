@@ -30,7 +30,7 @@ class Outcome(StrEnum):
     TIMEOUT = "timeout"  # budget used up without a plan
     MEMORY = "memory"  # memory limit hit without a plan
     CRASHED = "crashed"  # the engine died by itself: signal or exit code in the detail
-    KILLED = "killed"  # somebody else killed it, or it was cancelled
+    KILLED = "killed"  # another process killed it, or it was cancelled
     UNSUPPORTED = "unsupported"  # the engine can't represent this situation
 
 

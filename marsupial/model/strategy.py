@@ -36,7 +36,7 @@ class Briefing:
     deployed_at
         Per rover on the ground: the meeting point it was last set down at, where that is still one.
     unseen
-        Finds what nobody has seen yet.
+        Finds what has not been seen yet.
     """
 
     situation: Situation
@@ -61,7 +61,7 @@ class PlanningReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
-    """The plan to follow from now on (times from now) and, where somebody was asked for it, how that went."""
+    """The plan to follow from now on (times from now) and, where a planner was asked, how that went."""
 
     plan: Plan
     report: PlanningReport = PlanningReport(planner="none", outcome=Outcome.SATISFICING, wall_s=0.0)

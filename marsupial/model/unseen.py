@@ -1,4 +1,4 @@
-"""What is known of the part of a map that nobody has seen yet: where it lies, and what the ground is like elsewhere."""
+"""What is known of the unseen part of a map: where it lies, and what the ground is like elsewhere."""
 
 from __future__ import annotations
 

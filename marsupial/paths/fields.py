@@ -1,4 +1,4 @@
-"""Distances over passable cells: fields, cost matrices, routes, and growth from many cells at once.
+"""Distances over passable cells: fields, cost matrices and routes.
 
 Motion is eight-connected: a step costs 1, a diagonal sqrt 2 and needs both cells beside it passable; outside the
 grid nothing is. The costs are those that A* finds. One bucket-queue search from a cell gives the exact costs to all
@@ -14,29 +14,10 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.arrays import Cells, Floats, Ints
+from marsupial.arrays import Cells, Floats
 from marsupial.model.grid import Cell, Mask
-from marsupial.paths.routes import (
-    Route,
-    passing_times_ms,
-    route_length,
-    route_of,
-    steps_of,
-    travel_ms,
-    travel_table_ms,
-)
+from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, Workspace
-
-__all__ = [
-    "PathSearch",
-    "grow",
-    "passing_times_ms",
-    "route_length",
-    "route_of",
-    "steps_of",
-    "travel_ms",
-    "travel_table_ms",
-]
 
 _Numbers = npt.NDArray[np.intp]
 
@@ -131,60 +112,3 @@ class PathSearch:
         inner = order[:-1]  # the last is the centre
         table[np.ix_(inner, inner)] = self._work.pairs(cells[inner])
         return left[~reached]
-
-
-def grow(passable: Mask, sources: Mask | Sequence[Cell], limit: float) -> tuple[Floats, Ints]:
-    """Find the nearest source of every cell within `limit` of one.
-
-    Only sources with a neighbour that is none cost work, and only the surroundings of the sources are looked at.
-
-    Parameters
-    ----------
-    passable
-        Boolean mask (height, width).
-    sources
-        Mask of the same shape, or cells. Those on impassable ground are left out.
-    limit
-        Longest distance in cells.
-
-    Returns
-    -------
-    distances
-        float64 (height, width); inf where no source is within `limit`.
-    origins
-        int64 (height, width); row-major index (y * width + x) of the nearest source, the lowest among equals; or -1.
-    """
-    height, width = passable.shape
-    rows, columns = _source_cells(passable, sources)
-    distances = np.full((height, width), np.inf)
-    origins = np.full((height, width), -1, dtype=np.int64)
-    if rows.size:
-        reach = int(min(limit, height + width)) + 1
-        low_y, low_x = max(int(rows.min()) - reach, 0), max(int(columns.min()) - reach, 0)
-        window = np.s_[low_y : int(rows.max()) + reach + 1, low_x : int(columns.max()) + reach + 1]
-        cells = np.stack((columns - low_x, rows - low_y), axis=1)
-        labels = rows * width + columns
-        distances[window], origins[window] = _grown(passable[window], cells, labels, limit)
-    return distances, origins
-
-
-def _source_cells(passable: Mask, sources: Mask | Sequence[Cell]) -> tuple[Ints, Ints]:
-    """Return rows and columns of the passable sources, each once."""
-    if isinstance(sources, np.ndarray):
-        rows, columns = np.nonzero(sources & passable)
-        return rows.astype(np.int64), columns.astype(np.int64)
-    height, width = passable.shape
-    inside = {cell for cell in sources if 0 <= cell[0] < width and 0 <= cell[1] < height}
-    xy = np.array(sorted(inside), dtype=np.int64).reshape(-1, 2)
-    xy = xy[passable[xy[:, 1], xy[:, 0]]]
-    return xy[:, 1], xy[:, 0]
-
-
-def _grown(passable: Mask, cells: Ints, labels: Ints, limit: float) -> tuple[Floats, Ints]:
-    """Grow from `cells` (n, 2; columns and rows) and carry their labels along."""
-    work = Workspace(*passable.shape)
-    work.load(passable)
-    sources = work.indices(cells)
-    origin = work.labelled(sources, labels)
-    work.search(sources, limit=limit, origin=origin)
-    return work.field(), work.unframed(origin)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.arrays import Bytes, Cells, Floats, Ints, Words
+from marsupial.arrays import Bytes, Cells, Floats, Words
 from marsupial.native import inlined, native
 
 SQRT2 = math.sqrt(2.0)
@@ -51,9 +51,7 @@ class Buffers(NamedTuple):
 
 
 @native
-def flood(
-    work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit: float, origin: Ints | None
-) -> tuple[float, np.uint64]:
+def flood(work: Buffers, stale: np.uint64, sources: Cells, wanted: Cells, limit: float) -> tuple[float, np.uint64]:
     """Settle cells outward from `sources`.
 
     Parameters
@@ -66,9 +64,6 @@ def flood(
         The search ends once all of these are final. Empty for a whole field.
     limit
         Longest length to follow, in cells.
-    origin
-        Framed and flat: the label of each source. Receives the lowest label among the nearest sources of each
-        cell that is reached. None where nobody asks.
 
     Returns
     -------
@@ -88,7 +83,7 @@ def flood(
             left -= ONE
         if left == ZERO and wanted.size > 0:
             return level + 1.0, seen
-        near_end, far_end, seen = _settle(work, (here, here_end), (near_end, far_end, seen), level, limit, origin)
+        near_end, far_end, seen = _settle(work, (here, here_end), (near_end, far_end, seen), level, limit)
         here, near, far = near, far, here
         here_end, near_end, far_end = near_end, far_end, far
         level += 1.0
@@ -102,7 +97,6 @@ def _settle(
     ends: tuple[np.uint64, np.uint64, np.uint64],
     level: float,
     limit: float,
-    origin: Ints | None,
 ) -> tuple[np.uint64, np.uint64, np.uint64]:
     """Settle the cells of a bucket, and queue their neighbours; return the ends of both other buckets and of `touched`.
 
@@ -124,7 +118,7 @@ def _settle(
             continue  # it moved to the bucket before
         ahead = np.int64(arrival[cell])
         first, end = np.int64(8), np.int64(16)
-        if origin is None and ahead != SOURCE:  # among equals, labels have to come from all sides
+        if ahead != SOURCE:
             if ahead & 1:
                 first, end = ahead + 7, ahead + 10
             else:
@@ -134,11 +128,7 @@ def _settle(
             side = cell + offsets[turn]
             step = _step(passable, offsets, cell, turn)
             length, before = reached + step, cost[side]
-            if step == 0.0 or length > limit or length > before + TOLERANCE:
-                continue
-            if origin is not None and (length < before - TOLERANCE or origin[cell] < origin[side]):
-                origin[side] = origin[cell]
-            if length >= before:
+            if step == 0.0 or length > limit or length >= before:
                 continue
             cost[side] = length
             arrival[side] = turn & 7
@@ -175,7 +165,7 @@ def pairs(work: Buffers, stale: np.uint64, cells: Cells, table: Floats) -> np.ui
         if stale * np.uint64(4) > np.uint64(work.cost.size):
             work.cost[:] = np.inf
             stale = ZERO
-        _, stale = flood(work, stale, cells[k : k + 1], cells[k + 1 :], np.inf, None)
+        _, stale = flood(work, stale, cells[k : k + 1], cells[k + 1 :], np.inf)
         for i in range(k + 1, cells.size):
             table[k, i] = table[i, k] = work.cost[cells[i]]
     return stale

@@ -1,9 +1,8 @@
 """Which source is the nearest to each cell, kept up to date as sources and passable cells are added.
 
-What `marsupial.paths.fields.grow` finds at once, found little by little: the cost goes with what is new and not with
-the size of the map. Sources and passable cells only ever come on top, so distances only fall; a cell whose distance
-falls, or whose nearest source of the same distance turns out to have a lower index, hands that on to its neighbours
-until nothing changes.
+The cost goes with what is new and not with the size of the map. Sources and passable cells only ever come on top, so
+distances only fall; a cell whose distance falls, or whose nearest source of the same distance turns out to have a lower
+index, hands that on to its neighbours until nothing changes.
 """
 
 from __future__ import annotations

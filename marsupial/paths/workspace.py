@@ -18,7 +18,7 @@ from marsupial.paths import kernels
 
 NOWHERE: Cells = np.empty(0, dtype=np.uint32)
 
-_Framed = TypeVar("_Framed", Bytes, Floats, Ints)
+_Framed = TypeVar("_Framed", Bytes, Floats)
 
 
 class Workspace:
@@ -61,19 +61,13 @@ class Workspace:
         """Say which of the cells are passable."""
         return self._buffers.passable[at].astype(np.bool_)
 
-    def search(
-        self,
-        sources: Cells,
-        wanted: Cells = NOWHERE,
-        limit: float = math.inf,
-        origin: Ints | None = None,
-    ) -> float:
-        """Search outward from passable `sources`; return the length below which costs are final."""
+    def search(self, source: Cells, wanted: Cells = NOWHERE, limit: float = math.inf) -> float:
+        """Search outward from a passable cell; return the length below which costs are final."""
         if 4 * self._stale > self._buffers.cost.size:
             self._buffers.cost.fill(np.inf)
             self._stale = 0
         stale, longest = np.uint64(self._stale), limit + kernels.TOLERANCE
-        final, touched = kernels.flood(self._buffers, stale, sources, wanted, longest, origin)
+        final, touched = kernels.flood(self._buffers, stale, source, wanted, longest)
         self._stale = int(touched)
         return float(final)
 
@@ -97,16 +91,6 @@ class Workspace:
         if final < math.inf:
             field[field >= final] = np.inf
         return field
-
-    def labelled(self, at: Cells, labels: Ints) -> Ints:
-        """Return an `origin` for `search` with these labels at these cells, -1 elsewhere."""
-        origin = np.full(self._buffers.cost.size, -1, dtype=np.int64)
-        origin[at] = labels
-        return origin
-
-    def unframed(self, origin: Ints) -> Ints:
-        """Return the view (height, width) of an `origin`."""
-        return self._inside(origin)
 
     def descent(self, start: np.uint32) -> str:
         """Return the step digits from `start` down to the source of the last search, which must have reached it."""

@@ -1,4 +1,4 @@
-"""What robots see: the exact field of view, or what somebody's own sensor says."""
+"""What robots see: the exact field of view, or what a sensor of the caller's own says."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class FieldOfView:
 
 
 class Checked:
-    """Holds somebody's sensor to the map: compiled code writes wherever it is told to."""
+    """Holds a caller's sensor to the map: compiled code writes wherever it is told to."""
 
     def __init__(self, sensor: Sensor) -> None:
         self._sensor = sensor

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+from at_once import reach_at_once
 from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -72,7 +73,7 @@ def test_reach_that_grew_is_that_found_anew(truth: CellArray, seed: int, data: s
     for new in np.array_split(order, data.draw(st.integers(1, 5))):
         known.ravel()[new] = truth.ravel()[new]
         territory.reveal(new)
-        reach = territory.reach(robots)
+        reach = reach_at_once(territory, robots)
         assert_same(growing.reach(robots), reach)
         robots = [moved(robot, reach, data) for robot in robots]
         if len(robots) > 2 and data.draw(st.integers(0, 4)) == 0:

@@ -9,6 +9,7 @@ from drawn_maps import aboard, carrier, draw, random_cells, rover, standing, whe
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from marsupial.maps.growth import reach_of
 from marsupial.maps.meetings import STRETCH_M, Meetings, find_meetings
 from marsupial.maps.targets import Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
@@ -71,7 +72,7 @@ def analysed(
     grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = KINDS, keep: Iterable[MapMeeting] = ()
 ) -> tuple[Meetings, tuple[Target, ...], Reach]:
     territory = Territory(grid, kinds)
-    reach = territory.reach(robots)
+    reach = reach_of(territory, robots)
     targets = TargetFinder(territory).find(reach)
     return find_meetings(territory, reach, targets, robots, keep), targets, reach
 

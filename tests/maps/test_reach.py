@@ -4,13 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from at_once import flood
 from drawn_maps import carrier, draw, mask_of, picture, random_cells
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
 from marsupial.formats.mapfiles.read import read_map
-from marsupial.maps.reach import flood, groups, largest_reach, parts
+from marsupial.maps.reach import groups, largest_reach, parts
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray
 
 

@@ -1,12 +1,13 @@
 from __future__ import annotations
 
 import numpy as np
+from at_once import flood
 from drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rover, standing, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from marsupial.maps.footprint import disc
-from marsupial.maps.reach import flood
+from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory
@@ -19,7 +20,7 @@ CARRIER, ROVER = carrier(), rover()
 
 def look(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...]) -> tuple[TargetFinder, Reach]:
     territory = Territory(grid, kinds)
-    return TargetFinder(territory), territory.reach(robots)
+    return TargetFinder(territory), reach_of(territory, robots)
 
 
 def targets_of(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = (ROVER,)) -> tuple[Target, ...]:
@@ -257,7 +258,7 @@ def test_where_there_is_no_target_nobody_can_stand_anywhere_new(cells: CellArray
     grid = Grid(cells=cells, resolution_m=1.0)
     robots = _team(grid, data)
     territory = Territory(grid, (CARRIER, ROVER))
-    reach = territory.reach(robots)
+    reach = reach_of(territory, robots)
     if not TargetFinder(territory).find(reach):
         for name, footprint in territory.footprints.items():
             hoped = flood(footprint.possible, [Cell(x, y) for y, x in np.argwhere(reach.by_type[name])])
@@ -282,7 +283,7 @@ def test_a_robot_that_goes_to_targets_until_none_is_left_knows_all_it_could_reac
     at, visits = start, 0
     while True:
         territory.reveal(_sensed(truth, known, kind, at))
-        reach = territory.reach([standing("r", at, "rover")])
+        reach = reach_of(territory, [standing("r", at, "rover")])
         found = finder.find(reach)
         if not found:
             break
@@ -298,14 +299,14 @@ def test_a_robot_that_goes_to_targets_until_none_is_left_knows_all_it_could_reac
 def test_a_carrier_with_a_rover_explores_all_that_either_can_reach(truth: CellArray, data: st.DataObject) -> None:
     start, _ = _start(truth, CARRIER, data)
     robots = (standing("c", start), aboard("r", "c"))
-    whole = Territory(Grid(cells=truth, resolution_m=1.0), (CARRIER, ROVER)).reach(robots)
+    whole = reach_of(Territory(Grid(cells=truth, resolution_m=1.0), (CARRIER, ROVER)), robots)
     known = np.full_like(truth, UNKNOWN)
     territory = Territory(Grid(cells=known, resolution_m=1.0), (CARRIER, ROVER))
     finder = TargetFinder(territory)
     kind, at = CARRIER, start
     while True:
         territory.reveal(_sensed(truth, known, kind, at))
-        reach = territory.reach(robots)
+        reach = reach_of(territory, robots)
         found = finder.find(reach)
         if not found:
             break

@@ -2,14 +2,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from at_once import grow
 from drawn_maps import aboard, carrier, draw, mask_of, picture, random_cells, rover, standing, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory, dock_range_cells
 from marsupial.maps.window import Window
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Terrain
-from marsupial.paths.fields import grow
 
 CARRIER, ROVER = carrier(), rover()
 
@@ -31,7 +32,7 @@ def test_bodies_touch_when_docking_give_or_take_a_cell() -> None:
 
 
 def test_a_carrier_reaches_what_is_connected_to_it() -> None:
-    reach = Territory(draw(*ROOM), (CARRIER, ROVER)).reach([standing("c", *where("c", *ROOM))])
+    reach = reach_of(Territory(draw(*ROOM), (CARRIER, ROVER)), [standing("c", *where("c", *ROOM))])
     assert picture(reach.by_type["carrier"]) == [
         *["........."] * 4,
         "....x....",
@@ -42,14 +43,14 @@ def test_a_carrier_reaches_what_is_connected_to_it() -> None:
 
 
 def test_a_rover_aboard_reaches_what_is_connected_to_where_it_can_be_set_down() -> None:
-    reach = Territory(draw(*ROOM), (CARRIER, ROVER)).reach([standing("c", *where("c", *ROOM)), aboard("r", "c")])
+    reach = reach_of(Territory(draw(*ROOM), (CARRIER, ROVER)), [standing("c", *where("c", *ROOM)), aboard("r", "c")])
     assert picture(reach.by_type["rover"]) == [
         row.replace(".", "x").replace("c", "x").replace("#", ".") for row in ROOM
     ]
 
 
 def test_a_rover_docks_no_farther_than_bodies_reach() -> None:
-    reach = Territory(draw(*ROOM), (CARRIER, ROVER)).reach([standing("c", *where("c", *ROOM)), aboard("r", "c")])
+    reach = reach_of(Territory(draw(*ROOM), (CARRIER, ROVER)), [standing("c", *where("c", *ROOM)), aboard("r", "c")])
     docking = reach.docking["carrier", "rover"]
     assert picture(docking.cells) == [
         ".........",
@@ -68,25 +69,26 @@ def test_a_rover_docks_no_farther_than_bodies_reach() -> None:
 
 def test_nobody_docks_through_a_wall() -> None:
     rows = ("....", "####", "....", ".c..", "....")
-    reach = Territory(draw(*rows), (CARRIER, ROVER)).reach([standing("c", *where("c", *rows)), aboard("r", "c")])
+    reach = reach_of(Territory(draw(*rows), (CARRIER, ROVER)), [standing("c", *where("c", *rows)), aboard("r", "c")])
     assert picture(reach.docking["carrier", "rover"].cells) == ["....", "....", "xxxx", "xxxx", "xxxx"]
 
 
 def test_a_rover_may_be_set_down_on_ground_that_the_carrier_cannot_drive_on() -> None:
     rows = ("...,,,", ".c.,,,", "...,,,")
-    reach = Territory(draw(*rows), (CARRIER, ROVER)).reach([standing("c", *where("c", *rows)), aboard("r", "c")])
+    reach = reach_of(Territory(draw(*rows), (CARRIER, ROVER)), [standing("c", *where("c", *rows)), aboard("r", "c")])
     assert picture(reach.docking["carrier", "rover"].cells) == ["xxxx.."] * 3
     assert reach.by_type["rover"].all()
 
 
 def test_a_team_without_rovers_gives_rovers_no_reach() -> None:
-    reach = Territory(draw(*ROOM), (CARRIER, ROVER)).reach([standing("c", *where("c", *ROOM))])
+    reach = reach_of(Territory(draw(*ROOM), (CARRIER, ROVER)), [standing("c", *where("c", *ROOM))])
     assert not reach.by_type["rover"].any()
 
 
 def test_a_carrier_with_no_places_docks_with_nobody() -> None:
-    reach = Territory(draw(*ROOM), (carrier(capacity=0), ROVER)).reach(
-        [standing("c", *where("c", *ROOM)), standing("r", Cell(1, 6), "rover")]
+    reach = reach_of(
+        Territory(draw(*ROOM), (carrier(capacity=0), ROVER)),
+        [standing("c", *where("c", *ROOM)), standing("r", Cell(1, 6), "rover")],
     )
     assert reach.docking == {}
     assert reach.by_type["rover"].sum() == 36
@@ -94,14 +96,14 @@ def test_a_carrier_with_no_places_docks_with_nobody() -> None:
 
 def test_a_rover_on_the_ground_reaches_what_is_connected_to_it() -> None:
     rows = ("r.#..", "..#..")
-    reach = Territory(draw(*rows), (CARRIER, ROVER)).reach([standing("r", *where("r", *rows), "rover")])
+    reach = reach_of(Territory(draw(*rows), (CARRIER, ROVER)), [standing("r", *where("r", *rows), "rover")])
     assert picture(reach.by_type["rover"]) == ["xx...", "xx..."]
 
 
 def test_two_carriers_reach_both_sides_of_a_wall() -> None:
     rows = ("...#...", ".c.#.d.", "...#...")
     (c,), (d,) = where("c", *rows), where("d", *rows)
-    reach = Territory(draw(*rows), (CARRIER, ROVER)).reach([standing("c", c), standing("d", d)])
+    reach = reach_of(Territory(draw(*rows), (CARRIER, ROVER)), [standing("c", c), standing("d", d)])
     assert picture(reach.by_type["carrier"]) == [".......", ".x...x.", "......."]
 
 
@@ -121,7 +123,7 @@ def test_the_known_window_holds_the_known_cells_and_their_neighbours() -> None:
 def test_where_nothing_is_known_the_window_and_every_reach_are_empty() -> None:
     territory = Territory(draw("???", "???"), (CARRIER, ROVER))
     assert territory.known == Window(0, 0, 0, 0)
-    reach = territory.reach([standing("c", Cell(1, 1)), aboard("r", "c")])
+    reach = reach_of(territory, [standing("c", Cell(1, 1)), aboard("r", "c")])
     assert not any(mask.any() for mask in reach.by_type.values())
 
 
@@ -149,10 +151,10 @@ def test_a_territory_that_grew_equals_one_made_at_once(truth: CellArray, data: s
         grown.reveal(new)
     cells = st.builds(Cell, st.integers(0, width - 1), st.integers(0, height - 1))
     robots = [standing("c", data.draw(cells)), aboard("r", "c"), standing("s", data.draw(cells), "rover")]
-    reach, again = grown.reach(robots), Territory(Grid(cells=known.copy(), resolution_m=1.0), (CARRIER, ROVER))
+    reach, again = reach_of(grown, robots), Territory(Grid(cells=known.copy(), resolution_m=1.0), (CARRIER, ROVER))
     assert np.array_equal(grown.see_through, again.see_through)
     for name in ("carrier", "rover"):
-        assert np.array_equal(reach.by_type[name], again.reach(robots).by_type[name])
+        assert np.array_equal(reach.by_type[name], reach_of(again, robots).by_type[name])
         assert not (reach.by_type[name] & ~grown.footprints[name].standable).any()
     docking = reach.docking["carrier", "rover"]
     distance, nearest = grow(grown.see_through, reach.by_type["carrier"], dock_range_cells(CARRIER, ROVER, 1.0))

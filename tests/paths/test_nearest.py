@@ -3,12 +3,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from at_once import grow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths_grids import drawn, masks
 
 from marsupial.model.grid import Mask
-from marsupial.paths.fields import grow
 from marsupial.paths.nearest import Nearest
 
 EVERY = np.arange(100, dtype=np.int64)

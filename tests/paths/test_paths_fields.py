@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from paths_grids import SQRT2, all_lengths, cells_of, drawn, is_legal, is_open, masks
 
 from marsupial.model.grid import Cell, Mask
-from marsupial.paths.fields import PathSearch, route_length
+from marsupial.paths.fields import PathSearch
+from marsupial.paths.routes import route_length
 
 
 def scipy_costs(passable: Mask, source: Cell, wanted: list[Cell]) -> list[float]:

@@ -2,12 +2,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from at_once import grow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths_grids import all_lengths, cells_of, drawn, masks
 
 from marsupial.model.grid import Cell, Mask
-from marsupial.paths.fields import grow
 
 
 def brute_force(passable: Mask, sources: Mask, limit: float) -> tuple[np.ndarray, np.ndarray]:

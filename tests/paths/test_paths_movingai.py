@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from marsupial.model.grid import Cell, Mask
-from marsupial.paths.fields import PathSearch, route_length
+from marsupial.paths.fields import PathSearch
+from marsupial.paths.routes import route_length
 
 
 def read_map(file: Path) -> Mask:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from marsupial.model.grid import Cell
 from marsupial.model.situation import UNREACHABLE
-from marsupial.paths.fields import (
+from marsupial.paths.routes import (
     passing_times_ms,
     route_length,
     route_of,

@@ -1,24 +1,22 @@
-"""The grid benchmark format of movingai.com: `.map` files and their `.scen` problems.
+"""The grid benchmark format of movingai.com: `.map` files.
 
 ``.`` and ``G`` are floor, ``S`` (swamp) is rough ground; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are
 obstacles. So is ``W``: the format calls water passable, but not from terrain, and robots stand on terrain. A cell is
-one metre. Files count rows from the top, grids from the bottom, so rows and the y of problems are turned round here.
+one metre. Files count rows from the top, grids from the bottom, so rows are turned round here.
 
 References: N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, and the format page of movingai.com.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.files import read_map_bytes
+from marsupial.formats.inputs import read_bytes
 from marsupial.formats.mapfiles.images import MAX_CELLS
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, CellArray, Grid
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
 from marsupial.model.mapreading import LegendEntry, MapReading
 
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
@@ -27,46 +25,6 @@ SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T"
 MAX_PROBLEMS = 10
 """A file with more faults than this is cut short in the report: it is probably no such file at all."""
 
-_MAX_SCEN_BYTES = 256 * 1024 * 1024
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ScenProblem:
-    """One row of a `.scen` file.
-
-    Parameters
-    ----------
-    bucket
-        Difficulty class: a quarter of the optimal length, rounded down, in most files.
-    map_name
-        The map as the row writes it, often with a folder.
-    width, height
-        Size of the map in cells.
-    start, goal
-        Cells of our grid (row 0 the lowest).
-    optimal_length
-        Length of the shortest path without cutting corners, in cells.
-    """
-
-    bucket: int
-    map_name: str
-    width: int
-    height: int
-    start: Cell
-    goal: Cell
-    optimal_length: float
-
-
-def read_movingai(path: Path | str) -> Grid:
-    """Read a `.map` file.
-
-    Raises
-    ------
-    MapError
-        Naming the line of every fault.
-    """
-    return understand_movingai(path).grid
-
 
 def understand_movingai(path: Path | str) -> MapReading:
     """Read a `.map` file and say how its characters were understood.
@@ -74,9 +32,9 @@ def understand_movingai(path: Path | str) -> MapReading:
     Raises
     ------
     MapError
-        As `read_movingai`.
+        Naming the line of every fault.
     """
-    lines = _lines(read_map_bytes(Path(path), 2 * MAX_CELLS))
+    lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
     width, height = _size(lines, str(path))
     rows = lines[4:]
     _check_rows(rows, width, height, str(path))
@@ -92,30 +50,6 @@ def understand_movingai(path: Path | str) -> MapReading:
         warnings=tuple(warnings),
         walled=True,
     )
-
-
-def read_scen(path: Path | str) -> tuple[ScenProblem, ...]:
-    """Read a `.scen` file.
-
-    Raises
-    ------
-    MapError
-        Naming the line of every fault.
-    """
-    lines = _lines(read_map_bytes(Path(path), _MAX_SCEN_BYTES))
-    problems: list[Problem] = []
-    found: list[ScenProblem] = []
-    if not lines or lines[0].split()[:1] != [b"version"] or lines[0].split()[1:] not in ([b"1"], [b"1.0"]):
-        problems.append(Problem("line 1", f"must be `version 1`, got {_shown(lines[0] if lines else b'')}"))
-    for number, line in enumerate(lines[1:], start=2):
-        if not line:
-            continue
-        try:
-            found.append(_scen_problem(line))
-        except ValueError as error:
-            problems.append(Problem(f"line {number}", str(error)))
-    _raise_any(problems, str(path))
-    return tuple(found)
 
 
 def _lines(data: bytes) -> list[bytes]:
@@ -180,32 +114,6 @@ def _code_table() -> CellArray:
     for symbol, code in SYMBOLS.items():
         table[ord(symbol)] = code
     return table
-
-
-def _scen_problem(line: bytes) -> ScenProblem:
-    text = line.decode("utf-8")
-    fields = text.split("\t") if "\t" in text else text.split()
-    if len(fields) != 9:
-        raise ValueError(f"must have 9 fields, got {len(fields)}")
-    try:
-        bucket, width, height, sx, sy, gx, gy = (int(fields[i]) for i in (0, 2, 3, 4, 5, 6, 7))
-        length = float(fields[8])
-    except ValueError:
-        raise ValueError(f"must be numbers beside the map's name, got {_shown(line)}") from None
-    for name, x, y in (("start", sx, sy), ("goal", gx, gy)):
-        if not (0 <= x < width and 0 <= y < height):
-            raise ValueError(f"{name} ({x}, {y}) lies outside {width} x {height} cells")
-    if not (math.isfinite(length) and length >= 0):
-        raise ValueError(f"the optimal length must be 0 or more, got {fields[8]}")
-    return ScenProblem(
-        bucket=bucket,
-        map_name=fields[1],
-        width=width,
-        height=height,
-        start=Cell(sx, height - 1 - sy),
-        goal=Cell(gx, height - 1 - gy),
-        optimal_length=length,
-    )
 
 
 def _raise_any(problems: list[Problem], source: str) -> None:

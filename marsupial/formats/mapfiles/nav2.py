@@ -11,7 +11,6 @@ As a grid, 100 is obstacle, -1 unknown and everything else floor: what nav2's st
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -39,64 +38,13 @@ DISTINCT_GREYS = 20
 _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Occupancy:
-    """A map as `nav_msgs/OccupancyGrid` holds it: the form of keep-out and speed masks.
-
-    Parameters
-    ----------
-    data
-        int8 (height, width), row 0 the lowest: -1 unknown, or 0 to 100.
-    resolution_m
-        Edge of a cell in metres.
-    origin_m
-        (x, y, yaw) of the lower left corner; metres and radians.
-    """
-
-    data: OccupancyArray
-    resolution_m: float
-    origin_m: tuple[float, float, float]
-
-
-def read_nav2(path: Path | str) -> Grid:
-    """Read a nav2 map.
-
-    Raises
-    ------
-    MapError
-        Naming every wrong field of the yaml, or what is wrong with the image.
-    """
-    return understand_nav2(path).grid
-
-
-def read_occupancy(path: Path | str) -> Occupancy:
-    """Read a nav2 map or mask as occupancy values.
-
-    Raises
-    ------
-    MapError
-        As `read_nav2`.
-    """
-    header = read_header(Path(path))
-    image = read_grey(header.image, source=str(path))
-    data = occupancy_table(header)[image.grey]
-    transparent = _transparent(header, image)
-    if transparent is not None:
-        data[transparent] = -1
-    return Occupancy(
-        data=np.ascontiguousarray(np.flipud(data)),
-        resolution_m=header.resolution_m,
-        origin_m=header.origin_m,
-    )
-
-
 def understand_nav2(path: Path | str) -> MapReading:
     """Read a nav2 map and say how its pixels were understood.
 
     Raises
     ------
     MapError
-        As `read_nav2`.
+        Naming every wrong field of the yaml, or what is wrong with the image.
     """
     header = read_header(Path(path))
     return understand_image(header, read_grey(header.image, source=str(path)))

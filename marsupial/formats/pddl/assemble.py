@@ -12,7 +12,7 @@ import numpy as np
 
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type
-from marsupial.formats.pddl.table import Key, Table
+from marsupial.formats.pddl.table import FactTable, Key
 from marsupial.model.robots import Role
 from marsupial.model.situation import (
     UNREACHABLE,
@@ -28,7 +28,7 @@ Members = Mapping[str, str]
 """Robots with the objects of their types, in order."""
 
 
-def assemble(table: Table) -> Situation:
+def assemble(table: FactTable) -> Situation:
     """Return the situation that the facts describe.
 
     Raises
@@ -56,14 +56,14 @@ def assemble(table: Table) -> Situation:
     )
 
 
-def _type_word(table: Table, robot: str) -> str:
+def _type_word(table: FactTable, robot: str) -> str:
     found = table.single("is_a", robot)
     if found is None:
         table.wrong(table.lines[robot], f"(is_a {robot} <robot_type>) is missing")
     return found or ""
 
 
-def _type(table: Table, word: str, members: Members) -> PlanningType:
+def _type(table: FactTable, word: str, members: Members) -> PlanningType:
     carriers = [r for r, kind in members.items() if kind == word and table.kinds[r] == "carrier"]
     rovers = [r for r, kind in members.items() if kind == word and table.kinds[r] == "rover"]
     return PlanningType(
@@ -75,7 +75,7 @@ def _type(table: Table, word: str, members: Members) -> PlanningType:
     )
 
 
-def _role(table: Table, word: str, carriers: Sequence[str], rovers: Sequence[str]) -> Role:
+def _role(table: FactTable, word: str, carriers: Sequence[str], rovers: Sequence[str]) -> Role:
     is_carrier = bool(carriers) or ("role_carrier", word) in table.facts
     is_rover = bool(rovers) or ("role_rover", word) in table.facts
     if is_carrier == is_rover:
@@ -84,7 +84,7 @@ def _role(table: Table, word: str, carriers: Sequence[str], rovers: Sequence[str
     return Role.CARRIER if is_carrier else Role.ROVER
 
 
-def _capacity(table: Table, word: str, carriers: Sequence[str]) -> int:
+def _capacity(table: FactTable, word: str, carriers: Sequence[str]) -> int:
     shared = _shared(table, "capacity", carriers, table.count)
     record = table.count(("type_capacity", word))
     if record is not None and shared is not None and record != shared:
@@ -92,7 +92,7 @@ def _capacity(table: Table, word: str, carriers: Sequence[str]) -> int:
     return (record if shared is None else shared) or 0
 
 
-def _dock_ms(table: Table, name: str, word: str, rovers: Sequence[str]) -> int:
+def _dock_ms(table: FactTable, name: str, word: str, rovers: Sequence[str]) -> int:
     shared = _shared(table, name, rovers, table.ms)
     key = (f"type_{name}", word)
     record = table.ms(key)
@@ -101,7 +101,7 @@ def _dock_ms(table: Table, name: str, word: str, rovers: Sequence[str]) -> int:
     return (shared if record is None else record) or 0
 
 
-def _shared(table: Table, name: str, robots: Sequence[str], read: Callable[[Key], int | None]) -> int | None:
+def _shared(table: FactTable, name: str, robots: Sequence[str], read: Callable[[Key], int | None]) -> int | None:
     """Return the number that all robots of a type have in common; None where there are none."""
     shared: int | None = None
     for robot in robots:
@@ -116,7 +116,7 @@ def _shared(table: Table, name: str, robots: Sequence[str], read: Callable[[Key]
     return shared
 
 
-def _robot(table: Table, word: str, kind: str) -> RobotState:
+def _robot(table: FactTable, word: str, kind: str) -> RobotState:
     places, carrier = table.args("at", word), table.single("on", word)
     if len(places) + (carrier is not None) != 1:
         table.wrong(table.lines[word], f"{word} must be at one place or on one carrier")
@@ -136,11 +136,11 @@ def _robot(table: Table, word: str, kind: str) -> RobotState:
     )
 
 
-def _home_in_goal(table: Table, robot: str) -> str | None:
+def _home_in_goal(table: FactTable, robot: str) -> str | None:
     return next((key[2] for key in table.goals if key[:2] == ("at", robot) and table.kinds[key[2]] == "home"), None)
 
 
-def _check_starts(table: Table) -> None:
+def _check_starts(table: FactTable) -> None:
     """Check that each start is the place of one robot."""
     owners: dict[str, str] = {}
     for (name, *args), line in table.facts.items():
@@ -153,7 +153,7 @@ def _check_starts(table: Table) -> None:
             table.wrong(table.lines[start], f"no robot is at start {start}")
 
 
-def _check_loads(table: Table) -> None:
+def _check_loads(table: FactTable) -> None:
     """Check that `num_docked` counts the rovers aboard."""
     for carrier in table.of_kind("carrier"):
         load = sum(key[0] == "on" and key[2] == carrier for key in table.facts)
@@ -164,7 +164,7 @@ def _check_loads(table: Table) -> None:
             table.wrong(table.line_of(("num_docked", carrier)), f"{load} rovers are on {carrier}, not {count}")
 
 
-def _target(table: Table, word: str, members: Members) -> TargetInfo:
+def _target(table: FactTable, word: str, members: Members) -> TargetInfo:
     able = {robot for robot in members if ("can_explore", robot, word) in table.facts}
     kinds = {members[robot] for robot in able}
     for robot, kind in members.items():
@@ -181,7 +181,7 @@ def _target(table: Table, word: str, members: Members) -> TargetInfo:
     )
 
 
-def _goal(table: Table) -> SituationGoal:
+def _goal(table: FactTable) -> SituationGoal:
     """Return the goal's flags, told by records or else by the goal itself, which has to agree with them."""
     returns = ("return_home",) in table.facts or any(key[0] == "at" for key in table.goals)
     aboard = any(key[0] == "aboard" for key in table.goals)
@@ -194,7 +194,7 @@ def _goal(table: Table) -> SituationGoal:
     return SituationGoal(recover_rovers=recovers, return_home=returns)
 
 
-def _wanted(table: Table, recovers: bool, returns: bool) -> Iterator[Key]:
+def _wanted(table: FactTable, recovers: bool, returns: bool) -> Iterator[Key]:
     for target in table.of_kind("target"):
         yield "explored", target
     if recovers or returns:
@@ -206,7 +206,7 @@ def _wanted(table: Table, recovers: bool, returns: bool) -> Iterator[Key]:
             yield "at", carrier, home
 
 
-def _travel(table: Table, members: Members) -> dict[str, TravelTable]:
+def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
     """Return the travel tables; the rest of a running action is taken off the drives out of its robot's start."""
     owners = {key[2]: key[1] for key in table.facts if key[0] == "at"}
     starts = [place for robot in members for place in table.args("at", robot)]
@@ -220,7 +220,7 @@ def _travel(table: Table, members: Members) -> dict[str, TravelTable]:
     return {decode_type(word): rows for word, rows in tables.items()}
 
 
-def _drives(table: Table, members: Members, owners: Mapping[str, str]) -> Iterator[tuple[Key, int]]:
+def _drives(table: FactTable, members: Members, owners: Mapping[str, str]) -> Iterator[tuple[Key, int]]:
     for (name, *args), line in table.facts.items():
         if name == "path":
             time = _drive_ms(table, tuple(args), line, members, owners)
@@ -234,7 +234,7 @@ def _drives(table: Table, members: Members, owners: Mapping[str, str]) -> Iterat
             yield key[1:], record
 
 
-def _drive_ms(table: Table, args: Key, line: int, members: Members, owners: Mapping[str, str]) -> int | None:
+def _drive_ms(table: FactTable, args: Key, line: int, members: Members, owners: Mapping[str, str]) -> int | None:
     """Return the travel time of a drive for which there is a path fact."""
     key = ("path_cost", *args)
     cost = table.ms(key)

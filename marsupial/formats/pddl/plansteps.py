@@ -10,7 +10,7 @@ overlapped before rounding are left alone: such a plan is wrong, and the checker
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -54,7 +54,7 @@ def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
     """
     problems: list[Problem] = []
     timed: list[_Timed] = []
-    names = _Names.of(situation)
+    names = _names(situation)
     for step in steps:
         try:
             timed.append(_timed(step, situation, names))
@@ -94,31 +94,21 @@ def _free_ms(robot: str, origin: str | None, situation: Situation) -> int:
     return int(owner.free_at_ms) if owner is not None and origin is not None and owner.place == origin else 0
 
 
-@dataclass(frozen=True, slots=True)
-class _Names:
-    """What kind of thing each name of a situation is."""
+_Names = Mapping[str, frozenset[str]]
+"""The names in a situation of each kind of thing that a step can name."""
 
-    robots: frozenset[str]
-    carriers: frozenset[str]
-    origins: frozenset[str]
-    waypoints: frozenset[str]
-    targets: frozenset[str]
-    meetings: frozenset[str]
 
-    @classmethod
-    def of(cls, situation: Situation) -> _Names:
-        return cls(
-            robots=frozenset(situation.robot_by_name),
-            carriers=frozenset(robot.name for robot in situation.of_role(Role.CARRIER)),
-            origins=frozenset(situation.places),
-            waypoints=frozenset(situation.meetings + situation.homes),
-            targets=frozenset(situation.target_by_name),
-            meetings=frozenset(situation.meetings),
-        )
-
-    @property
-    def rovers(self) -> frozenset[str]:
-        return self.robots - self.carriers
+def _names(situation: Situation) -> _Names:
+    robots = {role: frozenset(robot.name for robot in situation.of_role(role)) for role in Role}
+    return {
+        "robot": frozenset(situation.robot_by_name),
+        "carrier": robots[Role.CARRIER],
+        "rover": robots[Role.ROVER],
+        "place": frozenset(situation.places),
+        "meeting or home": frozenset(situation.meetings + situation.homes),
+        "target": frozenset(situation.target_by_name),
+        "meeting": frozenset(situation.meetings),
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,25 +152,22 @@ def _action(step: Step, situation: Situation, names: _Names) -> Action:
     action = Action(name=name, start_ms=0, duration_ms=0, robot=robot, place=place)
     if not drives:
         action = replace(action, carrier=decode_name(step.args[1]))
-        _check(robot, names.rovers, "rover")
-        _check(action.carrier, names.carriers, "carrier")
-        _check(place, names.meetings, "meeting")
+        _check(robot, "rover", names)
+        _check(action.carrier, "carrier", names)
+        _check(place, "meeting", names)
         return action
     action = replace(action, origin=decode_name(step.args[2]))
-    _check(robot, names.robots, "robot")
-    _check(action.origin, names.origins, "place")
-    if name is ActionName.MOVE:
-        _check(place, names.waypoints, "meeting or home")
-    else:
-        _check(place, names.targets, "target")
+    _check(robot, "robot", names)
+    _check(action.origin, "place", names)
+    _check(place, "meeting or home" if name is ActionName.MOVE else "target", names)
     kind = situation.robot_by_name[robot].type
     if decode_type(step.args[1]) != kind:
         raise _Unreadable(f"{robot} is of type {encode_type(kind)}, not {step.args[1]}")
     return action
 
 
-def _check(name: str | None, known: frozenset[str], noun: str) -> None:
-    if name not in known:
+def _check(name: str | None, noun: str, names: _Names) -> None:
+    if name not in names[noun]:
         raise _Unreadable(f"there is no {noun} {name}")
 
 

@@ -7,15 +7,15 @@ problem written by hand: then the situation is the plainest one with the same pl
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.assemble import assemble
 from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES
-from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form
-from marsupial.formats.pddl.table import Table
+from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
+from marsupial.formats.pddl.table import FactTable
 from marsupial.model.situation import Situation
 
 _LEAVES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
@@ -41,7 +41,7 @@ def read_problem(text: str) -> Situation:
 class _Reader:
     """Checks names, arguments and types while it fills the table."""
 
-    table: Table = field(default_factory=Table)
+    table: FactTable = field(default_factory=FactTable)
 
     def read(self, form: Form) -> None:
         """Read a whole ``(define (problem ...) ...)``."""
@@ -74,29 +74,16 @@ class _Reader:
         return found
 
     def _objects(self, section: Form) -> None:
-        for word, kind in self._typed(section):
-            if kind.text not in _LEAVES:
+        for word, kind in typed_list(section.items[1:]):
+            if isinstance(word, Form):
+                self.table.wrong(word.line, f"an object's name is expected, got {word}")
+            elif str(kind) not in _LEAVES:
                 self.table.wrong(kind.line, f"{word}: type must be one of {', '.join(sorted(_LEAVES))}, got {kind}")
             elif word.text in self.table.kinds:
                 self.table.wrong(word.line, f"object {word} is declared twice")
             else:
-                self.table.kinds[word.text] = kind.text
+                self.table.kinds[word.text] = str(kind)
                 self.table.lines[word.text] = word.line
-
-    def _typed(self, section: Form) -> Iterator[tuple[Word, Word]]:
-        waiting: list[Word] = []
-        items = iter(section.items[1:])
-        for item in items:
-            if isinstance(item, Form):
-                self.table.wrong(item.line, f"an object's name is expected, got {item}")
-            elif item.text != "-":
-                waiting.append(item)
-            else:
-                kind = next(items, Word("nothing", item.line))
-                named = kind if isinstance(kind, Word) else Word(str(kind), kind.line)
-                yield from ((word, named) for word in waiting)
-                waiting = []
-        yield from ((word, Word("object", word.line)) for word in waiting)
 
     def _initial(self, item: Word | Form) -> None:
         if isinstance(item, Word):

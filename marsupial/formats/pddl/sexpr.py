@@ -7,6 +7,7 @@ can say where. Words are lower-cased, as PDDL doesn't tell cases apart; ``;`` st
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from marsupial.errors import Problem, SituationError
@@ -78,6 +79,21 @@ def parse_form(text: str) -> Form:
     if len(open_items) > 1:
         raise SituationError([at_line(open_lines[-1], "this '(' is never closed")])
     return _only(root)
+
+
+def typed_list(items: Sequence[Word | Form]) -> Iterator[tuple[Word | Form, Word | Form]]:
+    """Yield each item of a list such as ``a b - kind c`` with its type, ``object`` where it has none."""
+    waiting: list[Word | Form] = []
+    rest = iter(items)
+    for item in rest:
+        if str(item) != "-":
+            waiting.append(item)
+            continue
+        kind = next(rest, Word("nothing", item.line))
+        yield from [(each, kind) for each in waiting]
+        waiting = []
+    for each in waiting:
+        yield each, Word("object", each.line)
 
 
 def _only(root: list[Word | Form]) -> Form:

@@ -16,7 +16,7 @@ Key = tuple[str, ...]
 
 
 @dataclass(slots=True)
-class Table:
+class FactTable:
     """Objects with their types, facts, numbers and goals, each with its line."""
 
     kinds: dict[str, str] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.facts import problem_facts
 from marsupial.formats.pddl.names import encode_name
 from marsupial.formats.pddl.read import read_problem
-from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form
+from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.formats.resources import pddl_folder
 from marsupial.model.situation import Situation
 
@@ -97,7 +97,8 @@ def _parts(part: Word | Form) -> Iterator[tuple[str, str, Form]]:
     elif part.head == "domain":
         yield "name", " ".join(str(item) for item in part.items[1:]), part
     elif part.head == ":types":
-        yield from _types(part)
+        for child, parent in typed_list(part.items[1:]):
+            yield "type", str(child), Form((child, parent), child.line)
     elif part.head in (":predicates", ":functions"):
         kind = part.head[1:-1]
         for item in part.items[1:]:
@@ -107,18 +108,3 @@ def _parts(part: Word | Form) -> Iterator[tuple[str, str, Form]]:
         yield "action", str(part.items[1]), part
     elif part.head != ":requirements":
         yield "section", part.head, part
-
-
-def _types(part: Form) -> Iterator[tuple[str, str, Form]]:
-    waiting: list[Word | Form] = []
-    words = iter(part.items[1:])
-    for word in words:
-        if str(word) != "-":
-            waiting.append(word)
-            continue
-        parent = next(words, Word("nothing", word.line))
-        for child in waiting:
-            yield "type", str(child), Form((child, parent), child.line)
-        waiting = []
-    for child in waiting:
-        yield "type", str(child), Form((child, Word("object")), child.line)

@@ -106,8 +106,7 @@ def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path)
     try:
         return GENERATORS[name].make(seed=seed, **numbers)
     except MapError as error:
-        for problem in error.problems:
-            fields.wrong(problem.path, problem.message)
+        fields.take(error)
         return None
 
 

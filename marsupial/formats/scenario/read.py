@@ -15,7 +15,7 @@ import yaml
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
-from marsupial.formats.files import file_fault
+from marsupial.formats.inputs import read_text
 from marsupial.formats.scenario.map import read_grid, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.model.bounds import BOUNDS, MOST, Bound
@@ -85,11 +85,8 @@ def is_scenario_file(path: Path | str) -> bool:
 
 
 def _parse(path: Path) -> object:
-    fault = file_fault(path, MOST_BYTES)
-    if fault:
-        raise ScenarioError(fault, source=str(path))
+    text = read_text(path, ScenarioError, MOST_BYTES)
     try:
-        text = path.read_text(encoding="utf-8-sig")
         if _is_deep(text):
             raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
         return yaml.load(text, _Loader)
@@ -97,8 +94,6 @@ def _parse(path: Path) -> object:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         raise ScenarioError(f"{where}{error.problem or 'not YAML'}", source=str(path)) from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError("is not UTF-8 text", source=str(path)) from error
     except (yaml.YAMLError, ValueError) as error:
         raise ScenarioError(f"is not YAML: {str(error).splitlines()[0]}", source=str(path)) from error
 

@@ -25,7 +25,7 @@ Kinds = Mapping[str, RobotType | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class MemberEntry:
     """One robot of the list as far as it could be read, with the notes on it."""
 
     notes: Notes
@@ -145,14 +145,14 @@ def _read_type_name(fields: Fields, key: str, kinds: Kinds) -> str:
     return fields.choice(key, kinds, what="robot type") if kinds else fields.text(key)
 
 
-def _read_member(fields: Fields, kinds: Kinds, grid: Grid | None) -> Entry:
+def _read_member(fields: Fields, kinds: Kinds, grid: Grid | None) -> MemberEntry:
     name = fields.name("name")
     type_name = _read_type_name(fields, "type", kinds)
     carrier = fields.name("carrier") if fields.has("carrier") else None
     start = _read_start(fields, kinds.get(type_name), grid)
     fields.finish()
     member = TeamMember(name=name, type=type_name, start=start, carrier=carrier)
-    return Entry(fields, member)
+    return MemberEntry(fields, member)
 
 
 def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Cell | None:
@@ -181,7 +181,7 @@ PLACE_PREFIXES = ("s_", "t_", "m_", "h_")
 """How the names of starts, targets, meeting points and homes begin (`marsupial.maps.survey`)."""
 
 
-def check_names(entries: list[Entry]) -> None:
+def check_names(entries: list[MemberEntry]) -> None:
     """Check that no name is used twice, or looks like a place's."""
     seen: set[str] = set()
     for entry in entries:
@@ -195,13 +195,13 @@ def check_names(entries: list[Entry]) -> None:
         seen.add(name)
 
 
-def _role(entry: Entry, kinds: Kinds) -> Role | None:
+def _role(entry: MemberEntry, kinds: Kinds) -> Role | None:
     kind = kinds.get(entry.member.type)
     return None if kind is None else kind.role
 
 
-def check_carriers(entries: list[Entry], kinds: Kinds) -> None:
-    """Check who carries whom, and that nobody carries more than its capacity."""
+def check_carriers(entries: list[MemberEntry], kinds: Kinds) -> None:
+    """Check which robot carries which, and that none carries more than its capacity."""
     by_name = {entry.member.name: entry for entry in entries if entry.member.name}
     load: Counter[str] = Counter()
     for entry in entries:

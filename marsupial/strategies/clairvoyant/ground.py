@@ -16,6 +16,7 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.footprint import disc
+from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import Cell, Grid, Mask
@@ -61,7 +62,7 @@ class Ground:
         truth = grid.solid()
         self.robots = tuple(robots)
         self.territory = Territory(truth, types)
-        self.reach: Reach = self.territory.reach(robots)
+        self.reach: Reach = reach_of(self.territory, self.robots)
         there = {robot.type for robot in robots}
         self.kinds = {kind.name: kind for kind in types if kind.name in there}
         self.width = truth.width

@@ -14,6 +14,7 @@ import numpy as np
 
 from marsupial.errors import InputError
 from marsupial.formats.situation import situation_to_json
+from marsupial.maps.growth import reach_of
 from marsupial.maps.survey import placed
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell
@@ -82,7 +83,7 @@ def _frontiers(state: MapState) -> Iterator[FeatureAnswer]:
 
 
 def _reach(state: MapState) -> Iterator[FeatureAnswer]:
-    reach = Territory(state.grid, state.kinds).reach(placed(state.robots))
+    reach = reach_of(Territory(state.grid, state.kinds), placed(state.robots))
     for kind, mask in sorted(reach.by_type.items()):
         rings = [
             [[rounded(state.grid.point_m(*corner)) for corner in ring] for ring in polygon]

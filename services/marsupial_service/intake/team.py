@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from marsupial.formats.fields import Notes, unknown
 from marsupial.formats.scenario.map import add_terrain, free_code
 from marsupial.formats.scenario.read import drivable
-from marsupial.formats.scenario.team import Entry, check_carriers, check_names, standing_fault
+from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names, standing_fault
 from marsupial.model.grid import TERRAINS, Cell, Grid, Terrain
 from marsupial.model.mission import MapMeeting
 from marsupial.model.robots import EnergyModel, RobotType, Role, TeamMember
@@ -83,7 +83,7 @@ def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> R
 
 def entries_of(
     bodies: Sequence[PlacedBody], types: Types, grid: Grid, notes: Notes, *, standing: bool = False
-) -> list[Entry]:
+) -> list[MemberEntry]:
     """Return robots with their places on the map, where they can stand as far as it is known if `standing` is asked.
 
     `notes` are those on the list.
@@ -94,7 +94,7 @@ def entries_of(
         if kind is None:
             part.wrong("type", unknown("robot type", body.type, types))
         cell = cell_of(body, grid, part, kind if standing else None)
-        entries.append(Entry(part, TeamMember(name=body.name, type=body.type, start=cell, carrier=body.carrier)))
+        entries.append(MemberEntry(part, TeamMember(name=body.name, type=body.type, start=cell, carrier=body.carrier)))
     check_names(entries)
     check_carriers(entries, types)
     return entries

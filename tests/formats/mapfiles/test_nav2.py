@@ -11,8 +11,10 @@ import yaml
 from PIL import Image
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.nav2 import read_nav2, read_occupancy, understand_nav2
-from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
+from marsupial.formats.mapfiles.images import read_grey
+from marsupial.formats.mapfiles.nav2 import occupancy_table, understand_nav2
+from marsupial.formats.mapfiles.nav2_header import Mode, read_header
+from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Grid
 from marsupial.model.mapreading import LegendEntry
 
 HEADER = {
@@ -25,6 +27,20 @@ HEADER = {
 }
 
 F, O, U = FLOOR, OBSTACLE, UNKNOWN  # noqa: E741
+
+
+def grid_of(path: Path) -> Grid:
+    return understand_nav2(path).grid
+
+
+def occupancy_of(path: Path) -> npt.NDArray[np.int8]:
+    """Return -1 for unknown or 0 to 100 for each cell, as `nav_msgs/OccupancyGrid` does."""
+    header = read_header(path)
+    image = read_grey(header.image)
+    data = occupancy_table(header)[image.grey]
+    if image.opaque is not None and header.mode is not Mode.RAW:
+        data[~image.opaque] = -1
+    return np.flipud(data)
 
 
 def write_map(folder: Path, pixels: npt.ArrayLike, *, drop: tuple[str, ...] = (), **changes: object) -> Path:
@@ -42,7 +58,7 @@ def write_yaml(folder: Path, header: Mapping[str, object]) -> Path:
 
 def problems_of(path: Path) -> dict[str, str]:
     with pytest.raises(MapError) as caught:
-        read_nav2(path)
+        grid_of(path)
     assert str(path) in str(caught.value)
     return {problem.path: problem.message for problem in caught.value.problems}
 
@@ -51,49 +67,49 @@ def problems_of(path: Path) -> dict[str, str]:
 
 
 def test_saved_greys_become_free_obstacle_and_unknown(tmp_path: Path) -> None:
-    grid = read_nav2(write_map(tmp_path, [[254, 0, 205]]))
+    grid = grid_of(write_map(tmp_path, [[254, 0, 205]]))
     assert grid.cells.tolist() == [[F, O, U]]
     assert (grid.resolution_m, grid.origin_m) == (0.5, (1.0, 2.0, 0.25))
 
 
 def test_the_bottom_row_of_the_image_is_row_0(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[0, 0], [205, 254]])
-    assert read_nav2(path).cells.tolist() == [[U, F], [O, O]]
-    assert read_occupancy(path).data.tolist() == [[-1, 0], [100, 100]]
+    assert grid_of(path).cells.tolist() == [[U, F], [O, O]]
+    assert occupancy_of(path).tolist() == [[-1, 0], [100, 100]]
 
 
 def test_negate_turns_black_into_free(tmp_path: Path) -> None:
-    assert read_nav2(write_map(tmp_path, [[255, 0, 100]], negate=1)).cells.tolist() == [[O, F, U]]
-    assert read_nav2(write_map(tmp_path, [[255, 0, 100]], negate=True)).cells.tolist() == [[O, F, U]]
+    assert grid_of(write_map(tmp_path, [[255, 0, 100]], negate=1)).cells.tolist() == [[O, F, U]]
+    assert grid_of(write_map(tmp_path, [[255, 0, 100]], negate=True)).cells.tolist() == [[O, F, U]]
 
 
 def test_the_thresholds_themselves_belong_to_obstacle_and_free(tmp_path: Path) -> None:
     # p = 1 - 102/255 = 0.6 and 1 - 204/255 = 0.2
     path = write_map(tmp_path, [[102, 103, 203, 204]], occupied_thresh=0.6, free_thresh=0.2)
-    assert read_nav2(path).cells.tolist() == [[O, U, U, F]]
+    assert grid_of(path).cells.tolist() == [[O, U, U, F]]
 
 
 def test_a_threshold_is_compared_in_single_precision_like_the_map_server_does(tmp_path: Path) -> None:
     # 1 - 153/255 is 0.4 in double precision, and a little less in single.
-    assert read_nav2(write_map(tmp_path, [[152, 153]], occupied_thresh=0.4)).cells.tolist() == [[O, U]]
+    assert grid_of(write_map(tmp_path, [[152, 153]], occupied_thresh=0.4)).cells.tolist() == [[O, U]]
 
 
 def test_free_wins_where_both_thresholds_are_the_same(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[0, 51, 255]], occupied_thresh=0.8, free_thresh=0.8)
-    assert read_nav2(path).cells.tolist() == [[O, F, F]]
+    assert grid_of(path).cells.tolist() == [[O, F, F]]
 
 
 def test_scale_spreads_the_greys_between_the_thresholds(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[255, 204, 127, 1, 0]], mode="scale", occupied_thresh=1.0, free_thresh=0.0)
-    assert read_occupancy(path).data.tolist() == [[0, 20, 50, 100, 100]]
+    assert occupancy_of(path).tolist() == [[0, 20, 50, 100, 100]]
     path = write_map(tmp_path, [[255, 203, 127, 1, 0]], mode="scale", occupied_thresh=0.9, free_thresh=0.1)
-    assert read_occupancy(path).data.tolist() == [[0, 13, 50, 100, 100]]  # 100 * (0.2039 - 0.1) / 0.8 = 12.99
+    assert occupancy_of(path).tolist() == [[0, 13, 50, 100, 100]]  # 100 * (0.2039 - 0.1) / 0.8 = 12.99
 
 
 def test_only_100_is_an_obstacle_in_scale_and_it_is_said(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[255, 127, 3, 0]], mode="scale", occupied_thresh=1.0, free_thresh=0.0)
     reading = understand_nav2(path)
-    assert read_occupancy(path).data.tolist() == [[0, 50, 99, 100]]
+    assert occupancy_of(path).tolist() == [[0, 50, 99, 100]]
     assert reading.grid.cells.tolist() == [[F, F, F, O]]
     assert "2 cells have an occupancy between 1 and 99 and count as free" in reading.warnings
 
@@ -101,10 +117,10 @@ def test_only_100_is_an_obstacle_in_scale_and_it_is_said(tmp_path: Path) -> None
 def test_raw_takes_the_byte_and_leaves_thresholds_negate_and_alpha_alone(tmp_path: Path) -> None:
     greys = np.array([[0, 1, 100, 101, 205, 255]], dtype=np.uint8)
     path = write_map(tmp_path, greys, mode="raw", negate=1)
-    assert read_occupancy(path).data.tolist() == [[0, 1, 100, -1, -1, -1]]
-    assert read_nav2(path).cells.tolist() == [[F, F, O, U, U, U]]
+    assert occupancy_of(path).tolist() == [[0, 1, 100, -1, -1, -1]]
+    assert grid_of(path).cells.tolist() == [[F, F, O, U, U, U]]
     path = write_map(tmp_path, np.dstack([greys, greys, greys, greys * 0]), mode="raw", image="map.png")
-    assert read_occupancy(path).data.tolist() == [[0, 1, 100, -1, -1, -1]]
+    assert occupancy_of(path).tolist() == [[0, 1, 100, -1, -1, -1]]
 
 
 @pytest.mark.parametrize("mode", ["trinary", "scale"])
@@ -112,7 +128,7 @@ def test_pixels_that_are_not_opaque_are_unknown(tmp_path: Path, mode: str) -> No
     grey = np.array([[255, 255, 0, 0]], dtype=np.uint8)
     alpha = np.array([[255, 254, 0, 255]], dtype=np.uint8)
     path = write_map(tmp_path, np.dstack([grey, grey, grey, alpha]), mode=mode, image="map.png")
-    assert read_occupancy(path).data.tolist() == [[0, -1, -1, 100]]
+    assert occupancy_of(path).tolist() == [[0, -1, -1, 100]]
     reading = understand_nav2(path)
     assert reading.grid.cells.tolist() == [[F, U, U, O]]
     assert "2 pixels are transparent and became unknown" in reading.warnings
@@ -124,8 +140,8 @@ def test_pixels_that_are_not_opaque_are_unknown(tmp_path: Path, mode: str) -> No
 
 
 def test_the_mode_may_be_absent_or_in_capitals(tmp_path: Path) -> None:
-    assert read_nav2(write_map(tmp_path, [[254]])).cells.tolist() == [[F]]
-    assert read_nav2(write_map(tmp_path, [[100]], mode="Raw")).cells.tolist() == [[O]]
+    assert grid_of(write_map(tmp_path, [[254]])).cells.tolist() == [[F]]
+    assert grid_of(write_map(tmp_path, [[100]], mode="Raw")).cells.tolist() == [[O]]
 
 
 # Kinds of image
@@ -158,7 +174,7 @@ def test_palettes_bitmaps_and_16_bit_greys_are_read(tmp_path: Path) -> None:
     )
     for image in images:
         image.save(tmp_path / "map.png")
-        assert read_nav2(path).cells.tolist() == [[F, O]], image.mode
+        assert grid_of(path).cells.tolist() == [[F, O]], image.mode
 
 
 def test_a_plain_pgm_with_another_white_and_a_comment_is_read(tmp_path: Path) -> None:
@@ -196,14 +212,14 @@ def test_grey_206_is_free_even_under_the_usual_threshold_and_is_named(tmp_path: 
     (warning,) = understand_nav2(write_map(tmp_path, [[254, 206, 0]])).warnings
     assert warning.startswith("grey 206 became free in 1 cells")
     assert warning.endswith("0.192 would leave them unknown")
-    assert read_nav2(write_map(tmp_path, [[254, 206, 0]], free_thresh=0.192)).cells.tolist() == [[F, U, O]]
+    assert grid_of(write_map(tmp_path, [[254, 206, 0]], free_thresh=0.192)).cells.tolist() == [[F, U, O]]
 
 
 @pytest.mark.parametrize("grey", range(200, 211))
 def test_the_threshold_that_is_advised_does_leave_the_grey_unknown(tmp_path: Path, grey: int) -> None:
     (warning,) = understand_nav2(write_map(tmp_path, [[grey]], free_thresh=0.25)).warnings
     advised = float(re.findall(r"([0-9.]+) would leave", warning)[0])
-    assert read_nav2(write_map(tmp_path, [[grey]], free_thresh=advised)).cells.tolist() == [[U]]
+    assert grid_of(write_map(tmp_path, [[grey]], free_thresh=advised)).cells.tolist() == [[U]]
 
 
 def test_negate_that_makes_unknown_an_obstacle_is_named(tmp_path: Path) -> None:
@@ -231,7 +247,7 @@ def test_greys_that_are_unknown_anyway_are_no_reason_for_a_warning(tmp_path: Pat
 def test_a_grey_wall_that_became_unknown_is_named(tmp_path: Path) -> None:
     (warning,) = understand_nav2(write_map(tmp_path, [[255, 127, 203, 203]])).warnings
     assert warning.startswith("greys 127 (25.0%) and 203 (50.0%) both became unknown")
-    assert read_nav2(write_map(tmp_path, [[255, 12, 203, 203]])).cells.tolist() == [[F, O, U, U]]
+    assert grid_of(write_map(tmp_path, [[255, 12, 203, 203]])).cells.tolist() == [[F, O, U, U]]
 
 
 # Files that are wrong
@@ -247,7 +263,7 @@ def test_an_absolute_path_is_followed(tmp_path: Path) -> None:
     elsewhere.mkdir()
     write_map(elsewhere, [[254]])
     path = write_yaml(tmp_path, HEADER | {"image": str(elsewhere / "map.pgm")})
-    assert read_nav2(path).cells.tolist() == [[F]]
+    assert grid_of(path).cells.tolist() == [[F]]
 
 
 def test_a_relative_path_starts_at_the_yaml_and_not_at_the_working_directory(
@@ -257,7 +273,7 @@ def test_a_relative_path_starts_at_the_yaml_and_not_at_the_working_directory(
     write_map(tmp_path / "images", [[254]])
     path = write_yaml(tmp_path, HEADER | {"image": "images/map.pgm"})
     monkeypatch.chdir(tmp_path / "images")
-    assert read_nav2(path).cells.tolist() == [[F]]
+    assert grid_of(path).cells.tolist() == [[F]]
 
 
 def test_an_absolute_path_of_another_machine_is_named_with_the_image_beside_the_yaml(tmp_path: Path) -> None:
@@ -296,28 +312,28 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
     )
     assert problems_of(path) == {
         "image": f"no such file: {tmp_path / 'gone.pgm'}",
-        "resolution": "must be positive (metres per pixel), got -1",
-        "origin": "must be three numbers [x, y, yaw], got [0, 0]",
-        "negate": "must be 0 or 1, got 'perhaps'",
+        "resolution": "must be positive, got -1",
+        "origin": "must be a list of 3 numbers, got [0, 0]",
+        "negate": "must be an integer, got 'perhaps'",
         "free_thresh": "must be a number, got 'low'",
-        "occupied_thresh": "must be from 0 to 1, got 65",
-        "mode": "must be trinary, scale or raw, got 'binary'",
+        "occupied_thresh": "must be at most 1, got 65",
+        "mode": "must be trinary or scale or raw, got 'binary'",
     }
 
 
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("image", 7, "must be the path of an image, got 7"),
-        ("image", "", "must be the path of an image, got ''"),
-        ("resolution", True, "must be a number, got True"),
-        ("resolution", float("nan"), "must be a finite number, got nan"),
-        ("resolution", 10**400, "must be a number, got 1000000"),
-        ("origin", 0.0, "must be three numbers [x, y, yaw], got 0.0"),
-        ("origin", [0, "x", 0], "must be a number, got 'x'"),
-        ("origin", [0, float("inf"), 0], "must be a finite number, got inf"),
-        ("negate", 0.0, "must be 0 or 1, got 0.0"),
-        ("mode", None, "must be trinary, scale or raw, got None"),
+        ("image", 7, "must be a text, got 7"),
+        ("image", "", "must be a text, got ''"),
+        ("resolution", True, "must be a number, got true"),
+        ("resolution", float("nan"), "must be finite, got nan"),
+        ("resolution", 10**400, "must be finite, got 1000000"),
+        ("origin", 0.0, "must be a list of 3 numbers, got 0.0"),
+        ("origin", [0, "x", 0], "must be a list of 3 numbers, got [0, 'x', 0]"),
+        ("origin", [0, float("inf"), 0], "must be a list of 3 numbers, got [0, inf, 0]"),
+        ("negate", 0.0, "must be an integer, got 0.0"),
+        ("mode", None, "must be a text, got nothing"),
     ],
 )
 def test_values_of_the_wrong_type_are_named(tmp_path: Path, key: str, value: object, message: str) -> None:
@@ -333,13 +349,13 @@ def test_thresholds_out_of_order_are_named(tmp_path: Path) -> None:
 def test_a_number_without_a_point_in_its_mantissa_is_a_number(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[254]])
     path.write_text(path.read_text().replace("resolution: 0.5", "resolution: 5e-2"))
-    assert read_nav2(path).resolution_m == 0.05
+    assert grid_of(path).resolution_m == 0.05
 
 
 def test_extra_keys_crlf_and_a_missing_final_newline_do_no_harm(tmp_path: Path) -> None:
     path = write_map(tmp_path, [[254]], elevation_image="x.pgm", cost_scaling={"a": [1, 2]})
     path.write_bytes(path.read_bytes().rstrip().replace(b"\n", b"\r\n"))
-    assert read_nav2(path).cells.tolist() == [[F]]
+    assert grid_of(path).cells.tolist() == [[F]]
 
 
 @pytest.mark.parametrize("text", ["", "- a\n- b\n", "just text", "42"])
@@ -431,7 +447,7 @@ def test_real_maps_have_the_cells_that_the_rule_says(shared_maps: Path, name: st
     p = 1 - (pixels if pixels.ndim == 2 else pixels.mean(axis=2)) / np.float32(255)
     low, high = np.float32(header["free_thresh"]), np.float32(header["occupied_thresh"])
     free = p <= low if header.get("mode") != "scale" else p < high
-    grid = read_nav2(path)
+    grid = grid_of(path)
     assert p.dtype == np.float32
     assert grid.cells.shape == p.shape
     assert np.array_equal(grid.cells == FLOOR, free[::-1])
@@ -441,16 +457,17 @@ def test_real_maps_have_the_cells_that_the_rule_says(shared_maps: Path, name: st
 
 
 def test_the_real_keepout_mask_holds_more_obstacles_than_its_map(shared_maps: Path) -> None:
-    plain = read_occupancy(shared_maps / "warehouse_nav2.yaml")
-    mask = read_occupancy(shared_maps / "warehouse_nav2_keepout.yaml")
-    assert mask.data.dtype == np.int8
-    assert (mask.resolution_m, mask.origin_m) == (0.03, (-15.1, -25.0, 0.0))
-    assert np.count_nonzero(mask.data == 100) == 66742
-    assert np.count_nonzero(plain.data == 100) == 30951
+    plain = occupancy_of(shared_maps / "warehouse_nav2.yaml")
+    mask = occupancy_of(shared_maps / "warehouse_nav2_keepout.yaml")
+    header = read_header(shared_maps / "warehouse_nav2_keepout.yaml")
+    assert mask.dtype == np.int8
+    assert (header.resolution_m, header.origin_m) == (0.03, (-15.1, -25.0, 0.0))
+    assert np.count_nonzero(mask == 100) == 66742
+    assert np.count_nonzero(plain == 100) == 30951
 
 
 def test_the_real_speed_mask_holds_percentages(shared_maps: Path) -> None:
-    data = read_occupancy(shared_maps / "warehouse_nav2_speed.yaml").data
+    data = occupancy_of(shared_maps / "warehouse_nav2_speed.yaml")
     values, counts = np.unique(data, return_counts=True)
     assert dict(zip(values.tolist(), counts.tolist(), strict=True))[20] == 72195 + 227585
     assert values.min() == 0
