@@ -31,7 +31,7 @@ GRACE_S, GRACE_SHARE = 0.01, 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Contender:
+class BenchEngine:
     """An engine in the bench; `missing` is why it can't be used here. `make` takes the budget in seconds."""
 
     name: str
@@ -48,7 +48,7 @@ class Arrival:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
+class EngineRun:
     """One engine on one instance.
 
     Parameters
@@ -101,7 +101,7 @@ class Round:
 
     instance: Instance
     best: Best | None
-    runs: tuple[Run, ...]
+    runs: tuple[EngineRun, ...]
 
 
 def deadline_s(budget_s: float) -> float:
@@ -109,7 +109,7 @@ def deadline_s(budget_s: float) -> float:
     return budget_s + GRACE_S + GRACE_SHARE * budget_s
 
 
-def contenders(names: Iterable[str] = ()) -> tuple[Contender, ...]:
+def contenders(names: Iterable[str] = ()) -> tuple[BenchEngine, ...]:
     """Return the engines of these names, or all: as they are, and in parts where missions use them so.
 
     Raises
@@ -121,16 +121,16 @@ def contenders(names: Iterable[str] = ()) -> tuple[Contender, ...]:
     return tuple(_contender(name) for name in names or sorted(everyone))
 
 
-def _contender(name: str) -> Contender:
+def _contender(name: str) -> BenchEngine:
     inner = name.removesuffix(IN_PARTS)
     split = name != inner and inner in PART_SIZES
     missing = engine(inner if split else name).info.missing
     if split:
-        return Contender(name=name, make=lambda s: mission_engine(inner, Budget(seconds=s)), missing=missing)
-    return Contender(name=name, make=lambda _: engine(name), missing=missing)
+        return BenchEngine(name=name, make=lambda s: mission_engine(inner, Budget(seconds=s)), missing=missing)
+    return BenchEngine(name=name, make=lambda _: engine(name), missing=missing)
 
 
-def warm_up(contender: Contender, clock: Callable[[], float] = time.perf_counter) -> None:
+def warm_up(contender: BenchEngine, clock: Callable[[], float] = time.perf_counter) -> None:
     """Let an engine compile and import what it needs: on small instances, until it keeps a budget or never will."""
     for name in WARM_UP:
         for _ in range(WARM_UPS):
@@ -139,8 +139,8 @@ def warm_up(contender: Contender, clock: Callable[[], float] = time.perf_counter
 
 
 def play(
-    instance: Instance, engines: Iterable[Contender], budgets_s: Iterable[float], known: Best | None
-) -> Iterator[Run | Round]:
+    instance: Instance, engines: Iterable[BenchEngine], budgets_s: Iterable[float], known: Best | None
+) -> Iterator[EngineRun | Round]:
     """Yield the run of every engine within every budget as it is done, then the round.
 
     What is known only gets better: shorter plans, and higher bounds of engines that name one.
@@ -153,7 +153,7 @@ def play(
     yield Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
 
 
-def improved(known: Best | None, situation: Situation, runs: Iterable[Run]) -> Best | None:
+def improved(known: Best | None, situation: Situation, runs: Iterable[EngineRun]) -> Best | None:
     """Return the best plan and bound known after these runs."""
     runs = tuple(runs)
     for done in runs:
@@ -166,8 +166,8 @@ def improved(known: Best | None, situation: Situation, runs: Iterable[Run]) -> B
 
 
 def run(
-    instance: Instance, contender: Contender, budget_s: float, clock: Callable[[], float] = time.perf_counter
-) -> Run:
+    instance: Instance, contender: BenchEngine, budget_s: float, clock: Callable[[], float] = time.perf_counter
+) -> EngineRun:
     """Ask an engine for plans until the deadline; `clock` gives seconds."""
     situation = instance.situation()
     asked = contender.make(budget_s)
@@ -203,13 +203,13 @@ def _judged(
     came: list[tuple[float, Plan]],
     finished: Finished | None,
     wall_s: float,
-) -> Run:
+) -> EngineRun:
     """Check the plans that came in time."""
     timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
     incumbent = Incumbent(situation, partial=True)
     better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
     whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]
-    return Run(
+    return EngineRun(
         instance=instance.name,
         engine=name,
         budget_s=budget_s,

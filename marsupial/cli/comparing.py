@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.documents import documents
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings, replace_file
@@ -181,7 +181,7 @@ def report(out: Path) -> None:
     InputError
         If it holds none.
     """
-    outcome = Outcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
+    outcome = ComparisonOutcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
     say("writing tables and figures ...")
     with writing(out):
         (out / "figures").mkdir(exist_ok=True)

@@ -29,7 +29,7 @@ from marsupial.strategies.registry import FORMER_NAMES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
+class MissionRequest:
     """A mission as asked for; None takes the default."""
 
     source: str
@@ -46,7 +46,7 @@ class Request:
     server: str | None = None
 
 
-def carry_out(request: Request) -> Summary:
+def carry_out(request: MissionRequest) -> Summary:
     """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
 
     Raises
@@ -105,7 +105,7 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     return MissionLimits(time_ms=max(1, round(1000 * time_limit_s)))
 
 
-def _planner(request: Request, budget: Budget) -> str:
+def _planner(request: MissionRequest, budget: Budget) -> str:
     planner = str(planner_for(request.strategy, request.planner or DEFAULT_PLANNER))
     if planner == NO_PLANNER:
         if request.planner is not None:
@@ -122,7 +122,7 @@ def _by(server: str) -> Callable[..., Summary]:
     return partial(simulate_by, Client(server, os.environ.get("MARSUPIAL_KEY")))
 
 
-def _changed(scenario: Scenario, request: Request) -> Scenario:
+def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:
     if request.planning_time is not None:
         if request.planning_time not in list(PlanningTime):
             raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")

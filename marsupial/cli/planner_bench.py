@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from marsupial.bench.planner_report import Row, progress_line, rows_of
-from marsupial.bench.planners import BUDGETS_S, Contender, Round, contenders, play, warm_up
+from marsupial.bench.planner_report import RunRow, progress_line, rows_of
+from marsupial.bench.planners import BUDGETS_S, BenchEngine, Round, contenders, play, warm_up
 from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.cli.display.messages import say
@@ -23,8 +23,8 @@ from marsupial.formats.inputs import about, read_text
 class Selection:
     """Who plays on what, for how many seconds; `absent` can't play here."""
 
-    engines: tuple[Contender, ...]
-    absent: tuple[Contender, ...]
+    engines: tuple[BenchEngine, ...]
+    absent: tuple[BenchEngine, ...]
     instances: tuple[Instance, ...]
     budgets_s: tuple[float, ...]
 
@@ -53,7 +53,7 @@ class Selection:
         )
 
 
-def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[Row, ...]:
+def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[RunRow, ...]:
     """Play all rounds and return their rows.
 
     Parameters

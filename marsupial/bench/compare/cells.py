@@ -75,7 +75,7 @@ class Pairing:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class ComparisonOutcome:
     """All that a folder holds."""
 
     header: Mapping[str, Any]

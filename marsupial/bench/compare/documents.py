@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import figures
 from marsupial.bench.compare.papers import PAPERS
 from marsupial.bench.compare.report import page
@@ -12,7 +12,7 @@ from marsupial.bench.compare.statements import checklist, reading
 from marsupial.bench.compare.tables import markdown, tables
 
 
-def documents(outcome: Outcome) -> Iterator[tuple[str, bytes]]:
+def documents(outcome: ComparisonOutcome) -> Iterator[tuple[str, bytes]]:
     """Yield the path in the folder and the content of each document; they depend on nothing but the outcome."""
     experiment = PAPERS.get(str(outcome.header.get("paper")))
     findings = [] if experiment is None else experiment.findings(outcome)

@@ -19,7 +19,7 @@ from warnings import catch_warnings, filterwarnings
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Measure
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
 from marsupial.bench.compare.statistics import Estimate, estimate, t_quantile
@@ -54,7 +54,7 @@ class Figure:
     scenario: str = ""
 
 
-def figures(outcome: Outcome) -> Iterator[Figure]:
+def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     """Yield the figures of a comparison: for each scenario time, quality, coverage over time, planning time."""
     for scenario in outcome.scenarios:
         slug = _slug(scenario)
@@ -67,7 +67,7 @@ def figures(outcome: Outcome) -> Iterator[Figure]:
 
 
 def measure_figure(
-    outcome: Outcome,
+    outcome: ComparisonOutcome,
     measure: Measure,
     scenarios: Sequence[str],
     *,
@@ -94,7 +94,7 @@ def measure_figure(
     return _figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
 
 
-def planning_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
+def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
     """Return the time of a planning by team size, logarithmic."""
 
     def value(case: Case, contender: Contender) -> Estimate | None:
@@ -112,7 +112,7 @@ def planning_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
     return _figure(drawing, name, title, caption, scenario)
 
 
-def coverage_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
+def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
     """Return the mean coverage over time, a panel for each team."""
     cases = outcome.cases_of(scenario)
     carriers, rovers = _sorted(c.carriers for c in cases), _sorted(c.rovers for c in cases)
@@ -149,7 +149,7 @@ def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
     return times, shares.mean(axis=0), half
 
 
-def _coverage_panel(axes: Axes, outcome: Outcome, case: Case) -> None:
+def _coverage_panel(axes: Axes, outcome: ComparisonOutcome, case: Case) -> None:
     for k, contender in enumerate(outcome.contenders):
         curves = outcome.curves_of(case, contender)
         if curves:

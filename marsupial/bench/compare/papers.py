@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from marsupial.bench.compare import wurm2010
-from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import Figure
 from marsupial.bench.compare.plan import Comparison
 from marsupial.bench.compare.statements import Finding
@@ -21,8 +21,8 @@ class Experiment:
     runs: int
     planner: str
     comparison: Callable[[int, str, Budget], Comparison]
-    figures: Callable[[Outcome], Iterator[Figure]]
-    findings: Callable[[Outcome], list[Finding]]
+    figures: Callable[[ComparisonOutcome], Iterator[Figure]]
+    findings: Callable[[ComparisonOutcome], list[Finding]]
     setting: str
 
 

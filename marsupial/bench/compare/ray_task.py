@@ -37,7 +37,7 @@ class Terms:
     token: bool
 
 
-class Refused(Exception):
+class WorkerRefused(Exception):
     """A worker does not meet the terms; the message says which machine and why."""
 
 
@@ -51,7 +51,7 @@ def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms)
 
     Raises
     ------
-    Refused
+    WorkerRefused
         If the worker does not meet `terms`.
     """
     demand(terms)
@@ -59,15 +59,15 @@ def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms)
 
 
 def demand(terms: Terms) -> None:
-    """Raise `Refused` if this process does not meet `terms`."""
+    """Raise `WorkerRefused` if this process does not meet `terms`."""
     here = platform.node()
     if terms.token and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
-        raise Refused(f"the node {here} serves anybody without a token: start it with RAY_AUTH_MODE=token")
+        raise WorkerRefused(f"the node {here} serves anybody without a token: start it with RAY_AUTH_MODE=token")
     ours = make()
     differences = [f"{name} {ours[name]} instead of {wanted}" for name, wanted in terms.make.items()
                    if ours[name] != wanted]  # fmt: skip
     if differences:
-        raise Refused(f"the node {here} has {', '.join(differences)}: install the same everywhere")
+        raise WorkerRefused(f"the node {here} has {', '.join(differences)}: install the same everywhere")
 
 
 @cache

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import INK, Figure
 from marsupial.bench.compare.header import budget_text
-from marsupial.bench.compare.statements import Finding, Verdict
-from marsupial.bench.compare.tables import Table, TableCell
+from marsupial.bench.compare.statements import Finding, StatementVerdict
+from marsupial.bench.compare.tables import ReportTable, TableCell
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 
@@ -23,16 +23,16 @@ _CLAIRVOYANT = (
 )
 
 _VERDICT_CLASSES = {
-    Verdict.HOLDS: "holds",
-    Verdict.PARTLY: "partly",
-    Verdict.FAILS: "fails",
-    Verdict.OPEN: "open",
+    StatementVerdict.HOLDS: "holds",
+    StatementVerdict.PARTLY: "partly",
+    StatementVerdict.FAILS: "fails",
+    StatementVerdict.OPEN: "open",
 }
 
 
 def page(
-    outcome: Outcome,
-    tables: Sequence[Table],
+    outcome: ComparisonOutcome,
+    tables: Sequence[ReportTable],
     figures: Sequence[Figure],
     findings: Sequence[Finding] = (),
     paper: tuple[str, str, str] | None = None,
@@ -63,13 +63,13 @@ def _read(name: str) -> str:
     return files("marsupial.bench.compare").joinpath(name).read_text(encoding="utf-8")
 
 
-def _title(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
+def _title(outcome: ComparisonOutcome, paper: tuple[str, str, str] | None) -> str:
     if paper is not None:
         return paper[0]
     return f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
 
 
-def _facts(outcome: Outcome) -> str:
+def _facts(outcome: ComparisonOutcome) -> str:
     return (
         f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
         f"{outcome.runs} run{'' if outcome.runs == 1 else 's'} each; {budget_text(outcome.header)} for each planning; "
@@ -81,12 +81,12 @@ def _section(title: str, content: str) -> str:
     return f"<section>\n<h2>{escape(title)}</h2>\n{content}\n</section>"
 
 
-def _general(tables: Sequence[Table], figures: Sequence[Figure]) -> str:
+def _general(tables: Sequence[ReportTable], figures: Sequence[Figure]) -> str:
     shown = [_figure(figure) for figure in figures if not figure.scenario]
     return "\n".join([*shown, *(_table(table) for table in tables if not table.scenario)])
 
 
-def _of_scenario(scenario: str, tables: Sequence[Table], figures: Sequence[Figure]) -> str:
+def _of_scenario(scenario: str, tables: Sequence[ReportTable], figures: Sequence[Figure]) -> str:
     """Return figures and main tables of a scenario, the others folded away."""
     own = [table for table in tables if table.scenario == scenario]
     parts = [_figure(figure) for figure in figures if figure.scenario == scenario]
@@ -111,7 +111,7 @@ def inlined(figure: Figure) -> str:
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
 
 
-def _table(table: Table) -> str:
+def _table(table: ReportTable) -> str:
     heads = "".join(map(_head, table.heads, table.rows[0] if table.rows else [TableCell("")] * len(table.heads)))
     rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
     return (
@@ -152,7 +152,7 @@ def _findings(findings: Sequence[Finding], introduction: str) -> str:
     return f'<p class="caption">{escape(introduction)}</p>\n<ol class="checklist">\n{"".join(items)}\n</ol>'
 
 
-def _method(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
+def _method(outcome: ComparisonOutcome, paper: tuple[str, str, str] | None) -> str:
     header = outcome.header
     versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
     steps = "steps" in header["budget"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class Verdict(StrEnum):
+class StatementVerdict(StrEnum):
     """Whether a statement holds in the data, by the criterion beside it."""
 
     HOLDS = "holds"
@@ -32,21 +32,21 @@ class Finding:
     statement: str
     where: str
     criterion: str
-    verdict: Verdict
+    verdict: StatementVerdict
     evidence: tuple[str, ...]
 
 
-def share_verdict(held: Sequence[bool | None]) -> Verdict:
+def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
     """Return the verdict where a statement is to hold in every one of several places; None is one without data.
 
     It holds in part where it does in at least half of them.
     """
     known = [one for one in held if one is not None]
     if not known or len(known) < len(held):
-        return Verdict.OPEN
+        return StatementVerdict.OPEN
     if all(known):
-        return Verdict.HOLDS
-    return Verdict.PARTLY if 2 * sum(known) >= len(known) else Verdict.FAILS
+        return StatementVerdict.HOLDS
+    return StatementVerdict.PARTLY if 2 * sum(known) >= len(known) else StatementVerdict.FAILS
 
 
 def reading(runs: int, paper_runs: int) -> str:

@@ -11,8 +11,8 @@ from marsupial.bench.compare.cells import (
     MISSION_TIME,
     QUALITY,
     TIME,
+    ComparisonOutcome,
     Measure,
-    Outcome,
     Pairing,
     tally,
 )
@@ -34,7 +34,7 @@ class TableCell:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
+class ReportTable:
     """A table with its caption; `scenario` is what it is about, if one, and whether it is among its `main` ones."""
 
     title: str
@@ -45,7 +45,7 @@ class Table:
     rows: list[tuple[TableCell, ...]] = field(default_factory=list)
 
 
-def tables(outcome: Outcome) -> list[Table]:
+def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     """Return all tables of a comparison."""
     made = [status_table(outcome)]
     if outcome.rivals:
@@ -60,11 +60,11 @@ def tables(outcome: Outcome) -> list[Table]:
     return made
 
 
-def status_table(outcome: Outcome) -> Table:
+def status_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return how many missions ended in which way."""
     counts = {(s, c): outcome.statuses(s, c) for s in outcome.scenarios for c in outcome.contenders}
     names = list(dict.fromkeys(name for found in counts.values() for name in found)) or ["complete"]
-    table = Table(
+    table = ReportTable(
         title="Missions",
         caption="How the missions ended. Only complete ones count in means, only complete pairs in differences.",
         heads=("scenario", "contender", *names, "missing"),
@@ -76,9 +76,9 @@ def status_table(outcome: Outcome) -> Table:
     return table
 
 
-def headline_table(outcome: Outcome) -> Table:
+def headline_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return the main results: for each scenario, in how many cases a contender is ahead of the base."""
-    table = Table(
+    table = ReportTable(
         title="In short",
         caption=f"Against {outcome.base}, over all team sizes. Gains are means over cases of 1 - time / base's time "
         "and of Q / base's Q - 1; better and worse are cases where the 95 % interval of the paired differences "
@@ -102,7 +102,7 @@ def headline_table(outcome: Outcome) -> Table:
     return table
 
 
-def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
+def measure_table(outcome: ComparisonOutcome, measure: Measure, scenario: str) -> ReportTable:
     """Return a metric by team, for each contender and paired against the base."""
     unit = measure.unit
     several = len(outcome.rivals) > 1
@@ -111,7 +111,7 @@ def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
         by_whom = f" by {rival}" if several else ""
         name = "saved" if measure.better < 0 else "gained"
         pair_heads += [f"{name}{by_whom}", f"{name}{by_whom}, {unit} (95 % interval)", "won/lost/tied"]
-    table = Table(
+    table = ReportTable(
         title=f"{measure.title}: {scenario}",
         caption=f"{measure.title} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
         f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}; teams are carriers x rovers of each.",
@@ -129,9 +129,9 @@ def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
     return table
 
 
-def ratio_table(outcome: Outcome, scenario: str) -> Table:
+def ratio_table(outcome: ComparisonOutcome, scenario: str) -> ReportTable:
     """Return the competitive ratio of each contender by team."""
-    table = Table(
+    table = ReportTable(
         title=f"Competitive ratio: {scenario}",
         caption="Exploration time as a multiple of that of the clairvoyant, who plans with the whole map known: mean "
         "over the missions that both completed ± half of the 95 % confidence interval. The clairvoyant's plan is the "
@@ -145,9 +145,9 @@ def ratio_table(outcome: Outcome, scenario: str) -> Table:
     return table
 
 
-def planning_table(outcome: Outcome) -> Table:
+def planning_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return wall-clock times of planning and CPU times of missions by contender and scenario."""
-    table = Table(
+    table = ReportTable(
         title="Planning time",
         caption="Wall-clock time on the machine that ran the missions, other workers beside: median, 95th percentile "
         "and maximum over one mission's plannings, each averaged over the missions (the last column is the greatest "
@@ -172,9 +172,9 @@ def planning_table(outcome: Outcome) -> Table:
     return table
 
 
-def failure_table(outcome: Outcome) -> Table:
+def failure_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return every mission that is not complete, with its reason."""
-    table = Table(
+    table = ReportTable(
         title="Missions that are not complete",
         caption="Each with its reason; `marsupial run` with the same scenario, team, seed and steps shows it again.",
         heads=("mission", "status", "reason"),
@@ -184,7 +184,7 @@ def failure_table(outcome: Outcome) -> Table:
     return table
 
 
-def markdown(table: Table) -> str:
+def markdown(table: ReportTable) -> str:
     """Return a table as Markdown: in favour bold, against in italics."""
     lines = [f"## {table.title}", "", table.caption, "", _line(table.heads)]
     lines.append("|" + "|".join("---" if i == 0 else "---:" for i in range(len(table.heads))) + "|")

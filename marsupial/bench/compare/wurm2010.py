@@ -16,7 +16,7 @@ from dataclasses import replace
 from itertools import pairwise
 from statistics import fmean
 
-from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome, Pairing, tally
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Measure, Pairing, tally
 from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Finding, share_verdict
@@ -66,7 +66,7 @@ def comparison(runs: int, planner: str, budget: Budget) -> Comparison:
     )
 
 
-def paper_figures(outcome: Outcome) -> Iterator[Figure]:
+def paper_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     """Yield the paper's two figures with our data: Fig. 7 has the maze above the office."""
     yield measure_figure(outcome, TIME, [MAZE, OFFICE], name="figure-7", of_paper="Fig. 7 of the paper")
     yield measure_figure(
@@ -74,7 +74,7 @@ def paper_figures(outcome: Outcome) -> Iterator[Figure]:
     )
 
 
-def findings(outcome: Outcome) -> list[Finding]:
+def findings(outcome: ComparisonOutcome) -> list[Finding]:
     """Return what the data say of each statement of section IV-C and the conclusion."""
     return [
         _everywhere(
@@ -109,7 +109,12 @@ def findings(outcome: Outcome) -> list[Finding]:
 
 
 def _everywhere(
-    outcome: Outcome, measure: Measure, scenarios: Sequence[str], rovers: Sequence[int], statement: str, where: str
+    outcome: ComparisonOutcome,
+    measure: Measure,
+    scenarios: Sequence[str],
+    rovers: Sequence[int],
+    statement: str,
+    where: str,
 ) -> Finding:
     """Judge that temporal planning is better in every cell of these."""
     planned = outcome.contenders[0]
@@ -154,7 +159,7 @@ def _is_ahead(pairing: Pairing) -> bool | None:
     return None if pairing.ahead is None or pairing.ahead.half is None else pairing.ahead.sign > 0
 
 
-def _few_carriers_are_enough(outcome: Outcome) -> Finding:
+def _few_carriers_are_enough(outcome: ComparisonOutcome) -> Finding:
     held: list[bool | None] = []
     evidence = []
     for scenario in (OFFICE, MAZE):
@@ -180,7 +185,7 @@ def _few_carriers_are_enough(outcome: Outcome) -> Finding:
     )
 
 
-def _knee_depends_on_the_environment(outcome: Outcome) -> Finding:
+def _knee_depends_on_the_environment(outcome: ComparisonOutcome) -> Finding:
     knees = {s: [_knee(_mean_times(outcome, s, rovers)) for rovers in ROVERS] for s in (OFFICE, MAZE)}
     everything = [knee for found in knees.values() for knee in found]
     differs = None if None in everything else knees[OFFICE] != knees[MAZE]
@@ -211,7 +216,7 @@ def _knee_text(knee: int | None) -> str:
     return "?" if knee is None else f"{knee} or more" if knee == CARRIERS[-1] else str(knee)
 
 
-def _larger_teams_gain_more(outcome: Outcome) -> Finding:
+def _larger_teams_gain_more(outcome: ComparisonOutcome) -> Finding:
     planned = outcome.contenders[0]
     held: list[bool | None] = []
     evidence = []
@@ -239,7 +244,7 @@ def _larger_teams_gain_more(outcome: Outcome) -> Finding:
     )
 
 
-def _large_teams_work(outcome: Outcome) -> Finding:
+def _large_teams_work(outcome: ComparisonOutcome) -> Finding:
     largest = [c for c in outcome.cases if (c.carriers, c.rovers) == (CARRIERS[-1], ROVERS[-1])]
     rows = [r for r in outcome.rows if r.trial.case in largest and r.trial.contender == outcome.contenders[0]]
     complete = sum(row.complete for row in rows)
@@ -253,7 +258,7 @@ def _large_teams_work(outcome: Outcome) -> Finding:
     )
 
 
-def _mean_times(outcome: Outcome, scenario: str, rovers: int) -> dict[int, float]:
+def _mean_times(outcome: ComparisonOutcome, scenario: str, rovers: int) -> dict[int, float]:
     """Return the mean exploration time with temporal planning by the number of carriers."""
     planned = outcome.contenders[0]
     found = {

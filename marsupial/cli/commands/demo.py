@@ -26,11 +26,11 @@ def demo(
     """
     from marsupial.cli.comparison import print_comparison, write_replay
     from marsupial.cli.display.messages import say
-    from marsupial.cli.missions import Request, carry_out
+    from marsupial.cli.missions import MissionRequest, carry_out
     from marsupial.cli.outputs import make_folder
 
     make_folder(out)
-    request = Request(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget)
+    request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget)
     summaries, logs = [], []
     for strategy in ("temporal", "heuristic"):
         log = out / f"{strategy}.jsonl"

@@ -48,9 +48,9 @@ def run(
     """
     from marsupial.cli.display.report import print_summary
     from marsupial.cli.display.tables import print_json
-    from marsupial.cli.missions import Request, carry_out
+    from marsupial.cli.missions import MissionRequest, carry_out
 
-    request = Request(
+    request = MissionRequest(
         source=scenario,
         strategy=strategy,
         planner=planner,
