@@ -7,14 +7,15 @@ after the run, so that checking costs the engine no time. Ratios are to the best
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 
 from marsupial.bench.suite.best import Best, with_bound, with_plan
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
+from marsupial.library.plans import asking
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.engines import ENGINES, PART_SIZES, engine, mission_engine
 from marsupial.planning.incumbent import Incumbent
@@ -97,7 +98,7 @@ class EngineRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:
-    """All runs on one instance, and the best that is known after them; None if nobody ever found a plan."""
+    """All runs on one instance, and the best that is known after them; None if no plan was ever found."""
 
     instance: Instance
     best: Best | None
@@ -168,14 +169,36 @@ def improved(known: Best | None, situation: Situation, runs: Iterable[EngineRun]
 def run(
     instance: Instance, contender: BenchEngine, budget_s: float, clock: Callable[[], float] = time.perf_counter
 ) -> EngineRun:
-    """Ask an engine for plans until the deadline; `clock` gives seconds."""
+    """Ask an engine for plans until the deadline, then check those that came in time; `clock` gives seconds."""
     situation = instance.situation()
-    asked = contender.make(budget_s)
+    came, finished, wall_s = _answers(contender.make(budget_s), situation, budget_s, clock)
+    timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
+    incumbent = Incumbent(situation, partial=True)
+    better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
+    whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]
+    return EngineRun(
+        instance=instance.name,
+        engine=contender.name,
+        budget_s=budget_s,
+        arrivals=tuple(Arrival(elapsed_s=at, makespan_ms=plan.makespan_ms) for at, plan in whole),
+        plan=whole[-1][1] if whole else None,
+        served=0 if incumbent.plan is None else len(incumbent.plan.explored),
+        refused=len(incumbent.refused),
+        late=len(came) - len(timely),
+        finished=finished,
+        wall_s=wall_s,
+    )
+
+
+def _answers(
+    asked: Engine, situation: Situation, budget_s: float, clock: Callable[[], float]
+) -> tuple[list[tuple[float, Plan]], Finished | None, float]:
+    """Return an engine's plans, each with the seconds until it came, how it ended, and the seconds it took."""
     came: list[tuple[float, Plan]] = []
     finished: Finished | None = None
     begun = clock()
     try:
-        with closing(_events(asked, situation, budget_s)) as events:
+        with closing(asking(asked, situation, Budget(seconds=budget_s))) as events:
             for event in events:
                 now = clock() - begun
                 if isinstance(event, Finished):
@@ -186,38 +209,4 @@ def run(
                     break
     except Exception as error:  # a broken engine is a result: the bench goes on to the next
         finished = Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")
-    wall_s = clock() - begun
-    return _judged(instance, situation, contender.name, budget_s, came, finished, wall_s)
-
-
-def _events(asked: Engine, situation: Situation, budget_s: float) -> Generator[Improved | Finished]:
-    """Ask an engine; closing this ends it."""
-    yield from asked.solve(situation, Budget(seconds=budget_s))
-
-
-def _judged(
-    instance: Instance,
-    situation: Situation,
-    name: str,
-    budget_s: float,
-    came: list[tuple[float, Plan]],
-    finished: Finished | None,
-    wall_s: float,
-) -> EngineRun:
-    """Check the plans that came in time."""
-    timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
-    incumbent = Incumbent(situation, partial=True)
-    better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
-    whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]
-    return EngineRun(
-        instance=instance.name,
-        engine=name,
-        budget_s=budget_s,
-        arrivals=tuple(Arrival(elapsed_s=at, makespan_ms=plan.makespan_ms) for at, plan in whole),
-        plan=whole[-1][1] if whole else None,
-        served=0 if incumbent.plan is None else len(incumbent.plan.explored),
-        refused=len(incumbent.refused),
-        late=len(came) - len(timely),
-        finished=finished,
-        wall_s=wall_s,
-    )
+    return came, finished, clock() - begun

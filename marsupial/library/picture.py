@@ -80,10 +80,9 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
 
 
 def _title(summary: Summary) -> str:
+    lines = (", ".join(f"{METRICS[key].title} {METRICS[key].shown(summary)}" for key in row) for row in TITLE)
     head = f"{summary.scenario}: {summary.strategy} ({summary.planner}), seed {summary.seed}: {summary.status}"
-    return "\n".join(
-        [head, *(", ".join(f"{METRICS[k].title} {METRICS[k].shown(summary)}" for k in row) for row in TITLE)]
-    )
+    return "\n".join([head, *lines])
 
 
 def _image(cells: CellArray) -> npt.NDArray[np.float64]:

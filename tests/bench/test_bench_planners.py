@@ -35,16 +35,6 @@ from marsupial.planning.list_scheduling.greedy import Greedy
 SATISFIED = Finished(outcome=Outcome.SATISFICING)
 
 
-@dataclass(frozen=True)
-class Fixed:
-    """A source of one situation."""
-
-    value: Situation
-
-    def situation(self) -> Situation:
-        return self.value
-
-
 @dataclass
 class Clock:
     """A clock that moves when told to."""
@@ -79,7 +69,7 @@ class Scripted:
 
 
 def instance_of(situation: Situation, name: str = "x-1x1-1") -> Instance:
-    return Instance(name=name, team="1x1", targets=len(situation.targets), family="x", source=Fixed(situation))
+    return Instance(name=name, team="1x1", targets=len(situation.targets), family="x", situation=lambda: situation)
 
 
 def plan_for(situation: Situation, *, wait_ms: int = 0) -> Plan:

@@ -15,7 +15,7 @@ from statistics import fmean
 from typing import Any
 
 from marsupial.bench.compare.header import cases_of, contenders_of
-from marsupial.bench.compare.plan import Case, Contender, Trial
+from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import Curve, Row, Timing
 from marsupial.bench.compare.statistics import Estimate, estimate
 from marsupial.library.metrics import METRICS
@@ -176,37 +176,26 @@ class ComparisonOutcome:
 
     def timings_of(self, case: Case, contender: Contender) -> list[Timing]:
         """Return the wall-clock times of a cell's missions."""
-        return list(self._timings.get((case, contender), ()))
+        return self._cells.get((Timing, case, contender), [])
 
     def curves_of(self, case: Case, contender: Contender) -> list[Curve]:
         """Return the coverage over time of a cell's missions."""
-        return list(self._curves.get((case, contender), ()))
+        return self._cells.get((Curve, case, contender), [])
 
     def _values(self, case: Case, contender: Contender, measure: Measure) -> dict[int, float]:
         """Return a metric by seed, of complete missions only."""
-        rows = self._cells.get((case, contender), ())
+        rows = self._cells.get((Row, case, contender), ())
         values = ((row.trial.seed, measure.of(row)) for row in rows if row.complete)
         return {seed: value for seed, value in sorted(values) if value is not None}
 
     @cached_property
-    def _cells(self) -> dict[tuple[Case, Contender], list[Row]]:
-        return _grouped(self.rows)
-
-    @cached_property
-    def _timings(self) -> dict[tuple[Case, Contender], list[Timing]]:
-        return _grouped(self.timings)
-
-    @cached_property
-    def _curves(self) -> dict[tuple[Case, Contender], list[Curve]]:
-        return _grouped(self.curves)
-
-
-def _grouped(records: Sequence[Any]) -> dict[tuple[Case, Contender], list[Any]]:
-    cells: dict[tuple[Case, Contender], list[Any]] = {}
-    for record in records:
-        trial: Trial = record.trial
-        cells.setdefault((trial.case, trial.contender), []).append(record)
-    return cells
+    def _cells(self) -> dict[tuple[type, Case, Contender], list[Any]]:
+        """The records of every kind by cell."""
+        cells: dict[tuple[type, Case, Contender], list[Any]] = {}
+        records: tuple[Row | Timing | Curve, ...] = (*self.rows, *self.timings, *self.curves)
+        for record in records:
+            cells.setdefault((type(record), record.trial.case, record.trial.contender), []).append(record)
+        return cells
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,6 +23,7 @@ from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Meas
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
 from marsupial.bench.compare.statistics import Estimate, estimate, t_quantile
+from marsupial.library.metrics import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -187,7 +188,7 @@ def _by_team_size(
             chosen.sort()
             _size_panel(axes[i][j], chosen, contenders, value, by_rovers=by_rovers)
             if rovers is not None:
-                head = f"{rovers} rover{'' if rovers == 1 else 's'} per carrier"
+                head = f"{counted(rovers, 'rover')} per carrier"
                 axes[i][j].set_title(head if len(scenarios) == 1 else f"{scenario}: {head}", fontsize=9, color=INK)
             if i == len(scenarios) - 1:
                 axes[i][j].set_xlabel("rovers per carrier" if by_rovers else "carriers")

@@ -10,8 +10,9 @@ from importlib.resources import files
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import INK, Figure
 from marsupial.bench.compare.header import budget_text
-from marsupial.bench.compare.statements import Finding, StatementVerdict
+from marsupial.bench.compare.statements import Experiment, Finding, reading
 from marsupial.bench.compare.tables import ReportTable, TableCell
+from marsupial.library.metrics import counted
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 
@@ -22,35 +23,31 @@ _CLAIRVOYANT = (
     "of the same seed."
 )
 
-_VERDICT_CLASSES = {
-    StatementVerdict.HOLDS: "holds",
-    StatementVerdict.PARTLY: "partly",
-    StatementVerdict.FAILS: "fails",
-    StatementVerdict.OPEN: "open",
-}
-
 
 def page(
     outcome: ComparisonOutcome,
     tables: Sequence[ReportTable],
     figures: Sequence[Figure],
-    findings: Sequence[Finding] = (),
-    paper: tuple[str, str, str] | None = None,
+    experiment: Experiment | None,
+    findings: Sequence[Finding],
 ) -> str:
-    """Return the page; `paper` is a paper's title, the setting of its experiment, and how to read its verdicts.
+    """Return the page; `findings` are those of a paper's `experiment`.
 
     Tables and figures of one scenario stand together, those of none before them.
     """
     missing = outcome.planned - len(outcome.rows)
     notice = f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
     sections = [_section("Results", _general(tables, figures))]
-    if paper is not None:
-        sections.insert(0, _section("Statements of the paper", _findings(findings, paper[2])))
+    title = f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
+    if experiment is not None:
+        title = experiment.title
+        content = _findings(findings, reading(outcome.runs, experiment.runs))
+        sections.insert(0, _section("Statements of the paper", content))
     for scenario in outcome.scenarios:
         sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))
-    sections.append(_section("Method", _method(outcome, paper)))
+    sections.append(_section("Method", _method(outcome, experiment)))
     parts = {
-        "title": escape(_title(outcome, paper)),
+        "title": escape(title),
         "style": _read("report.css"),
         "facts": escape(_facts(outcome)),
         "warning": f'<p class="notice">{escape(notice)}</p>' if missing else "",
@@ -63,16 +60,10 @@ def _read(name: str) -> str:
     return files("marsupial.bench.compare").joinpath(name).read_text(encoding="utf-8")
 
 
-def _title(outcome: ComparisonOutcome, paper: tuple[str, str, str] | None) -> str:
-    if paper is not None:
-        return paper[0]
-    return f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
-
-
 def _facts(outcome: ComparisonOutcome) -> str:
     return (
         f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
-        f"{outcome.runs} run{'' if outcome.runs == 1 else 's'} each; {budget_text(outcome.header)} for each planning; "
+        f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
         f"marsupial {outcome.header['marsupial']}"
     )
 
@@ -143,7 +134,7 @@ def _cell(cell: TableCell) -> str:
 def _findings(findings: Sequence[Finding], introduction: str) -> str:
     items = []
     for finding in findings:
-        badge = f'<span class="verdict {_VERDICT_CLASSES[finding.verdict]}">{escape(finding.verdict)}</span>'
+        badge = f'<span class="verdict {finding.verdict.name.lower()}">{escape(finding.verdict)}</span>'
         evidence = "".join(f"<li>{escape(line)}</li>" for line in finding.evidence)
         items.append(
             f"<li><p>{badge}<strong>{escape(finding.statement)}</strong> ({escape(finding.where)})</p>\n"
@@ -152,7 +143,7 @@ def _findings(findings: Sequence[Finding], introduction: str) -> str:
     return f'<p class="caption">{escape(introduction)}</p>\n<ol class="checklist">\n{"".join(items)}\n</ol>'
 
 
-def _method(outcome: ComparisonOutcome, paper: tuple[str, str, str] | None) -> str:
+def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
     header = outcome.header
     versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
     steps = "steps" in header["budget"]
@@ -177,6 +168,6 @@ def _method(outcome: ComparisonOutcome, paper: tuple[str, str, str] | None) -> s
     ]
     if outcome.clairvoyant:
         paragraphs.insert(-1, _CLAIRVOYANT)
-    if paper is not None:
-        paragraphs.insert(0, paper[1])
+    if experiment is not None:
+        paragraphs.insert(0, experiment.setting)
     return "\n".join(f"<p>{escape(paragraph)}</p>" for paragraph in paragraphs)

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+
+from marsupial.bench.compare.cells import ComparisonOutcome
+from marsupial.bench.compare.figures import Figure
+from marsupial.bench.compare.plan import Comparison
+from marsupial.library.metrics import counted
+from marsupial.model.planning import Budget
 
 
 class StatementVerdict(StrEnum):
@@ -36,6 +42,23 @@ class Finding:
     evidence: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Experiment:
+    """An experiment of a paper: how to make its comparison, its figures, and what is found of its statements.
+
+    `runs` and `planner` are the number of missions for each case and the planner unless others are asked for; `setting`
+    says what is simulated.
+    """
+
+    title: str
+    setting: str
+    runs: int
+    planner: str
+    comparison: Callable[[int, str, Budget], Comparison]
+    figures: Callable[[ComparisonOutcome], Iterator[Figure]]
+    findings: Callable[[ComparisonOutcome], list[Finding]]
+
+
 def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
     """Return the verdict where a statement is to hold in every one of several places; None is one without data.
 
@@ -52,7 +75,7 @@ def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
 def reading(runs: int, paper_runs: int) -> str:
     """Return how verdicts are to be read, by the number of missions behind each mean."""
     few = " With so few, wide intervals hide what there may be." if runs < paper_runs else ""
-    return f"{READING} Each cell has {runs} mission{'' if runs == 1 else 's'}, the paper's {paper_runs}.{few}"
+    return f"{READING} Each cell has {counted(runs, 'mission')}, the paper's {paper_runs}.{few}"
 
 
 def checklist(findings: Sequence[Finding], introduction: str) -> str:

@@ -44,6 +44,10 @@ class ReportTable:
     main: bool = True
     rows: list[tuple[TableCell, ...]] = field(default_factory=list)
 
+    def add(self, *cells: TableCell | str) -> None:
+        """Add a row."""
+        self.rows.append(tuple(cell if isinstance(cell, TableCell) else TableCell(cell) for cell in cells))
+
 
 def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     """Return all tables of a comparison."""
@@ -72,7 +76,7 @@ def status_table(outcome: ComparisonOutcome) -> ReportTable:
     for (scenario, contender), found in counts.items():
         missing = outcome.runs * len(outcome.cases_of(scenario)) - found.total()
         ways = [TableCell(str(found[name]), BAD if name != "complete" and found[name] else "") for name in names]
-        table.rows.append((TableCell(scenario), TableCell(str(contender)), *ways, TableCell(str(missing))))
+        table.add(scenario, str(contender), *ways, str(missing))
     return table
 
 
@@ -89,7 +93,7 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
         for rival in outcome.rivals:
             for measure in (TIME, QUALITY):
                 found = tally([outcome.pairing(case, rival, measure) for case in outcome.cases_of(scenario)])
-                texts = [
+                table.add(
                     scenario,
                     str(rival),
                     "time" if measure is TIME else "Q",
@@ -97,8 +101,7 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
                     f"{found.ahead} of {found.cells}",
                     f"{found.behind} of {found.cells}",
                     f"{found.wins}/{found.losses}/{found.ties}",
-                ]
-                table.rows.append(tuple(TableCell(text) for text in texts))
+                )
     return table
 
 
@@ -120,12 +123,10 @@ def measure_table(outcome: ComparisonOutcome, measure: Measure, scenario: str) -
         main=measure in (TIME, QUALITY),
     )
     for case in outcome.cases_of(scenario):
-        cells = [TableCell(case.team)]
-        for contender in outcome.contenders:
-            cells.append(TableCell(mean_text(outcome.estimate(case, contender, measure), measure.digits, outcome.runs)))
-        for rival in outcome.rivals:
-            cells += _pair_cells(outcome.pairing(case, rival, measure), measure)
-        table.rows.append(tuple(cells))
+        found = [outcome.estimate(case, contender, measure) for contender in outcome.contenders]
+        means = [mean_text(one, measure.digits, outcome.runs) for one in found]
+        pairings = [outcome.pairing(case, rival, measure) for rival in outcome.rivals]
+        table.add(case.team, *means, *(cell for pairing in pairings for cell in _pair_cells(pairing, measure)))
     return table
 
 
@@ -141,7 +142,7 @@ def ratio_table(outcome: ComparisonOutcome, scenario: str) -> ReportTable:
     )
     for case in outcome.cases_of(scenario):
         ratios = [mean_text(outcome.ratio(case, one), RATIO_DIGITS, outcome.runs) for one in outcome.strategies]
-        table.rows.append((TableCell(case.team), *map(TableCell, ratios)))
+        table.add(case.team, *ratios)
     return table
 
 
@@ -157,18 +158,15 @@ def planning_table(outcome: ComparisonOutcome) -> ReportTable:
     for scenario in outcome.scenarios:
         for contender in outcome.contenders:
             found = [t for case in outcome.cases_of(scenario) for t in outcome.timings_of(case, contender)]
-            if not found:
-                continue
-            texts = [
-                scenario,
-                str(contender),
-                f"{1000 * fmean(t.planning_median_s for t in found):.1f}",
-                f"{1000 * fmean(t.planning_p95_s for t in found):.1f}",
-                f"{1000 * fmean(t.planning_max_s for t in found):.1f}",
-                f"{1000 * max(t.planning_max_s for t in found):.1f}",
-                f"{fmean(t.cpu_s for t in found):.2f}",
-            ]
-            table.rows.append(tuple(TableCell(text) for text in texts))
+            if found:
+                times_s = (
+                    fmean(t.planning_median_s for t in found),
+                    fmean(t.planning_p95_s for t in found),
+                    fmean(t.planning_max_s for t in found),
+                    max(t.planning_max_s for t in found),
+                )
+                cpu = f"{fmean(t.cpu_s for t in found):.2f}"
+                table.add(scenario, str(contender), *(f"{1000 * seconds:.1f}" for seconds in times_s), cpu)
     return table
 
 
@@ -180,7 +178,7 @@ def failure_table(outcome: ComparisonOutcome) -> ReportTable:
         heads=("mission", "status", "reason"),
     )
     for row in outcome.incomplete():
-        table.rows.append((TableCell(str(row.trial)), TableCell(row.status, BAD), TableCell(row.reason)))
+        table.add(str(row.trial), TableCell(row.status, BAD), row.reason)
     return table
 
 

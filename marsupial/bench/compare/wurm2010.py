@@ -19,24 +19,12 @@ from statistics import fmean
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Measure, Pairing, tally
 from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Finding, share_verdict
+from marsupial.bench.compare.statements import Experiment, Finding, share_verdict
 from marsupial.bench.compare.tables import interval_text, percent
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.planning import Budget
 
 NAME = "wurm2010"
-TITLE = "Wurm et al. 2010: Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning"
-SETTING = (
-    "Office and maze, 1 to 6 carriers with 1 to 3 rovers each, random starts, the robots of a team side by side; "
-    "carriers drive 1.0 m/s and see 10 m, rovers 0.5 m/s and 5 m; undocking takes 5 s, docking 10 s. The maps are "
-    "marsupial's own, made after the paper's descriptions. Q is explored area by distance driven, the way round in "
-    "which more is better, as the paper's text and Fig. 6 have it; its Eq. 2 is printed the other way round."
-)
-RUNS = 30
-PLANNER = "anytime"
-"""The planner unless another is asked for: what `auto` adds, proofs that makespans are best, costs as much again and
-more, and saves no time of the missions."""
-
 MAZE, OFFICE = "maze", "office"
 CARRIERS, ROVERS = (1, 2, 3, 4, 5, 6), (1, 2, 3)
 FIGURE_6_ROVERS = 2
@@ -66,7 +54,7 @@ def comparison(runs: int, planner: str, budget: Budget) -> Comparison:
     )
 
 
-def paper_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
+def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     """Yield the paper's two figures with our data: Fig. 7 has the maze above the office."""
     yield measure_figure(outcome, TIME, [MAZE, OFFICE], name="figure-7", of_paper="Fig. 7 of the paper")
     yield measure_figure(
@@ -267,3 +255,17 @@ def _mean_times(outcome: ComparisonOutcome, scenario: str, rovers: int) -> dict[
         if case.rovers == rovers
     }
     return {carriers: one.mean for carriers, one in found.items() if one is not None}
+
+
+EXPERIMENT = Experiment(
+    title="Wurm et al. 2010: Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning",
+    setting="Office and maze, 1 to 6 carriers with 1 to 3 rovers each, random starts, the robots of a team side by "
+    "side; carriers drive 1.0 m/s and see 10 m, rovers 0.5 m/s and 5 m; undocking takes 5 s, docking 10 s. The maps "
+    "are marsupial's own, made after the paper's descriptions. Q is explored area by distance driven, the way round in "
+    "which more is better, as the paper's text and Fig. 6 have it; its Eq. 2 is printed the other way round.",
+    runs=30,
+    planner="anytime",  # what `auto` adds, proofs that makespans are best, costs as much again and saves no time
+    comparison=comparison,
+    figures=_figures,
+    findings=findings,
+)

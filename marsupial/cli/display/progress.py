@@ -17,7 +17,7 @@ from marsupial.cli.display.messages import say
 from marsupial.cli.display.picture import Picture, printable
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
-from marsupial.library.metrics import clock
+from marsupial.library.metrics import clock, counted
 from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
@@ -58,7 +58,7 @@ class _Lines(Observer):
             say(f"{self._head()}  {event.status}: {event.reason}")
         elif isinstance(event, Planned) and event.t_ms >= self._next_ms:
             self._next_ms = event.t_ms + LINE_EVERY_MS
-            targets, why = _counted(len(event.targets), "target"), trigger_text(event.trigger)
+            targets, why = counted(len(event.targets), "target"), trigger_text(event.trigger)
             say(f"{self._head()}  plan {event.revision} for {targets} ({why})")
 
     def _head(self) -> str:
@@ -99,7 +99,3 @@ class _Moving(Observer):
         bar = Table.grid(padding=(0, 1))
         bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")
         return Group(picture.map(watch.cells, robots), headline, bar, picture.team(robots))
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

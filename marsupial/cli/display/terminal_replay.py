@@ -13,6 +13,7 @@ from rich.text import Text
 
 from marsupial.cli.display.picture import Picture, printable
 from marsupial.formats.triggers import trigger_text
+from marsupial.library.metrics import counted
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import MissionEnded, MissionEvent, Planned
@@ -103,8 +104,8 @@ def _plan_text(plan: Planned) -> str:
 
 
 def _counted(plan: Planned) -> str:
-    counts = ((len(plan.actions), "action"), (len(plan.targets), "target"), (len(plan.meetings), "meeting point"))
-    return ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts)
+    counts = ((plan.actions, "action"), (plan.targets, "target"), (plan.meetings, "meeting point"))
+    return ", ".join(counted(len(items), noun) for items, noun in counts)
 
 
 def _end_text(ended: MissionEnded | None) -> str:
