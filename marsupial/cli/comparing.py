@@ -92,13 +92,7 @@ def _contender(text: str, planner: str, budget: Budget) -> Contender:
 def cases(
     sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
 ) -> dict[Case, Scenario]:
-    """Return the scenarios that these options name, by case; None takes the team or limits that a scenario has.
-
-    Raises
-    ------
-    MarsupialError
-        If one can't be used.
-    """
+    """Return the scenarios that these options name, by case; None takes the team or limits that a scenario has."""
     if len(sources) * len(carriers or (0,)) * len(rovers or (0,)) > MOST_CASES:
         raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
     found: dict[Case, Scenario] = {}
@@ -134,14 +128,8 @@ def _case(scenario: Scenario) -> Case:
     return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
 
 
-def runner_of(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:
-    """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster.
-
-    Raises
-    ------
-    UsageError
-        If both are asked for, or the Ray cluster at the address `ray` can't be used.
-    """
+def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:
+    """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster."""
     if ray is not None:
         if workers is not None:
             raise UsageError("--workers: a Ray cluster has as many as it has processors, so --ray takes none")
@@ -151,14 +139,15 @@ def runner_of(comparison: Comparison, workers: int | None, ray: str | None) -> R
     return LocalPool(comparison, workers)
 
 
-def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed: bool) -> None:
-    """Let `runner` carry out what is left of a comparison, with progress on stderr, and write its documents.
+def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
+    """Carry out what is left of a comparison, with progress on stderr, and write its documents.
 
     Raises
     ------
-    MarsupialError
-        If the folder can't be used.
+    UsageError
+        If the folder or the Ray cluster at the address `ray` can't be used, or `workers` are asked for beside it.
     """
+    runner = _runner(comparison, workers, ray)
     make_folder(out)
     needed = (to_prepare(contender.strategy, contender.planner) for contender in comparison.contenders)
     for planner in sorted({planner for planner in needed if planner is not None}):

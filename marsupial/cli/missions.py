@@ -47,13 +47,7 @@ class MissionRequest:
 
 
 def carry_out(request: MissionRequest) -> Summary:
-    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
-
-    Raises
-    ------
-    MarsupialError
-        If the request can't be met.
-    """
+    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report."""
     request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
@@ -132,7 +126,7 @@ def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:
 
 
 class _Log(LogFile):
-    """Tells what can't be written as a request that can't be met."""
+    """Reports what can't be written as a `UsageError`."""
 
     def __exit__(self, *_: object) -> None:
         with writing(self.path):

@@ -1,7 +1,7 @@
 """Files that are written whole or not at all.
 
-A file is written beside its place under another name and moved there at the end: whoever looks sees the old file or
-the new one, never half of it.
+A file is written beside its place under another name and moved there at the end: a reader sees the old file or the
+new one, never half of it.
 """
 
 from __future__ import annotations

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -114,22 +113,24 @@ def simulate(
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
-    started = _started(scenario, robots, strategy=_name(strategy), planner=_planner_name(planner), seed=seed)
+    name = strategy if isinstance(strategy, str) else strategy.name
+    planner_name = planner if isinstance(planner, str) else planner.info.name
+    started = _started(scenario, robots, strategy=name, planner=planner_name, seed=seed)
     watcher.event(started)
     reachable = reachable_area(scenario, robots)
+    world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
     order = MissionOrder(
         goal=scenario.goal,
         limits=scenario.limits,
-        planning_time=scenario.planning_time,
+        planning_time=PlanningTime.INSTANT if decider is None else scenario.planning_time,
         reachable=reachable,
     )
-    world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
     if decider is None:
-        order = replace(order, planning_time=PlanningTime.INSTANT)
         insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
-        ended = Mission(world, kinds, insider, order, watcher, insider).run(cancelled)
+        mission = Mission(world, kinds, insider, order, watcher, insider)
     else:
-        ended = Mission(world, kinds, decider, order, watcher).run(cancelled)
+        mission = Mission(world, kinds, decider, order, watcher)
+    ended = mission.run(cancelled)
     return Summary.of(
         scenario,
         strategy=started.strategy,
@@ -145,14 +146,6 @@ def _strategy(wanted: str | Strategy, planner: str | Engine, budget: Budget) -> 
     if isinstance(wanted, type):
         raise UsageError(f"a strategy must be a name or an object, not the class {wanted.__name__}")
     return registry.strategy(wanted, planner=planner, budget=budget) if isinstance(wanted, str) else wanted
-
-
-def _name(wanted: str | Strategy) -> str:
-    return wanted if isinstance(wanted, str) else wanted.name
-
-
-def _planner_name(planner: str | Engine) -> str:
-    return planner if isinstance(planner, str) else planner.info.name
 
 
 class _Reports(Observer):

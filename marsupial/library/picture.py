@@ -1,4 +1,4 @@
-"""A mission as a drawing: what was explored of the map, everybody's trail, where rovers were set down and picked up.
+"""A mission as a drawing: what was explored of the map, every robot's trail, where rovers were set down and picked up.
 
 A carrier has a colour, the rovers that start aboard it have shades of it.
 """

@@ -1,7 +1,7 @@
 """Rows made into figures: a cell for each case and contender, a pairing for each rival of the last contender.
 
 Only complete missions count in means of metrics, and only pairs of them in differences: the time of a mission that left
-something unexplored says nothing. How many there were stands beside every figure, so that nobody gains by failing.
+something unexplored says nothing. How many there were stands beside every figure, so that failing gains nothing.
 """
 
 from __future__ import annotations

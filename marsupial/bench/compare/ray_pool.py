@@ -95,7 +95,7 @@ class RayPool:
             raise self._refusal(f"{trial} could not be carried out", error) from error
 
     def _refusal(self, what: str, error: Exception) -> UsageError:
-        return refusal(f"{self._cluster.address}: {what}: {' '.join(str(error).split())}")
+        return refusal(f"{self._cluster.address}: {what}: {error}")
 
 
 def _room(ray: Any) -> int:

@@ -1,4 +1,4 @@
-"""What a Ray worker does: one mission, if the worker is of the same make as whoever asks for it.
+"""What a Ray worker does: one mission, if the worker is of the same make as the caller.
 
 Rows of different versions must not stand in one file without a word. So every mission comes with the terms under which
 its row is wanted, and a worker that can't meet them refuses.
@@ -31,7 +31,7 @@ ENGINES = ("unified-planning", "up-aries", "up-tamer")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """What is asked of a worker: to be of the same make, and not to serve anybody without a token if `token`."""
+    """What is asked of a worker: to be of the same make, and to serve no caller without a token if `token`."""
 
     make: Mapping[str, str]
     token: bool

@@ -37,7 +37,14 @@ def page(
     """
     missing = outcome.planned - len(outcome.rows)
     notice = f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
-    sections = [_section("Results", _general(tables, figures))]
+    facts = (
+        f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
+        f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
+        f"marsupial {outcome.header['marsupial']}"
+    )
+    shown = [_figure(figure) for figure in figures if not figure.scenario]
+    shown += [_table(table) for table in tables if not table.scenario]
+    sections = [_section("Results", "\n".join(shown))]
     title = f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
     if experiment is not None:
         title = experiment.title
@@ -49,7 +56,7 @@ def page(
     parts = {
         "title": escape(title),
         "style": _read("report.css"),
-        "facts": escape(_facts(outcome)),
+        "facts": escape(facts),
         "warning": f'<p class="notice">{escape(notice)}</p>' if missing else "",
         "body": "\n".join(sections),
     }
@@ -60,21 +67,8 @@ def _read(name: str) -> str:
     return files("marsupial.bench.compare").joinpath(name).read_text(encoding="utf-8")
 
 
-def _facts(outcome: ComparisonOutcome) -> str:
-    return (
-        f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
-        f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
-        f"marsupial {outcome.header['marsupial']}"
-    )
-
-
 def _section(title: str, content: str) -> str:
     return f"<section>\n<h2>{escape(title)}</h2>\n{content}\n</section>"
-
-
-def _general(tables: Sequence[ReportTable], figures: Sequence[Figure]) -> str:
-    shown = [_figure(figure) for figure in figures if not figure.scenario]
-    return "\n".join([*shown, *(_table(table) for table in tables if not table.scenario)])
 
 
 def _of_scenario(scenario: str, tables: Sequence[ReportTable], figures: Sequence[Figure]) -> str:
@@ -103,18 +97,15 @@ def inlined(figure: Figure) -> str:
 
 
 def _table(table: ReportTable) -> str:
-    heads = "".join(map(_head, table.heads, table.rows[0] if table.rows else [TableCell("")] * len(table.heads)))
+    first = table.rows[0] if table.rows else [TableCell("")] * len(table.heads)
+    kinds = ("" if _is_number(below) else ' class="text"' for below in first)
+    heads = "".join(f"<th{kind}>{escape(head)}</th>" for head, kind in zip(table.heads, kinds, strict=True))
     rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
     return (
         f"<h3>{escape(table.title)}</h3>\n"
         f'<p class="caption">{escape(table.caption)}</p>\n'
         f'<div class="scroll"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table></div>'
     )
-
-
-def _head(text: str, below: TableCell) -> str:
-    kind = "" if _is_number(below) else ' class="text"'
-    return f"<th{kind}>{escape(text)}</th>"
 
 
 def _is_number(cell: TableCell) -> bool:
@@ -146,13 +137,13 @@ def _findings(findings: Sequence[Finding], introduction: str) -> str:
 def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
     header = outcome.header
     versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
-    steps = "steps" in header["budget"]
+    reproducible = "steps" in header["budget"]
     paragraphs = [
         "All contenders have the same missions: the same maps, teams and starts, drawn by seeds "
         f"1 to {outcome.runs}. Planning takes no time of the mission, and each planning has {budget_text(header)}"
         + (
             ": the rows do not depend on the machine, and the same command gives them again, byte for byte."
-            if steps
+            if reproducible
             else " of wall-clock time, so the rows depend on the machine."
         ),
         "Exploration time is the simulated time at which no frontier was left that anybody in the team could reach; "

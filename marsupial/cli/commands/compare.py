@@ -43,7 +43,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(help="Folder to write to; a comparison in it is resumed.")] = None,
     retry_failed: RetryFailed = False,
     report: Annotated[
-        Path | None, typer.Option(help="Only write tables, figures and report of this folder anew.")
+        Path | None, typer.Option(help="Only write tables, figures and report of this folder again.")
     ] = None,
 ) -> None:
     """Compare strategies and planners on the same missions.
@@ -80,5 +80,4 @@ def compare(
         runs=runs,
         budget=chosen,
     )
-    runner = comparing.runner_of(comparison, workers, ray)
-    comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)
+    comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

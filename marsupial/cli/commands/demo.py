@@ -24,10 +24,12 @@ def demo(
 
     Example: marsupial demo --out demo
     """
-    from marsupial.cli.comparison import print_comparison, write_replay
     from marsupial.cli.display.messages import say
+    from marsupial.cli.display.report import print_comparison
     from marsupial.cli.missions import MissionRequest, carry_out
-    from marsupial.cli.outputs import make_folder
+    from marsupial.cli.outputs import make_folder, write_file
+    from marsupial.formats.missionlog import read_log
+    from marsupial.replay.page import replay_page
 
     make_folder(out)
     request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget)
@@ -40,7 +42,7 @@ def demo(
             break
     print_comparison(summaries)
     page = out / "replay.html"
-    write_replay(logs[0], page)
+    write_file(page, replay_page(read_log(logs[0]).events))
     for path in (*logs, page):
         say(f"wrote {path}")
     raise typer.Exit(max(MISSION_CODES[summary.status] for summary in summaries))

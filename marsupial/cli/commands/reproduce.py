@@ -43,5 +43,4 @@ def reproduce(
     planner = planner or experiment.planner
     mission_engine(planner, budget)  # refuses what can't be used before anything is started
     comparison = experiment.comparison(runs or experiment.runs, planner, budget)
-    runner = comparing.runner_of(comparison, workers, ray)
-    comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)
+    comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from marsupial.cli.display.messages import say
-from marsupial.cli.display.picture import Picture, printable
+from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
 from marsupial.library.metrics import clock, counted
@@ -36,7 +36,7 @@ def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
     """Yield an observer that shows a mission of this scenario as it goes."""
     watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
     console = Console(file=sys.stderr)
-    if not console.is_terminal or console.is_dumb_terminal or console.no_color:
+    if not moves(console):
         yield _Lines(watch)
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
@@ -91,9 +91,7 @@ class _Moving(Observer):
 
     def _frame(self, picture: Picture) -> Group:
         watch, robots = self._watch, self._watch.views()
-        plan = (
-            "no plan yet" if watch.plan is None else f"plan {watch.plan.revision}: {trigger_text(watch.plan.trigger)}"
-        )
+        plan = "no plan yet" if watch.plan is None else plan_text(watch.plan)
         words = f"{clock(watch.t_ms / 1000)}  {self._title}  {plan}"
         headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
         bar = Table.grid(padding=(0, 1))
