@@ -11,7 +11,7 @@ from pathlib import Path
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.documents import documents
-from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings, replace_file
+from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_cluster import cluster_at, usable
@@ -26,6 +26,7 @@ from marsupial.cli.interrupt import Interrupted
 from marsupial.cli.missions import strategy_name
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.errors import UsageError
+from marsupial.formats.files import replace_file
 from marsupial.library.first_use import prepare
 from marsupial.library.missions import DEFAULT_PLANNER, planner_for, to_prepare
 from marsupial.library.scenarios import load_scenario

@@ -1,18 +1,13 @@
-"""Files that are written whole or not at all.
-
-A file is written beside its place under another name and moved there at the end: a reader sees the old file or the
-new one, never half of it.
-"""
+"""Writing for the command line: files whole or not at all, and what goes wrong as a `UsageError`."""
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from marsupial.errors import UsageError
+from marsupial.formats.files import replace_file
 
 
 def write_file(path: Path, text: str) -> None:
@@ -24,7 +19,12 @@ def write_file(path: Path, text: str) -> None:
         If it can't be written there.
     """
     with writing(path):
-        _replace(path, text)
+        if path.is_dir():
+            raise IsADirectoryError(0, "is a directory")
+        if path.exists() and not path.is_file():  # /dev/stdout, a pipe: nothing to replace
+            path.write_text(text, encoding="utf-8")
+        else:
+            replace_file(path, text.encode())
 
 
 def make_folder(path: Path) -> None:
@@ -54,26 +54,3 @@ def writing(path: Path | str) -> Iterator[None]:
 
 def _reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
-
-
-def _replace(path: Path, text: str) -> None:
-    if path.is_dir():
-        raise IsADirectoryError(0, "is a directory")
-    if path.exists() and not path.is_file():  # /dev/stdout, a pipe: nothing to replace
-        path.write_text(text, encoding="utf-8")
-        return
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with open(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

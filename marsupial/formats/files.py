@@ -1,4 +1,4 @@
-"""Opening a file somebody named: what can be wrong with it, said in a few words.
+"""Files by their paths: what can be wrong with one that is to be read, and writing one whole or not at all.
 
 A path from outside may be missing, a directory, a pipe that never ends or far too big. It is looked at before it
 is opened, and never more than the limit is read.
@@ -50,6 +50,20 @@ def read_map_bytes(path: Path, limit_bytes: int) -> bytes:
                 return data
             fault = f"has more bytes than the limit of {limit_bytes}"
     raise MapError([Problem("", fault)], source=str(path))
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all: beside its place first, then moved there."""
+    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
+    try:
+        with draft.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(draft, path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
 
 
 def _reason(error: OSError | ValueError) -> str:

@@ -53,6 +53,11 @@ class Metric:
     decimals: int | None = None
     column: str = ""
 
+    @property
+    def heading(self) -> str:
+        """The title as a sentence begins."""
+        return f"{self.title[0].upper()}{self.title[1:]}"
+
     def of(self, summary: Summary) -> Any:
         """Return its value, None where the mission has none."""
         return attrgetter(self.key)(summary)

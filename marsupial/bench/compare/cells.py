@@ -7,10 +7,9 @@ something unexplored says nothing. How many there were stands beside every figur
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import attrgetter
 from statistics import fmean
 from typing import Any
 
@@ -18,43 +17,14 @@ from marsupial.bench.compare.header import cases_of, contenders_of
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import Curve, Row, Timing
 from marsupial.bench.compare.statistics import Estimate, estimate
-from marsupial.library.metrics import METRICS
+from marsupial.library.metrics import METRICS, Metric
 from marsupial.model.mission import Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Measure:
-    """A metric of missions; `better` is 1 where more is better, -1 where less is."""
-
-    name: str
-    unit: str
-    better: int
-    digits: int
-    of: Callable[[Row], float | None]
-
-    @property
-    def title(self) -> str:
-        """The name as a title begins."""
-        return f"{self.name[0].upper()}{self.name[1:]}"
-
-
-def _measure(key: str, name: str = "") -> Measure:
-    """Return a metric of a mission's summary as it is read off a row."""
-    metric = METRICS[key]
-    return Measure(
-        name=name or metric.title,
-        unit=metric.unit,
-        better=metric.better,
-        digits=metric.digits,
-        of=attrgetter(metric.column),
-    )
-
-
-TIME = _measure("exploration_time_s")
-QUALITY = _measure("quality", "exploration quality Q")
-MISSION_TIME = _measure("mission_time_s")
-DISTANCE = _measure("distance_m")
+TIME = METRICS["exploration_time_s"]
+QUALITY = replace(METRICS["quality"], title="exploration quality Q")
+MISSION_TIME = METRICS["mission_time_s"]
+DISTANCE = METRICS["distance_m"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,11 +113,11 @@ class ComparisonOutcome:
         """Return the rows of missions that count in no mean."""
         return tuple(row for row in self.rows if not row.complete)
 
-    def estimate(self, case: Case, contender: Contender, measure: Measure) -> Estimate | None:
+    def estimate(self, case: Case, contender: Contender, measure: Metric) -> Estimate | None:
         """Return the mean of a metric over the complete missions of a cell."""
         return estimate(list(self._values(case, contender, measure).values()))
 
-    def pairing(self, case: Case, contender: Contender, measure: Measure, base: Contender | None = None) -> Pairing:
+    def pairing(self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None) -> Pairing:
         """Return a contender beside the base (or another one) on a case, over the seeds both have completed."""
         ours = self._values(case, contender, measure)
         theirs = self._values(case, base or self.base, measure)
@@ -182,10 +152,10 @@ class ComparisonOutcome:
         """Return the coverage over time of a cell's missions."""
         return self._cells.get((Curve, case, contender), [])
 
-    def _values(self, case: Case, contender: Contender, measure: Measure) -> dict[int, float]:
+    def _values(self, case: Case, contender: Contender, measure: Metric) -> dict[int, float]:
         """Return a metric by seed, of complete missions only."""
         rows = self._cells.get((Row, case, contender), ())
-        values = ((row.trial.seed, measure.of(row)) for row in rows if row.complete)
+        values = ((row.trial.seed, getattr(row, measure.column)) for row in rows if row.complete)
         return {seed: value for seed, value in sorted(values) if value is not None}
 
     @cached_property

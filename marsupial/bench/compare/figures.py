@@ -19,11 +19,11 @@ from warnings import catch_warnings, filterwarnings
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Measure
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
 from marsupial.bench.compare.statistics import Estimate, estimate, t_quantile
-from marsupial.library.metrics import counted
+from marsupial.library.metrics import Metric, counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +69,7 @@ def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
 
 def measure_figure(
     outcome: ComparisonOutcome,
-    measure: Measure,
+    measure: Metric,
     scenarios: Sequence[str],
     *,
     name: str,
@@ -86,11 +86,11 @@ def measure_figure(
         return outcome.estimate(case, contender, measure)
 
     cases = [c for s in scenarios for c in outcome.cases_of(s) if rovers is None or c.rovers in rovers]
-    label = f"{measure.name} [{measure.unit}]"
+    label = f"{measure.title} [{measure.unit}]"
     drawing = _by_team_size(cases, outcome.contenders, value, label, from_zero=measure is TIME)
     where = " and ".join(scenarios)
     better = "Less" if measure.better < 0 else "More"
-    title = f"{measure.title}: {where}"
+    title = f"{measure.heading}: {where}"
     place = f"{of_paper} with our data. " if of_paper else ""
     return _figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
 
@@ -220,7 +220,7 @@ def _size_panel(
         if points:
             x, y, half = zip(*points, strict=True)
             look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "linestyle": LINES[k % len(LINES)]}
-            sizes_pt = {"markersize": 4.5, "linewidth": 1.4, "elinewidth": 1.1, "capsize": 3}
+            sizes_pt: dict[str, Any] = {"markersize": 4.5, "linewidth": 1.4, "elinewidth": 1.1, "capsize": 3}
             axes.errorbar(x, y, half, color=COLOURS[k % len(COLOURS)], label=str(contender), **look, **sizes_pt)
     axes.set_xticks(sorted(set(sizes)))
     axes.set_xlim(min(sizes) - 0.5, max(sizes) + 0.5)

@@ -18,6 +18,7 @@ from marsupial.bench.compare import header as head
 from marsupial.bench.compare.plan import Trial
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, Record, Result, Row, Timing
 from marsupial.errors import InputError, UsageError
+from marsupial.formats.files import replace_file
 
 HEADER = "comparison.json"
 
@@ -103,16 +104,6 @@ def sort_lines(path: Path, trials: Sequence[Trial]) -> None:
     """Put the lines of all files into the order of `trials`."""
     for name, lines in FILES.items():
         _rewrite(path / name, lines, trials)
-
-
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all."""
-    beside = path.with_name(f".{path.name}.new")
-    with beside.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(beside, path)
 
 
 def _rewrite(path: Path, lines: Format[Any], trials: Iterable[Trial]) -> None:

@@ -12,11 +12,11 @@ from marsupial.bench.compare.cells import (
     QUALITY,
     TIME,
     ComparisonOutcome,
-    Measure,
     Pairing,
     tally,
 )
 from marsupial.bench.compare.statistics import Estimate
+from marsupial.library.metrics import Metric
 
 GOOD, BAD = "good", "bad"
 
@@ -105,7 +105,7 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
     return table
 
 
-def measure_table(outcome: ComparisonOutcome, measure: Measure, scenario: str) -> ReportTable:
+def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
     """Return a metric by team, for each contender and paired against the base."""
     unit = measure.unit
     several = len(outcome.rivals) > 1
@@ -115,8 +115,8 @@ def measure_table(outcome: ComparisonOutcome, measure: Measure, scenario: str) -
         name = "saved" if measure.better < 0 else "gained"
         pair_heads += [f"{name}{by_whom}", f"{name}{by_whom}, {unit} (95 % interval)", "won/lost/tied"]
     table = ReportTable(
-        title=f"{measure.title}: {scenario}",
-        caption=f"{measure.title} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
+        title=f"{measure.heading}: {scenario}",
+        caption=f"{measure.heading} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
         f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}; teams are carriers x rovers of each.",
         heads=("team", *(f"{contender}, {unit}" for contender in outcome.contenders), *pair_heads),
         scenario=scenario,
@@ -212,7 +212,7 @@ def interval_text(found: Estimate | None, digits: int) -> str:
     return f"{found.mean:+.{digits}f}{ends}"
 
 
-def _pair_cells(pairing: Pairing, measure: Measure) -> list[TableCell]:
+def _pair_cells(pairing: Pairing, measure: Metric) -> list[TableCell]:
     sign = 0 if pairing.ahead is None else pairing.ahead.sign
     mark = {1: GOOD, 0: "", -1: BAD}[sign]
     return [

@@ -16,12 +16,13 @@ from dataclasses import replace
 from itertools import pairwise
 from statistics import fmean
 
-from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Measure, Pairing, tally
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing, tally
 from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, Finding, share_verdict
 from marsupial.bench.compare.tables import interval_text, percent
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.metrics import Metric
 from marsupial.model.planning import Budget
 
 NAME = "wurm2010"
@@ -98,7 +99,7 @@ def findings(outcome: ComparisonOutcome) -> list[Finding]:
 
 def _everywhere(
     outcome: ComparisonOutcome,
-    measure: Measure,
+    measure: Metric,
     scenarios: Sequence[str],
     rovers: Sequence[int],
     statement: str,
@@ -122,7 +123,7 @@ def _everywhere(
     )
 
 
-def _counted(scenario: str, pairings: Sequence[Pairing], measure: Measure) -> str:
+def _counted(scenario: str, pairings: Sequence[Pairing], measure: Metric) -> str:
     found = tally(pairings)
     word = "saving" if measure.better < 0 else "gain"
     return (
@@ -132,7 +133,7 @@ def _counted(scenario: str, pairings: Sequence[Pairing], measure: Measure) -> st
     )
 
 
-def _extremes(pairings: Sequence[Pairing], measure: Measure) -> list[str]:
+def _extremes(pairings: Sequence[Pairing], measure: Metric) -> list[str]:
     known = sorted((p for p in pairings if p.gain is not None), key=lambda p: p.gain or 0.0)
     if not known:
         return []
