@@ -7,7 +7,7 @@ after the run, so that checking costs the engine no time. Ratios are to the best
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import dataclass
 
@@ -140,9 +140,13 @@ def warm_up(contender: BenchEngine, clock: Callable[[], float] = time.perf_count
 
 
 def play(
-    instance: Instance, engines: Iterable[BenchEngine], budgets_s: Iterable[float], known: Best | None
-) -> Iterator[EngineRun | Round]:
-    """Yield the run of every engine within every budget as it is done, then the round.
+    instance: Instance,
+    engines: Iterable[BenchEngine],
+    budgets_s: Iterable[float],
+    known: Best | None,
+    tell: Callable[[EngineRun], None],
+) -> Round:
+    """Return the runs of every engine within every budget; each is told as it is done.
 
     What is known only gets better: shorter plans, and higher bounds of engines that name one.
     """
@@ -150,8 +154,8 @@ def play(
     for budget_s in budgets_s:
         for contender in engines:
             runs.append(run(instance, contender, budget_s))
-            yield runs[-1]
-    yield Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
+            tell(runs[-1])
+    return Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
 
 
 def improved(known: Best | None, situation: Situation, runs: Iterable[EngineRun]) -> Best | None:

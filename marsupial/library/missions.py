@@ -113,18 +113,12 @@ def simulate(
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
-    name = strategy if isinstance(strategy, str) else strategy.name
-    planner_name = planner if isinstance(planner, str) else planner.info.name
-    started = _started(scenario, robots, strategy=name, planner=planner_name, seed=seed)
+    started = _started(scenario, robots, strategy, planner, seed)
     watcher.event(started)
     reachable = reachable_area(scenario, robots)
     world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
-    order = MissionOrder(
-        goal=scenario.goal,
-        limits=scenario.limits,
-        planning_time=PlanningTime.INSTANT if decider is None else scenario.planning_time,
-        reachable=reachable,
-    )
+    charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
+    order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=charged, reachable=reachable)
     if decider is None:
         insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
         mission = Mission(world, kinds, insider, order, watcher, insider)
@@ -157,14 +151,14 @@ class _Reports(Observer):
 
 
 def _started(
-    scenario: Scenario, robots: tuple[PlacedRobot, ...], *, strategy: str, planner: str, seed: int
+    scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy: str | Strategy, planner: str | Engine, seed: int
 ) -> MissionStarted:
     grid = scenario.grid
     return MissionStarted(
         t_ms=0,
         scenario=scenario.name,
-        strategy=strategy,
-        planner=planner,
+        strategy=strategy if isinstance(strategy, str) else strategy.name,
+        planner=planner if isinstance(planner, str) else planner.info.name,
         seed=seed,
         width=grid.width,
         height=grid.height,

@@ -9,13 +9,14 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
+from marsupial.cli.options import PlanningBudget, Seed
 
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("demo"),
     scenario: Annotated[str, typer.Option(help="Scenario, as `marsupial run` takes it.")] = "office",
-    seed: Annotated[int, typer.Option(min=0, help="Draws the starts.")] = 1,
-    budget: Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")] = None,
+    seed: Seed = 1,
+    budget: PlanningBudget = None,
 ) -> None:
     """Run a whole mission beside the baseline, and write a replay.
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.commands.compare import DEFAULT_STEPS, RayAddress, RetryFailed, Workers
+from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, Workers
 
 
 def reproduce(
@@ -17,7 +17,7 @@ def reproduce(
     planner: Annotated[
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = DEFAULT_STEPS,
+    steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
     workers: Workers = None,
     ray: RayAddress = None,
     retry_failed: RetryFailed = False,
