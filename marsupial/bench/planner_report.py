@@ -178,7 +178,7 @@ def _instance_lines(rows: Sequence[RunRow]) -> Iterator[str]:
         yield (
             f"  {run.engine:<16}{run.budget_s:>9g}{'yes' if run.plan else 'no':>8}{_thousandth(run.makespan_ms):>12}"
             f"{_fixed(row.ratio):>8}{_fixed(row.first_s):>9}{_fixed(row.close_s):>9}{_thousandth(run.bound_ms):>10}"
-            f"{_percent(row.gap):>7}{row.over_s:>8.3f}  {row.outcome}"
+            f"{_fixed(row.gap, '.1%'):>7}{row.over_s:>8.3f}  {row.outcome}"
         )
 
 
@@ -208,12 +208,8 @@ def _share(truths: Iterable[bool]) -> str:
     return f"{fmean(truths):.0%}"
 
 
-def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1%}"
-
-
-def _fixed(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3f}"
+def _fixed(value: float | None, form: str = ".3f") -> str:
+    return "-" if value is None else format(value, form)
 
 
 def _thousandth(value_ms: int | None) -> str:

@@ -41,13 +41,7 @@ MOST_CASES = 10_000
 
 
 def numbers(text: str | None, option: str, *, at_least: int) -> tuple[int, ...] | None:
-    """Return the numbers that an option like ``1-3,6`` names, in order; None where it is not given.
-
-    Raises
-    ------
-    UsageError
-        If it names none, or one below `at_least`.
-    """
+    """Return the numbers that an option like ``1-3,6`` names, in order, none below `at_least`; None without it."""
     if text is None:
         return None
     found: set[int] = set()
@@ -164,13 +158,7 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
 
 
 def report(out: Path) -> None:
-    """Write the documents of the comparison in a folder, as far as it is done, and print the main table.
-
-    Raises
-    ------
-    InputError
-        If it holds none.
-    """
+    """Write the documents of the comparison in a folder, as far as it is done, and print the main table."""
     outcome = ComparisonOutcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
     say("writing tables and figures ...")
     with writing(out):

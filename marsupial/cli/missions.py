@@ -85,13 +85,7 @@ def strategy_name(asked: str) -> str:
 
 
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:
-    """Return the limits that ``--time-limit`` asks for; None for those of the scenario.
-
-    Raises
-    ------
-    UsageError
-        If it is not positive and finite.
-    """
+    """Return the limits that ``--time-limit`` asks for, which must be positive and finite; None for the scenario's."""
     if time_limit_s is None:
         return None
     if not (time_limit_s > 0 and math.isfinite(time_limit_s)):

@@ -21,13 +21,7 @@ BUDGET = Budget(steps=4)
 
 
 def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int) -> Moment:
-    """Return the moment `at_s` seconds into the mission of a log, or of a scenario.
-
-    Raises
-    ------
-    UsageError
-        If the mission is over by then.
-    """
+    """Return the moment `at_s` seconds into the mission of a log, or of a scenario; it must not be over by then."""
     if not (math.isfinite(at_s) and at_s >= 0):
         raise UsageError(f"--at: must be 0 or more, got {at_s:g}")
     at_ms = round(1000 * at_s)

@@ -11,13 +11,7 @@ from marsupial.formats.files import replace_file
 
 
 def write_file(path: Path, text: str) -> None:
-    """Write `text` (UTF-8) to `path`, replacing what is there.
-
-    Raises
-    ------
-    UsageError
-        If it can't be written there.
-    """
+    """Write `text` (UTF-8) to `path`, replacing what is there; a `UsageError` says why it can't be written."""
     with writing(path):
         if path.is_dir():
             raise IsADirectoryError(0, "is a directory")
@@ -28,13 +22,7 @@ def write_file(path: Path, text: str) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder to write to, if it isn't there.
-
-    Raises
-    ------
-    UsageError
-        If it can't be made.
-    """
+    """Make a folder to write to, if it isn't there; a `UsageError` says why it can't be made."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
