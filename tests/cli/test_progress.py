@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import io
 
-import numpy as np
 import pytest
 from rich.console import Console
 from synthetic_mission import synthetic_mission
@@ -15,11 +14,7 @@ from marsupial.model.mission import MissionStarted
 
 
 def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
-    """Show the made-up mission as if it were one in the lobby, with all of its map to explore."""
-    first = synthetic_mission()[0]
-    assert isinstance(first, MissionStarted)
-    everything = np.ones((first.height, first.width), dtype=np.bool_)
-    monkeypatch.setattr(module, "reachable_area", lambda *_: everything)
+    """Show the made-up mission as if it were one in the lobby, whose map is larger."""
     monkeypatch.setattr(module, "Console", lambda **_: console)
     monkeypatch.setattr(module, "FRAME_EVERY_S", 0.0)
     with progress(builtin_scenario("lobby"), 1) as observer:
