@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from functools import cache
 
-from marsupial.bench.simulate import simulate
-
 from marsupial.formats.missionlog import encode_event
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
@@ -35,7 +34,5 @@ class LogLines(Observer):
 def undisturbed(scenario: str, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> str:
     """Return the log of such a mission."""
     seen = LogLines()
-    simulate(
-        builtin_scenario(scenario), strategy_name=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen
-    )
+    simulate(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed, observer=seen)
     return seen.text

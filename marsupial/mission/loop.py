@@ -178,7 +178,7 @@ class Mission:
         """Let the time that planning took pass, then follow what of the plan still makes sense."""
         self._follow_old_plan_for(round(decision.report.wall_s * 1000))
         self._followed = survey
-        later = self._survey(decision.plan.actions)
+        later = self._survey(decision.plan.actions, late=True)
         physical = replace(later.situation, goal=SituationGoal())
         plan = carried_over(decision.plan.actions, physical, self._renamed(later))
         self._adopt(triggers, later, plan or Plan(actions=()))
@@ -218,12 +218,13 @@ class Mission:
             self._take_in(news)
             self._meanwhile += setbacks_in(news)
 
-    def _survey(self, planned: Iterable[Action] = ()) -> Survey:
+    def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
         """Return the moment's survey; meeting points in use, or to be used by `planned`, are kept."""
         used = {action.place for action in (*self._executor.remainder(), *planned)}
         used |= set(self._executor.deployed_at.values())
         meetings = () if self._followed is None else self._followed.meetings
-        return self._replanning.survey(self._executor, [point for point in meetings if point.name in used])
+        keep = [point for point in meetings if point.name in used]
+        return self._replanning.survey(self._executor, keep, late=late)
 
     def _renamed(self, survey: Survey) -> dict[str, str]:
         known = () if self._followed is None else self._followed.targets

@@ -51,8 +51,8 @@ class Replanning(Protocol):
         """Return what asks for a new plan, if anything, now that these actions are done."""
         ...
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting]) -> Survey:
-        """Return what a new plan is made from; the meeting points `keep` are in use."""
+    def survey(self, work: Work, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+        """Return what a new plan is made from, or fitted to if `late`; the meeting points `keep` are in use."""
         ...
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
@@ -111,10 +111,11 @@ class OnNews:
             return ()
         return self._compare(work, free)
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting]) -> Survey:
-        """Return what the map known so far means for the team."""
+    def survey(self, work: Work, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+        """Return what the map known so far means for the team; what was seen while planning is for the next look."""
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep)
-        self._note_explored(survey.targets)
+        if not late:
+            self._note_explored(survey.targets)
         return survey
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:

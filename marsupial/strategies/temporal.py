@@ -7,9 +7,9 @@ makespan, on driving, and on setting rovers down, which have to be picked up aga
 
 By this objective the best is followed of the engine's plan, what is left of the plan so far, the deployment
 heuristic's and the greedy one, all of which the greedy planner completes. Engines that can take the objective plan for
-the guess. The others are asked for the shortest plan for the targets known: with the guess, of which they would know
-nothing but more targets, missions took 3 % longer (docs/strategies.md). No robot waits for a planner: without an answer
-in time one of the other plans is the best.
+the guess. The others are asked for the shortest plan for the targets known: by makespan alone, the guess made missions
+longer rather than shorter (docs/strategies.md). No robot waits for a planner: without an answer in time one of the
+other plans is the best.
 
 Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 

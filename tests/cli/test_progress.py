@@ -1,23 +1,26 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
-from synthetic_mission import synthetic_mission
+from synthetic_mission import RESOLUTION_M, synthetic_mission, truth
 
 from marsupial.cli.display import progress as module
 from marsupial.cli.display.progress import progress
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
+from marsupial.model.grid import Grid
 from marsupial.model.mission import MissionStarted
 
 
 def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
-    """Show the made-up mission as if it were one in the lobby, whose map is larger."""
+    """Show the made-up mission on its own map, explored by the team of the lobby."""
     monkeypatch.setattr(module, "Console", lambda **_: console)
     monkeypatch.setattr(module, "FRAME_EVERY_S", 0.0)
-    with progress(builtin_scenario("lobby"), 1) as observer:
+    scenario = replace(builtin_scenario("lobby"), grid=Grid(cells=truth(), resolution_m=RESOLUTION_M))
+    with progress(scenario, 1) as observer:
         assert isinstance(observer, Observer)
         for event in synthetic_mission():
             observer.event(event)

@@ -5,6 +5,7 @@ import re
 import subprocess
 from dataclasses import fields
 from fnmatch import fnmatch
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -121,9 +122,13 @@ def test_what_is_copied_is_there_and_not_ignored() -> None:
 
 def test_what_is_imported_to_compile_kernels_is_there() -> None:
     text = " ".join(rest for name, rest in instructions() if name == "RUN")
-    modules = re.search(r'-c "import ([^"]+)"', text)
-    assert modules is not None
-    assert all(find_spec(module.strip()) for module in modules[1].split(","))
+    names = re.findall(r"from (marsupial_service[\w.]*) import (\w+)", text)
+    assert names
+    assert all(find_spec(f"{package}.{module}") for package, module in names)
+    loaded = {module: import_module(f"{package}.{module}") for package, module in names}
+    calls = re.findall(r"(\w+)\.(\w+)\(\)", text)
+    assert {module for module, _ in calls} == set(loaded)
+    assert all(callable(getattr(loaded[module], function)) for module, function in calls)
 
 
 def test_the_entrypoint_puts_the_kernels_where_they_can_be_written(tmp_path: Path) -> None:

@@ -70,8 +70,9 @@ class Exact:
             return
         best: Plan | None = None
         for plan in _first_plans(situation, start):
-            best = plan
-            yield Improved(plan=plan, elapsed_s=self._clock() - begun)
+            if best is None or plan.makespan_ms < best.makespan_ms:  # nothing else is proven here
+                best = plan
+                yield Improved(plan=plan, elapsed_s=self._clock() - begun)
         proof = impossible(situation) if best is None else None
         if proof is not None:
             yield Finished(outcome=Outcome.UNSOLVABLE, detail=proof, elapsed_s=self._clock() - begun)
@@ -116,7 +117,7 @@ class _Effort:
 
 
 def _first_plans(situation: Situation, start: Plan | None) -> Iterator[Plan]:
-    """Yield the plans to begin with, each better than the last: there may be none."""
+    """Yield the plans to begin with: there may be none."""
     if start is not None and check(situation, start).valid:
         yield start
         return

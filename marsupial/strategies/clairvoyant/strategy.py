@@ -105,7 +105,7 @@ class Clairvoyant:
             return (Trigger(Cause.EXPLORED),)
         return (Trigger(Cause.CARRIED_OUT),) if work.idle else ()
 
-    def survey(self, work: Work, keep: Sequence[MapMeeting]) -> Survey:
+    def survey(self, work: Work, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Return the stops of the plan or, once all has been seen, the moment's survey of the truth.
 
         Rovers can always be picked up where they were set down: those meeting points are kept.

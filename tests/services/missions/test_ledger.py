@@ -6,20 +6,18 @@ import json
 from collections.abc import Mapping
 
 import pytest
-from mission_house import body
+from mission_house import brief
 
 from marsupial.model.grid import Cell
 from marsupial_service.missions.ledger import Conflict, Ledger
-from marsupial_service.missions.reading import read_brief
 from marsupial_service.missions.values import Event, EventType, Report, RobotNote
-from marsupial_service.settings import Limits
 
 UNDOCK = {"id": 1, "name": "undock", "robot": "rover1_1", "carrier": "carrier1", "cell": [3, 3]}
 
 
 def ledger_after(*commands: Mapping[str, object]) -> Ledger:
     """Return the ledger of a mission whose first carrier is lost once these commands were given."""
-    ledger = Ledger(read_brief(body("lobby"), Limits(), {}))
+    ledger = Ledger(brief("lobby"))
     ledger.publish(Event(EventType.COMMANDS, json.dumps({"revision": 1, "commands": commands})))
     ledger.take(Report(n=1, t_ms=0, lost=(("carrier1", "battery"),)), b"")
     return ledger
