@@ -24,17 +24,12 @@ STRATEGIES, ENGINES = "marsupial.strategies", "marsupial.engines"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extension:
-    """One entry point: the packages that name it, and what is wrong with it as far as that is known without loading."""
+    """One entry point: its package, several where they name the same, and what is known to be wrong before loading."""
 
     name: str
-    packages: tuple[str, ...]
+    package: str
     entry: EntryPoint
     fault: str | None
-
-    @property
-    def package(self) -> str:
-        """The package it is from; several where they name the same."""
-        return " and ".join(self.packages)
 
     def load(self) -> Any:
         """Return the object that it names.
@@ -74,10 +69,11 @@ def extension(group: str, name: str, taken: Container[str]) -> Extension | None:
 
 
 def _extension(name: str, entries: list[EntryPoint], is_taken: bool) -> Extension:
-    packages = tuple(sorted({entry.dist.name if entry.dist is not None else entry.module for entry in entries}))
+    packages = {entry.dist.name if entry.dist is not None else entry.module for entry in entries}
+    package = " and ".join(sorted(packages))
     fault = None
     if is_taken:
-        fault = f"{' and '.join(packages)} can't take this name: it is one of marsupial's own"
+        fault = f"{package} can't take this name: it is one of marsupial's own"
     elif len({entry.value for entry in entries}) > 1:
-        fault = f"named more than once, by {' and '.join(packages)}"
-    return Extension(name=name, packages=packages, entry=entries[0], fault=fault)
+        fault = f"named more than once, by {package}"
+    return Extension(name=name, package=package, entry=entries[0], fault=fault)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.inputs import read_bytes
+from marsupial.formats.files import read_bytes
 from marsupial.formats.mapfiles import movingai
 from marsupial.model.grid import Cell
 

@@ -8,7 +8,7 @@ from itertools import groupby
 from statistics import fmean
 from typing import Any
 
-from marsupial.bench.planners import CLOSE, Contender, Round, Run, deadline_s
+from marsupial.bench.planners import CLOSE, BenchEngine, EngineRun, Round, deadline_s
 from marsupial.bench.suite.catalogue import VERSION
 from marsupial.model.planning import Outcome
 
@@ -17,11 +17,11 @@ SMALL_ROBOTS = 24
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RunRow:
     """A run beside the best plan known once all runs of its round are done."""
 
     round: Round
-    run: Run
+    run: EngineRun
 
     @property
     def best_ms(self) -> int | None:
@@ -125,14 +125,14 @@ class Row:
         }
 
 
-def rows_of(rounds: Iterable[Round]) -> tuple[Row, ...]:
+def rows_of(rounds: Iterable[Round]) -> tuple[RunRow, ...]:
     """Return the rows of all rounds, by engine and then by budget."""
     return tuple(
-        Row(one, run) for one in rounds for run in sorted(one.runs, key=lambda run: (run.engine, run.budget_s))
+        RunRow(one, run) for one in rounds for run in sorted(one.runs, key=lambda run: (run.engine, run.budget_s))
     )
 
 
-def table(rows: Sequence[Row], absent: Sequence[Contender]) -> str:
+def table(rows: Sequence[RunRow], absent: Sequence[BenchEngine]) -> str:
     """Write rows by instance, a summary, and which engines are missing."""
     lines = [
         f"planner suite version {VERSION}; a plan counts that comes by its deadline "
@@ -150,18 +150,18 @@ def table(rows: Sequence[Row], absent: Sequence[Contender]) -> str:
     return "\n".join(lines)
 
 
-def progress_line(run: Run) -> str:
+def progress_line(run: EngineRun) -> str:
     """Say in a line what came of a run."""
     what = "no plan" if run.makespan_ms is None else f"{run.makespan_ms / 1000:.3f} s"
     return f"{run.instance}: {run.engine}, {run.budget_s:g} s: {what}"
 
 
-def _robots(row: Row) -> int:
+def _robots(row: RunRow) -> int:
     carriers, rovers = (int(number) for number in row.round.instance.team.split("x"))
     return carriers * (1 + rovers)
 
 
-def _instance_lines(rows: Sequence[Row]) -> Iterator[str]:
+def _instance_lines(rows: Sequence[RunRow]) -> Iterator[str]:
     instance, best = rows[0].round.instance, rows[0].round.best
     known = "no plan known"
     if best is not None:
@@ -178,17 +178,17 @@ def _instance_lines(rows: Sequence[Row]) -> Iterator[str]:
         yield (
             f"  {run.engine:<16}{run.budget_s:>9g}{'yes' if run.plan else 'no':>8}{_thousandth(run.makespan_ms):>12}"
             f"{_fixed(row.ratio):>8}{_fixed(row.first_s):>9}{_fixed(row.close_s):>9}{_thousandth(run.bound_ms):>10}"
-            f"{_percent(row.gap):>7}{row.over_s:>8.3f}  {row.outcome}"
+            f"{_fixed(row.gap, '.1%'):>7}{row.over_s:>8.3f}  {row.outcome}"
         )
 
 
-def _summary(rows: Sequence[Row]) -> Iterator[str]:
+def _summary(rows: Sequence[RunRow]) -> Iterator[str]:
     yield (
         f"  {'engine':<16}{'budget s':>9}{'solved':>8}{'mean ratio':>12}{'max ratio':>11}{'within 1%':>11}{'proven':>8}"
         f"{'behind':>8}{'max first s':>13}{'max over s':>12}{'invalid':>9}"
     )
 
-    def key(row: Row) -> tuple[str, float]:
+    def key(row: RunRow) -> tuple[str, float]:
         return row.run.engine, row.run.budget_s
 
     for (name, budget_s), group in groupby(sorted(rows, key=key), key=key):
@@ -208,12 +208,8 @@ def _share(truths: Iterable[bool]) -> str:
     return f"{fmean(truths):.0%}"
 
 
-def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1%}"
-
-
-def _fixed(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3f}"
+def _fixed(value: float | None, form: str = ".3f") -> str:
+    return "-" if value is None else format(value, form)
 
 
 def _thousandth(value_ms: int | None) -> str:

@@ -7,14 +7,15 @@ after the run, so that checking costs the engine no time. Ratios are to the best
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import dataclass
 
 from marsupial.bench.suite.best import Best, with_bound, with_plan
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
+from marsupial.library.plans import asking
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.engines import ENGINES, PART_SIZES, engine, mission_engine
 from marsupial.planning.incumbent import Incumbent
@@ -31,7 +32,7 @@ GRACE_S, GRACE_SHARE = 0.01, 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Contender:
+class BenchEngine:
     """An engine in the bench; `missing` is why it can't be used here. `make` takes the budget in seconds."""
 
     name: str
@@ -48,7 +49,7 @@ class Arrival:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
+class EngineRun:
     """One engine on one instance.
 
     Parameters
@@ -97,11 +98,11 @@ class Run:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:
-    """All runs on one instance, and the best that is known after them; None if nobody ever found a plan."""
+    """All runs on one instance, and the best that is known after them; None if no plan was ever found."""
 
     instance: Instance
     best: Best | None
-    runs: tuple[Run, ...]
+    runs: tuple[EngineRun, ...]
 
 
 def deadline_s(budget_s: float) -> float:
@@ -109,7 +110,7 @@ def deadline_s(budget_s: float) -> float:
     return budget_s + GRACE_S + GRACE_SHARE * budget_s
 
 
-def contenders(names: Iterable[str] = ()) -> tuple[Contender, ...]:
+def contenders(names: Iterable[str] = ()) -> tuple[BenchEngine, ...]:
     """Return the engines of these names, or all: as they are, and in parts where missions use them so.
 
     Raises
@@ -121,16 +122,16 @@ def contenders(names: Iterable[str] = ()) -> tuple[Contender, ...]:
     return tuple(_contender(name) for name in names or sorted(everyone))
 
 
-def _contender(name: str) -> Contender:
+def _contender(name: str) -> BenchEngine:
     inner = name.removesuffix(IN_PARTS)
     split = name != inner and inner in PART_SIZES
     missing = engine(inner if split else name).info.missing
     if split:
-        return Contender(name=name, make=lambda s: mission_engine(inner, Budget(seconds=s)), missing=missing)
-    return Contender(name=name, make=lambda _: engine(name), missing=missing)
+        return BenchEngine(name=name, make=lambda s: mission_engine(inner, Budget(seconds=s)), missing=missing)
+    return BenchEngine(name=name, make=lambda _: engine(name), missing=missing)
 
 
-def warm_up(contender: Contender, clock: Callable[[], float] = time.perf_counter) -> None:
+def warm_up(contender: BenchEngine, clock: Callable[[], float] = time.perf_counter) -> None:
     """Let an engine compile and import what it needs: on small instances, until it keeps a budget or never will."""
     for name in WARM_UP:
         for _ in range(WARM_UPS):
@@ -139,9 +140,13 @@ def warm_up(contender: Contender, clock: Callable[[], float] = time.perf_counter
 
 
 def play(
-    instance: Instance, engines: Iterable[Contender], budgets_s: Iterable[float], known: Best | None
-) -> Iterator[Run | Round]:
-    """Yield the run of every engine within every budget as it is done, then the round.
+    instance: Instance,
+    engines: Iterable[BenchEngine],
+    budgets_s: Iterable[float],
+    known: Best | None,
+    tell: Callable[[EngineRun], None],
+) -> Round:
+    """Return the runs of every engine within every budget; each is told as it is done.
 
     What is known only gets better: shorter plans, and higher bounds of engines that name one.
     """
@@ -149,11 +154,11 @@ def play(
     for budget_s in budgets_s:
         for contender in engines:
             runs.append(run(instance, contender, budget_s))
-            yield runs[-1]
-    yield Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
+            tell(runs[-1])
+    return Round(instance=instance, best=improved(known, instance.situation(), runs), runs=tuple(runs))
 
 
-def improved(known: Best | None, situation: Situation, runs: Iterable[Run]) -> Best | None:
+def improved(known: Best | None, situation: Situation, runs: Iterable[EngineRun]) -> Best | None:
     """Return the best plan and bound known after these runs."""
     runs = tuple(runs)
     for done in runs:
@@ -166,16 +171,38 @@ def improved(known: Best | None, situation: Situation, runs: Iterable[Run]) -> B
 
 
 def run(
-    instance: Instance, contender: Contender, budget_s: float, clock: Callable[[], float] = time.perf_counter
-) -> Run:
-    """Ask an engine for plans until the deadline; `clock` gives seconds."""
+    instance: Instance, contender: BenchEngine, budget_s: float, clock: Callable[[], float] = time.perf_counter
+) -> EngineRun:
+    """Ask an engine for plans until the deadline, then check those that came in time; `clock` gives seconds."""
     situation = instance.situation()
-    asked = contender.make(budget_s)
+    came, finished, wall_s = _answers(contender.make(budget_s), situation, budget_s, clock)
+    timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
+    incumbent = Incumbent(situation, partial=True)
+    better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
+    whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]
+    return EngineRun(
+        instance=instance.name,
+        engine=contender.name,
+        budget_s=budget_s,
+        arrivals=tuple(Arrival(elapsed_s=at, makespan_ms=plan.makespan_ms) for at, plan in whole),
+        plan=whole[-1][1] if whole else None,
+        served=0 if incumbent.plan is None else len(incumbent.plan.explored),
+        refused=len(incumbent.refused),
+        late=len(came) - len(timely),
+        finished=finished,
+        wall_s=wall_s,
+    )
+
+
+def _answers(
+    asked: Engine, situation: Situation, budget_s: float, clock: Callable[[], float]
+) -> tuple[list[tuple[float, Plan]], Finished | None, float]:
+    """Return an engine's plans, each with the seconds until it came, how it ended, and the seconds it took."""
     came: list[tuple[float, Plan]] = []
     finished: Finished | None = None
     begun = clock()
     try:
-        with closing(_events(asked, situation, budget_s)) as events:
+        with closing(asking(asked, situation, Budget(seconds=budget_s))) as events:
             for event in events:
                 now = clock() - begun
                 if isinstance(event, Finished):
@@ -186,38 +213,4 @@ def run(
                     break
     except Exception as error:  # a broken engine is a result: the bench goes on to the next
         finished = Finished(outcome=Outcome.CRASHED, detail=f"{type(error).__name__}: {error}")
-    wall_s = clock() - begun
-    return _judged(instance, situation, contender.name, budget_s, came, finished, wall_s)
-
-
-def _events(asked: Engine, situation: Situation, budget_s: float) -> Generator[Improved | Finished]:
-    """Ask an engine; closing this ends it."""
-    yield from asked.solve(situation, Budget(seconds=budget_s))
-
-
-def _judged(
-    instance: Instance,
-    situation: Situation,
-    name: str,
-    budget_s: float,
-    came: list[tuple[float, Plan]],
-    finished: Finished | None,
-    wall_s: float,
-) -> Run:
-    """Check the plans that came in time."""
-    timely = [(at, plan) for at, plan in came if at <= deadline_s(budget_s)]
-    incumbent = Incumbent(situation, partial=True)
-    better = [(at, plan) for at, plan in timely if incumbent.take(plan)]
-    whole = [(at, plan) for at, plan in better if len(plan.explored) == len(situation.targets)]
-    return Run(
-        instance=instance.name,
-        engine=name,
-        budget_s=budget_s,
-        arrivals=tuple(Arrival(elapsed_s=at, makespan_ms=plan.makespan_ms) for at, plan in whole),
-        plan=whole[-1][1] if whole else None,
-        served=0 if incumbent.plan is None else len(incumbent.plan.explored),
-        refused=len(incumbent.refused),
-        late=len(came) - len(timely),
-        finished=finished,
-        wall_s=wall_s,
-    )
+    return came, finished, clock() - begun

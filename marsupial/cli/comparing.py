@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.documents import documents
-from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings, replace_file
+from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_cluster import cluster_at, usable
@@ -26,6 +26,7 @@ from marsupial.cli.interrupt import Interrupted
 from marsupial.cli.missions import strategy_name
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.errors import UsageError
+from marsupial.formats.files import replace_file
 from marsupial.library.first_use import prepare
 from marsupial.library.missions import DEFAULT_PLANNER, planner_for, to_prepare
 from marsupial.library.scenarios import load_scenario
@@ -40,13 +41,7 @@ MOST_CASES = 10_000
 
 
 def numbers(text: str | None, option: str, *, at_least: int) -> tuple[int, ...] | None:
-    """Return the numbers that an option like ``1-3,6`` names, in order; None where it is not given.
-
-    Raises
-    ------
-    UsageError
-        If it names none, or one below `at_least`.
-    """
+    """Return the numbers that an option like ``1-3,6`` names, in order, none below `at_least`; None without it."""
     if text is None:
         return None
     found: set[int] = set()
@@ -92,13 +87,7 @@ def _contender(text: str, planner: str, budget: Budget) -> Contender:
 def cases(
     sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
 ) -> dict[Case, Scenario]:
-    """Return the scenarios that these options name, by case; None takes the team or limits that a scenario has.
-
-    Raises
-    ------
-    MarsupialError
-        If one can't be used.
-    """
+    """Return the scenarios that these options name, by case; None takes the team or limits that a scenario has."""
     if len(sources) * len(carriers or (0,)) * len(rovers or (0,)) > MOST_CASES:
         raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
     found: dict[Case, Scenario] = {}
@@ -134,14 +123,8 @@ def _case(scenario: Scenario) -> Case:
     return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
 
 
-def runner_of(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:
-    """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster.
-
-    Raises
-    ------
-    UsageError
-        If both are asked for, or the Ray cluster at the address `ray` can't be used.
-    """
+def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:
+    """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster."""
     if ray is not None:
         if workers is not None:
             raise UsageError("--workers: a Ray cluster has as many as it has processors, so --ray takes none")
@@ -151,14 +134,15 @@ def runner_of(comparison: Comparison, workers: int | None, ray: str | None) -> R
     return LocalPool(comparison, workers)
 
 
-def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed: bool) -> None:
-    """Let `runner` carry out what is left of a comparison, with progress on stderr, and write its documents.
+def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
+    """Carry out what is left of a comparison, with progress on stderr, and write its documents.
 
     Raises
     ------
-    MarsupialError
-        If the folder can't be used.
+    UsageError
+        If the folder or the Ray cluster at the address `ray` can't be used, or `workers` are asked for beside it.
     """
+    runner = _runner(comparison, workers, ray)
     make_folder(out)
     needed = (to_prepare(contender.strategy, contender.planner) for contender in comparison.contenders)
     for planner in sorted({planner for planner in needed if planner is not None}):
@@ -174,14 +158,8 @@ def carry_out(comparison: Comparison, runner: Runner, out: Path, *, retry_failed
 
 
 def report(out: Path) -> None:
-    """Write the documents of the comparison in a folder, as far as it is done, and print the main table.
-
-    Raises
-    ------
-    InputError
-        If it holds none.
-    """
-    outcome = Outcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
+    """Write the documents of the comparison in a folder, as far as it is done, and print the main table."""
+    outcome = ComparisonOutcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
     say("writing tables and figures ...")
     with writing(out):
         (out / "figures").mkdir(exist_ok=True)

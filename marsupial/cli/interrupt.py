@@ -19,7 +19,7 @@ Handler = Callable[[int, FrameType | None], object]
 
 
 class Interrupted(BaseException):
-    """Somebody wants this command to end now."""
+    """The command was asked to end now."""
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def interruptible() -> Iterator[None]:
 
 @contextmanager
 def asked_to_stop() -> Iterator[Callable[[], bool]]:
-    """Yield a function that says whether somebody has asked to end; the second time `Interrupted` is raised."""
+    """Yield a function that says whether the command was asked to end; the second time `Interrupted` is raised."""
     asked = threading.Event()
 
     def note(number: int, frame: FrameType | None) -> None:

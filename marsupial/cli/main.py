@@ -43,7 +43,7 @@ app = typer.Typer(
 
 
 @dataclass(slots=True)
-class Settings:
+class ProgramOptions:
     """What is said before the command."""
 
     debug: bool = False
@@ -84,7 +84,7 @@ app.add_typer(serve, name="serve")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit code; `arguments` are those of the process if None."""
-    settings = Settings()
+    settings = ProgramOptions()
     try:
         with interruptible():
             app(args=arguments, prog_name="marsupial", obj=settings)

@@ -29,7 +29,7 @@ from marsupial.strategies.registry import FORMER_NAMES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
+class MissionRequest:
     """A mission as asked for; None takes the default."""
 
     source: str
@@ -46,14 +46,8 @@ class Request:
     server: str | None = None
 
 
-def carry_out(request: Request) -> Summary:
-    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
-
-    Raises
-    ------
-    MarsupialError
-        If the request can't be met.
-    """
+def carry_out(request: MissionRequest) -> Summary:
+    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report."""
     request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
@@ -91,13 +85,7 @@ def strategy_name(asked: str) -> str:
 
 
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:
-    """Return the limits that ``--time-limit`` asks for; None for those of the scenario.
-
-    Raises
-    ------
-    UsageError
-        If it is not positive and finite.
-    """
+    """Return the limits that ``--time-limit`` asks for, which must be positive and finite; None for the scenario's."""
     if time_limit_s is None:
         return None
     if not (time_limit_s > 0 and math.isfinite(time_limit_s)):
@@ -105,7 +93,7 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     return MissionLimits(time_ms=max(1, round(1000 * time_limit_s)))
 
 
-def _planner(request: Request, budget: Budget) -> str:
+def _planner(request: MissionRequest, budget: Budget) -> str:
     planner = str(planner_for(request.strategy, request.planner or DEFAULT_PLANNER))
     if planner == NO_PLANNER:
         if request.planner is not None:
@@ -122,7 +110,7 @@ def _by(server: str) -> Callable[..., Summary]:
     return partial(simulate_by, Client(server, os.environ.get("MARSUPIAL_KEY")))
 
 
-def _changed(scenario: Scenario, request: Request) -> Scenario:
+def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:
     if request.planning_time is not None:
         if request.planning_time not in list(PlanningTime):
             raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")
@@ -132,7 +120,7 @@ def _changed(scenario: Scenario, request: Request) -> Scenario:
 
 
 class _Log(LogFile):
-    """Tells what can't be written as a request that can't be met."""
+    """Reports what can't be written as a `UsageError`."""
 
     def __exit__(self, *_: object) -> None:
         with writing(self.path):

@@ -12,7 +12,6 @@ from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.missions import simulate
 from marsupial.library.recording import Recorder
 from marsupial.library.scenarios import load_scenario
-from marsupial.library.situations import situation_files
 from marsupial.mission.rebuild import Moment, moment_at
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
@@ -22,13 +21,7 @@ BUDGET = Budget(steps=4)
 
 
 def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int) -> Moment:
-    """Return the moment `at_s` seconds into the mission of a log, or of a scenario.
-
-    Raises
-    ------
-    UsageError
-        If the mission is over by then.
-    """
+    """Return the moment `at_s` seconds into the mission of a log, or of a scenario; it must not be over by then."""
     if not (math.isfinite(at_s) and at_s >= 0):
         raise UsageError(f"--at: must be 0 or more, got {at_s:g}")
     at_ms = round(1000 * at_s)
@@ -37,11 +30,6 @@ def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | N
     if carriers is not None or rovers is not None:
         raise UsageError("--carriers and --rovers: the team of a mission log is what it is")
     return moment_at(read_log(source).events, at_ms)
-
-
-def moment_files(moment: Moment) -> dict[str, str]:
-    """Return the files of a moment, by name."""
-    return situation_files(moment.survey().situation, f"{moment.mission.scenario}-{moment.t_ms}")
 
 
 def _is_log(source: str) -> bool:

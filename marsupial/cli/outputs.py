@@ -1,40 +1,28 @@
-"""Files that are written whole or not at all.
-
-A file is written beside its place under another name and moved there at the end: whoever looks sees the old file or
-the new one, never half of it.
-"""
+"""Writing for the command line: files whole or not at all, and what goes wrong as a `UsageError`."""
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from marsupial.errors import UsageError
+from marsupial.formats.files import replace_file
 
 
 def write_file(path: Path, text: str) -> None:
-    """Write `text` (UTF-8) to `path`, replacing what is there.
-
-    Raises
-    ------
-    UsageError
-        If it can't be written there.
-    """
+    """Write `text` (UTF-8) to `path`, replacing what is there; a `UsageError` says why it can't be written."""
     with writing(path):
-        _replace(path, text)
+        if path.is_dir():
+            raise IsADirectoryError(0, "is a directory")
+        if path.exists() and not path.is_file():  # /dev/stdout, a pipe: nothing to replace
+            path.write_text(text, encoding="utf-8")
+        else:
+            replace_file(path, text.encode())
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder to write to, if it isn't there.
-
-    Raises
-    ------
-    UsageError
-        If it can't be made.
-    """
+    """Make a folder to write to, if it isn't there; a `UsageError` says why it can't be made."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -54,26 +42,3 @@ def writing(path: Path | str) -> Iterator[None]:
 
 def _reason(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
-
-
-def _replace(path: Path, text: str) -> None:
-    if path.is_dir():
-        raise IsADirectoryError(0, "is a directory")
-    if path.exists() and not path.is_file():  # /dev/stdout, a pipe: nothing to replace
-        path.write_text(text, encoding="utf-8")
-        return
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with open(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

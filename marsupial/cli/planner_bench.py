@@ -7,24 +7,25 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 
-from marsupial.bench.planner_report import Row, progress_line, rows_of
-from marsupial.bench.planners import BUDGETS_S, Contender, Round, contenders, play, warm_up
+from marsupial.bench.planner_report import RunRow, progress_line, rows_of
+from marsupial.bench.planners import BUDGETS_S, BenchEngine, EngineRun, Round, contenders, play, warm_up
 from marsupial.bench.suite.best import Best, better, known_best, read_best, verified, write_best
 from marsupial.bench.suite.catalogue import INSTANCES, Instance
 from marsupial.cli.display.messages import say
 from marsupial.cli.outputs import write_file
 from marsupial.errors import InputError, UsageError
-from marsupial.formats.inputs import about, read_text
+from marsupial.formats.files import about, read_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Selection:
     """Who plays on what, for how many seconds; `absent` can't play here."""
 
-    engines: tuple[Contender, ...]
-    absent: tuple[Contender, ...]
+    engines: tuple[BenchEngine, ...]
+    absent: tuple[BenchEngine, ...]
     instances: tuple[Instance, ...]
     budgets_s: tuple[float, ...]
 
@@ -53,7 +54,7 @@ class Selection:
         )
 
 
-def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[Row, ...]:
+def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) -> tuple[RunRow, ...]:
     """Play all rounds and return their rows.
 
     Parameters
@@ -76,7 +77,9 @@ def rows_of_bench(chosen: Selection, *, json: Path | None, update: Path | None) 
         warm_up(contender)
     rounds: list[Round] = []
     for instance in chosen.instances:
-        rounds.append(_round(instance, chosen, best.get(instance.name), f"{len(rounds) + 1}/{len(chosen.instances)}"))
+        number = f"{len(rounds) + 1}/{len(chosen.instances)}"
+        known = best.get(instance.name)
+        rounds.append(play(instance, chosen.engines, chosen.budgets_s, known, partial(_tell, number)))
         if json is not None:
             write_file(json, json_text.dumps([row.values() for row in rows_of(rounds)], indent=1) + "\n")
         _enter(rounds[-1], best)
@@ -113,12 +116,8 @@ def _instances(patterns: tuple[str, ...]) -> tuple[Instance, ...]:
     )
 
 
-def _round(instance: Instance, chosen: Selection, known: Best | None, number: str) -> Round:
-    for result in play(instance, chosen.engines, chosen.budgets_s, known):
-        if isinstance(result, Round):
-            return result
-        say(f"{number}  {progress_line(result)}")
-    raise AssertionError("a round ends with its result")
+def _tell(number: str, run: EngineRun) -> None:
+    say(f"{number}  {progress_line(run)}")
 
 
 def _enter(done: Round, best: dict[str, Best]) -> None:

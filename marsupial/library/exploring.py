@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import dataclass, field, fields
 from functools import cache
 from html import escape
@@ -15,7 +15,7 @@ from marsupial.library.metrics import METRICS, Summary
 from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate, to_prepare
 from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
-from marsupial.mission.observer import Observer, Observers
+from marsupial.mission.observer import Observers
 from marsupial.mission.rebuild import moment_at
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Engine
@@ -136,17 +136,14 @@ def explore(
     if needed is not None:
         _prepared(needed)
     recorder = Recorder()
-    with ExitStack() as stack:
-        observers: list[Observer] = [recorder]
-        if log is not None:
-            observers.append(stack.enter_context(LogFile(Path(log))))
+    with nullcontext() if log is None else LogFile(Path(log)) as file:
         summary = simulate(
             place,
             strategy=strategy,
             planner=asked,
             budget=limit,
             seed=seed,
-            observer=Observers(observers),
+            observer=recorder if file is None else Observers([recorder, file]),
             sensor=sensor,
         )
     told = {each.name: getattr(summary, each.name) for each in fields(Summary)}

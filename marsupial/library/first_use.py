@@ -1,7 +1,7 @@
 """What a planner costs once per process is paid before any budget counts.
 
 Compiled code is loaded, or compiled where this machine has never run it, by planning for a tiny team; the process that
-starts other planners imports their libraries. Both go on in the background until somebody waits for them.
+starts other planners imports their libraries. Both run in the background until the caller waits for them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up
 
 FALLBACK = "greedy"
-"""What missions go on with where another planner has no plan, and what the others begin with."""
+"""What missions continue with where another planner has no plan, and what the others begin with."""
 
 _SILENT_S = 2.0
 
@@ -45,7 +45,7 @@ def prepare(planner: str, say: Callable[[str], None] = lambda text: None) -> Cal
 
 
 def _try_out(planner: str) -> None:
-    with suppress(Exception):  # whoever asks it in earnest is told
+    with suppress(Exception):  # the call that needs it reports it
         for _ in engine(planner).solve(_tiny(), Budget(steps=1)):
             pass
 

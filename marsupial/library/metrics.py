@@ -53,6 +53,11 @@ class Metric:
     decimals: int | None = None
     column: str = ""
 
+    @property
+    def heading(self) -> str:
+        """The title as a sentence begins."""
+        return f"{self.title[0].upper()}{self.title[1:]}"
+
     def of(self, summary: Summary) -> Any:
         """Return its value, None where the mission has none."""
         return attrgetter(self.key)(summary)
@@ -78,6 +83,11 @@ def clock(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number of things, as ``1 mission`` or ``2 missions``."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _clock_or_never(seconds: float | None) -> str:
@@ -106,13 +116,11 @@ class PlanningTimes:
         text=_digits(3, "s"), better=-1, decimals=6, column="planning_p95_s",
     )  # fmt: skip
     max: float = _metric(
-        "planning, max", "s", "its maximum",
-        text=_digits(3, "s"), better=-1, decimals=6, column="planning_max_s",
-    )  # fmt: skip
+        "planning, max", "s", "its maximum", text=_digits(3, "s"), better=-1, decimals=6, column="planning_max_s"
+    )
     total: float = _metric(
-        "planning, total", "s", "its sum",
-        text=_digits(1, "s"), better=-1, decimals=6, column="planning_total_s",
-    )  # fmt: skip
+        "planning, total", "s", "its sum", text=_digits(1, "s"), better=-1, decimals=6, column="planning_total_s"
+    )
     first_plan: float = _metric(
         "first plan", "s", "median of the wall-clock times to an engine's first plan",
         text=_digits(3, "s"), better=-1, decimals=6, column="first_plan_s",
@@ -130,6 +138,13 @@ class PlanningTimes:
             total=float(walls.sum()) if reports else 0.0,
             first_plan=float(np.median(firsts)) if firsts else 0.0,
         )
+
+
+AS_ENDED = (
+    "status", "reason", "coverage", "explored_area_m2", "reachable_area_m2", "replans", "plans_valid", "plans_invalid",
+    "deployments", "retrievals", "aboard", "remaining",
+)  # fmt: skip
+"""What a summary has as a mission's last event has it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,17 +165,14 @@ class Summary:
         text=_clock_or_never, better=-1, decimals=3,
     )  # fmt: skip
     mission_time_s: float = _metric(
-        "mission time", "s", "simulated time at which the mission ended",
-        text=clock, better=-1, decimals=3,
-    )  # fmt: skip
+        "mission time", "s", "simulated time at which the mission ended", text=clock, better=-1, decimals=3
+    )
     coverage: float = _metric(
-        "coverage", "", "known share of the reachable area, 0 to 1",
-        text="{:.1%}".format, better=1, decimals=6,
-    )  # fmt: skip
+        "coverage", "", "known share of the reachable area, 0 to 1", text="{:.1%}".format, better=1, decimals=6
+    )
     explored_area_m2: float = _metric(
-        "explored area", "m²", "known part of the reachable area",
-        text=_digits(1, "m2"), better=1, decimals=6,
-    )  # fmt: skip
+        "explored area", "m²", "known part of the reachable area", text=_digits(1, "m2"), better=1, decimals=6
+    )
     reachable_area_m2: float = _metric(
         "reachable area", "m²",
         "area of the cells that some robot of the team can come to stand on, in the true map",
@@ -211,8 +223,6 @@ class Summary:
         carriers, rovers = roles.count(Role.CARRIER), roles.count(Role.ROVER)
         driven = sum(metres for _, metres in ended.distance_m)
         return cls(
-            status=ended.status,
-            reason=ended.reason,
             scenario=scenario.name,
             strategy=strategy,
             planner=planner,
@@ -222,24 +232,15 @@ class Summary:
             seed=seed,
             exploration_time_s=None if ended.exploration_ms is None else ended.exploration_ms / 1000,
             mission_time_s=ended.t_ms / 1000,
-            coverage=ended.coverage,
-            explored_area_m2=ended.explored_area_m2,
-            reachable_area_m2=ended.reachable_area_m2,
             distance_m=round(driven, 3),
             distance_m_per_robot=dict(ended.distance_m),
             quality=ended.explored_area_m2 / driven if driven else 0.0,
             energy_j=round(sum(joules for _, joules in ended.energy_j), 3),
             energy_j_per_robot=dict(ended.energy_j),
-            replans=ended.replans,
-            plans_valid=ended.plans_valid,
-            plans_invalid=ended.plans_invalid,
             plans_refused=sum(report.refused for report in reports),
             planning_s=PlanningTimes.of(reports),
-            deployments=ended.deployments,
-            retrievals=ended.retrievals,
-            aboard=ended.aboard,
-            remaining=ended.remaining,
             wall_s=wall_s,
+            **{name: getattr(ended, name) for name in AS_ENDED},
         )
 
     def as_dict(self) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -115,22 +114,18 @@ def simulate(
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
-    started = _started(scenario, robots, strategy=_name(strategy), planner=_planner_name(planner), seed=seed)
+    started = _started(scenario, robots, strategy, planner, seed)
     watcher.event(started)
     reachable = reachable_area(scenario, robots)
-    order = MissionOrder(
-        goal=scenario.goal,
-        limits=scenario.limits,
-        planning_time=scenario.planning_time,
-        reachable=reachable,
-    )
     world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
+    charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
+    order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=charged, reachable=reachable)
     if decider is None:
-        order = replace(order, planning_time=PlanningTime.INSTANT)
         insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
-        ended = Mission(world, kinds, insider, order, watcher, insider).run(cancelled)
+        mission = Mission(world, kinds, insider, order, watcher, insider)
     else:
-        ended = Mission(world, kinds, decider, order, watcher).run(cancelled)
+        mission = Mission(world, kinds, decider, order, watcher)
+    ended = mission.run(cancelled)
     return Summary.of(
         scenario,
         strategy=started.strategy,
@@ -148,14 +143,6 @@ def _strategy(wanted: str | Strategy, planner: str | Engine, budget: Budget) -> 
     return registry.strategy(wanted, planner=planner, budget=budget) if isinstance(wanted, str) else wanted
 
 
-def _name(wanted: str | Strategy) -> str:
-    return wanted if isinstance(wanted, str) else wanted.name
-
-
-def _planner_name(planner: str | Engine) -> str:
-    return planner if isinstance(planner, str) else planner.info.name
-
-
 class _Reports(Observer):
     def __init__(self) -> None:
         self.reports: list[PlanningReport] = []
@@ -165,14 +152,14 @@ class _Reports(Observer):
 
 
 def _started(
-    scenario: Scenario, robots: tuple[PlacedRobot, ...], *, strategy: str, planner: str, seed: int
+    scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy: str | Strategy, planner: str | Engine, seed: int
 ) -> MissionStarted:
     grid = scenario.grid
     return MissionStarted(
         t_ms=0,
         scenario=scenario.name,
-        strategy=strategy,
-        planner=planner,
+        strategy=strategy if isinstance(strategy, str) else strategy.name,
+        planner=planner if isinstance(planner, str) else planner.info.name,
         seed=seed,
         width=grid.width,
         height=grid.height,

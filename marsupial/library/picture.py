@@ -1,4 +1,4 @@
-"""A mission as a drawing: what was explored of the map, everybody's trail, where rovers were set down and picked up.
+"""A mission as a drawing: what was explored of the map, every robot's trail, where rovers were set down and picked up.
 
 A carrier has a colour, the rovers that start aboard it have shades of it.
 """
@@ -80,10 +80,9 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
 
 
 def _title(summary: Summary) -> str:
+    lines = (", ".join(f"{METRICS[key].title} {METRICS[key].shown(summary)}" for key in row) for row in TITLE)
     head = f"{summary.scenario}: {summary.strategy} ({summary.planner}), seed {summary.seed}: {summary.status}"
-    return "\n".join(
-        [head, *(", ".join(f"{METRICS[k].title} {METRICS[k].shown(summary)}" for k in row) for row in TITLE)]
-    )
+    return "\n".join([head, *lines])
 
 
 def _image(cells: CellArray) -> npt.NDArray[np.float64]:

@@ -89,7 +89,7 @@ class Plans(Iterator[Plan]):
         return (self.best.makespan_ms - bound) / max(1, self.best.makespan_ms)
 
     def _run(self, engine: Engine, budget: Budget) -> Generator[Proposal]:
-        with closing(_asked(engine, self.situation, budget)) as events:
+        with closing(asking(engine, self.situation, budget)) as events:
             for event in events:
                 if isinstance(event, Finished):
                     self.finished = event
@@ -98,14 +98,9 @@ class Plans(Iterator[Plan]):
                     yield self.proposals[-1]
 
     def _weighed(self, event: Improved) -> Proposal:
-        best = self._incumbent.take(event.plan)
-        violation = self._incumbent.violation
-        return Proposal(
-            plan=event.plan,
-            elapsed_s=event.elapsed_s,
-            violation=None if violation is None else str(violation),
-            best=best,
-        )
+        best, found = self._incumbent.take(event.plan), self._incumbent.violation
+        violation = None if found is None else str(found)
+        return Proposal(plan=event.plan, elapsed_s=event.elapsed_s, violation=violation, best=best)
 
 
 def plan(
@@ -141,6 +136,6 @@ def plan(
     return Plans(wanted, found, limit)
 
 
-def _asked(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:
-    """Ask an engine; closing this ends the engine."""
+def asking(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:
+    """Ask an engine; closing this ends the engine, whatever kind of iterator it gives."""
     yield from engine.solve(situation, budget)

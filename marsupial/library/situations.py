@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from marsupial.errors import SituationError
-from marsupial.formats.inputs import about, read_text
+from marsupial.formats.files import about, read_text
 from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.situation import Situation

@@ -34,7 +34,7 @@ from marsupial.model.planning import Outcome
 from marsupial.model.situation import Situation
 
 DEFAULT_S = 10.0
-"""How long to plan where nobody says."""
+"""How long to plan without a timeout."""
 
 FEATURES = frozenset(
     {

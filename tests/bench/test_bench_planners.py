@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 import pytest
 from situations import one_room, two_rooms
 
-from marsupial.bench.planner_report import Row, progress_line, rows_of, table
+from marsupial.bench.planner_report import RunRow, progress_line, rows_of, table
 from marsupial.bench.planners import (
     WARM_UP,
     WARM_UPS,
-    Contender,
+    BenchEngine,
+    EngineRun,
     Round,
-    Run,
     contenders,
     deadline_s,
     improved,
@@ -33,16 +33,6 @@ from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.list_scheduling.greedy import Greedy
 
 SATISFIED = Finished(outcome=Outcome.SATISFICING)
-
-
-@dataclass(frozen=True)
-class Fixed:
-    """A source of one situation."""
-
-    value: Situation
-
-    def situation(self) -> Situation:
-        return self.value
 
 
 @dataclass
@@ -79,7 +69,7 @@ class Scripted:
 
 
 def instance_of(situation: Situation, name: str = "x-1x1-1") -> Instance:
-    return Instance(name=name, team="1x1", targets=len(situation.targets), family="x", source=Fixed(situation))
+    return Instance(name=name, team="1x1", targets=len(situation.targets), family="x", situation=lambda: situation)
 
 
 def plan_for(situation: Situation, *, wait_ms: int = 0) -> Plan:
@@ -98,17 +88,17 @@ def played(
     situation: Situation | None = None,
     budget_s: float = 1.0,
     name: str = "fake",
-) -> Run:
+) -> EngineRun:
     clock = Clock()
-    contender = Contender(name=name, make=lambda _: Scripted(clock, lines), missing=None)
+    contender = BenchEngine(name=name, make=lambda _: Scripted(clock, lines), missing=None)
     return run(instance_of(situation or one_room()), contender, budget_s, clock)
 
 
-def row_of(*runs: Run, known: Plan | None = None, situation: Situation | None = None) -> Row:
+def row_of(*runs: EngineRun, known: Plan | None = None, situation: Situation | None = None) -> RunRow:
     """Return the row of the first run."""
     situation = situation or one_room()
     best = None if known is None else with_plan(None, situation, known, "somebody")
-    return Row(Round(instance=instance_of(situation), best=improved(best, situation, runs), runs=runs), runs[0])
+    return RunRow(Round(instance=instance_of(situation), best=improved(best, situation, runs), runs=runs), runs[0])
 
 
 def test_plans_are_timed_when_they_come() -> None:
@@ -125,7 +115,7 @@ def test_a_plan_after_the_deadline_does_not_count_and_the_engine_is_closed() -> 
     clock = Clock()
     plan = plan_for(one_room())
     engine = Scripted(clock, ((deadline_s(1.0) + 0.125, told(plan)), (5.0, SATISFIED)))
-    done = run(instance_of(one_room()), Contender(name="fake", make=lambda _: engine, missing=None), 1.0, clock)
+    done = run(instance_of(one_room()), BenchEngine(name="fake", make=lambda _: engine, missing=None), 1.0, clock)
     assert (done.plan, done.late, done.finished) == (None, 1, None)
     assert engine.closed == [True]
     assert done.wall_s < 5.0
@@ -243,10 +233,10 @@ def test_a_bound_below_the_makespan_leaves_a_gap() -> None:
 
 def test_a_round_has_a_run_for_every_engine_and_budget() -> None:
     chosen = contenders(["greedy", "anytime"])
-    results = list(play(instance_of(one_room()), chosen, (0.05, 0.1), None))
-    last = results[-1]
+    told: list[EngineRun] = []
+    last = play(instance_of(one_room()), chosen, (0.05, 0.1), None, told.append)
     assert isinstance(last, Round)
-    assert tuple(results[:-1]) == last.runs
+    assert tuple(told) == last.runs
     assert [(done.engine, done.budget_s) for done in last.runs] == [
         ("greedy", 0.05), ("anytime", 0.05), ("greedy", 0.1), ("anytime", 0.1)
     ]  # fmt: skip
@@ -265,7 +255,7 @@ def test_an_engine_is_warm_once_it_keeps_its_budget(walls_s: tuple[float, ...], 
         wall_s = walls_s[min(len(asked), len(walls_s)) - 1]
         return Scripted(clock, ((wall_s, SATISFIED),))
 
-    warm_up(Contender(name="fake", make=make, missing=None), clock)
+    warm_up(BenchEngine(name="fake", make=make, missing=None), clock)
     assert len(asked) == runs
 
 
@@ -295,7 +285,7 @@ def test_the_table_has_every_run_a_summary_by_size_and_who_is_missing() -> None:
     other = replace(done, engine="other", plan=None, arrivals=())
     small = Round(instance=instance_of(one_room()), best=improved(None, one_room(), [done]), runs=(done, other))
     big = replace(small, instance=replace(small.instance, name="y-9x3-1", team="9x3"))
-    absent = Contender(name="ghost", make=lambda _: Greedy(), missing="not installed")
+    absent = BenchEngine(name="ghost", make=lambda _: Greedy(), missing="not installed")
     lines = table(rows_of([small, big]), [absent]).splitlines()
     assert sum(line.startswith("  fake ") for line in lines) == 4
     assert "summary, up to 24 robots: 1 instances" in lines

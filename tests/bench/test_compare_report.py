@@ -11,13 +11,13 @@ from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from scipy import stats
 
 from marsupial.bench.compare import wurm2010
-from marsupial.bench.compare.cells import QUALITY, TIME, Outcome, tally
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, tally
 from marsupial.bench.compare.documents import documents
 from marsupial.bench.compare.figures import mean_coverage
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row
-from marsupial.bench.compare.statements import Verdict, share_verdict
+from marsupial.bench.compare.statements import StatementVerdict, share_verdict
 from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
     failure_table,
@@ -36,9 +36,9 @@ CASE = Case("lobby", 1, 1)
 
 def outcome_of(
     comparison: Comparison, changed: Mapping[Trial, Row] | None = None, *, upto: int | None = None
-) -> Outcome:
+) -> ComparisonOutcome:
     results = [invented(trial) for trial in comparison.trials()][:upto]
-    return Outcome(
+    return ComparisonOutcome(
         header_of(comparison),
         tuple((changed or {}).get(result.row.trial, result.row) for result in results),
         tuple(result.timing for result in results if result.timing),
@@ -46,7 +46,7 @@ def outcome_of(
     )
 
 
-def with_times(times: Mapping[Contender, list[float]]) -> Outcome:
+def with_times(times: Mapping[Contender, list[float]]) -> ComparisonOutcome:
     """Return the outcome of one case with these exploration times by seed; below 0 the mission stalls."""
     comparison = lobby(runs=len(next(iter(times.values()))), contenders=list(times))
     changed = {}
@@ -251,7 +251,7 @@ def paper() -> Comparison:
     return wurm2010.comparison(2, "greedy", Budget(steps=1))
 
 
-def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 2, better: float = 0.5) -> Outcome:
+def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 2, better: float = 0.5) -> ComparisonOutcome:
     """Return an outcome in which temporal planning saves that much time everywhere and gains that much quality."""
     rows = []
     for trial in paper.trials():
@@ -262,7 +262,7 @@ def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 2, be
         time_s = 400.0 / trial.case.carriers + trial.seed - saved_s * ours
         quality = 2.0 + better * trial.case.carriers * ours + 0.01 * trial.seed
         rows.append(replace(row, exploration_time_s=time_s, quality=quality))
-    return Outcome(header_of(paper), tuple(rows))
+    return ComparisonOutcome(header_of(paper), tuple(rows))
 
 
 def test_the_paper_s_experiment_has_its_teams_and_robots(paper: Comparison) -> None:
@@ -278,35 +278,35 @@ def test_statements_hold_where_the_data_say_so(paper: Comparison) -> None:
     found = wurm2010.findings(paper_outcome(paper))
     verdicts = [finding.verdict for finding in found]
     assert verdicts == [
-        Verdict.HOLDS,  # faster everywhere
-        Verdict.FAILS,  # 400/3 - 400/6 is 17 % of 400
-        Verdict.FAILS,  # office and maze are alike here
-        Verdict.HOLDS,
-        Verdict.HOLDS,
-        Verdict.HOLDS,
-        Verdict.HOLDS,
+        StatementVerdict.HOLDS,  # faster everywhere
+        StatementVerdict.FAILS,  # 400/3 - 400/6 is 17 % of 400
+        StatementVerdict.FAILS,  # office and maze are alike here
+        StatementVerdict.HOLDS,
+        StatementVerdict.HOLDS,
+        StatementVerdict.HOLDS,
+        StatementVerdict.HOLDS,
     ]
     assert "better in 18 of 18 cells" in found[0].evidence[0]
 
 
 def test_statements_do_not_hold_where_the_data_say_the_opposite(paper: Comparison) -> None:
     found = wurm2010.findings(paper_outcome(paper, saved_s=-5.0, better=-0.1))
-    assert found[0].verdict is Verdict.FAILS
+    assert found[0].verdict is StatementVerdict.FAILS
     assert "worse in 18" in found[0].evidence[0]
-    assert [found[i].verdict for i in (3, 4, 5)] == [Verdict.FAILS] * 3
+    assert [found[i].verdict for i in (3, 4, 5)] == [StatementVerdict.FAILS] * 3
 
 
 def test_statements_are_open_while_there_is_too_little_to_judge_by(paper: Comparison) -> None:
     found = wurm2010.findings(paper_outcome(paper, runs=0))
-    assert {finding.verdict for finding in found} == {Verdict.OPEN}
-    assert wurm2010.findings(paper_outcome(paper, runs=1))[0].verdict is Verdict.OPEN
+    assert {finding.verdict for finding in found} == {StatementVerdict.OPEN}
+    assert wurm2010.findings(paper_outcome(paper, runs=1))[0].verdict is StatementVerdict.OPEN
 
 
 def test_a_statement_for_several_places_may_hold_in_part() -> None:
-    assert share_verdict([True, False]) is Verdict.PARTLY
-    assert share_verdict([True, False, False]) is Verdict.FAILS
-    assert share_verdict([True, None]) is Verdict.OPEN
-    assert share_verdict([]) is Verdict.OPEN
+    assert share_verdict([True, False]) is StatementVerdict.PARTLY
+    assert share_verdict([True, False, False]) is StatementVerdict.FAILS
+    assert share_verdict([True, None]) is StatementVerdict.OPEN
+    assert share_verdict([]) is StatementVerdict.OPEN
 
 
 def test_the_paper_s_page_has_its_figures_and_the_checklist(paper: Comparison) -> None:

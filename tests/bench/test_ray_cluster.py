@@ -14,7 +14,7 @@ from ray_nodes import free_port, needs_ray
 
 from marsupial.bench.compare import ray_cluster
 from marsupial.bench.compare.ray_cluster import Cluster, cluster_at, usable
-from marsupial.bench.compare.ray_task import Refused, Terms, demand, make
+from marsupial.bench.compare.ray_task import Terms, WorkerRefused, demand, make
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
 
@@ -123,10 +123,10 @@ def test_ray_is_not_imported_without_need() -> None:
 def test_a_worker_of_another_make_or_one_that_serves_anybody_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
     terms = Terms(make=make(), token=False)
     demand(terms)
-    with pytest.raises(Refused, match=r"has numpy .* instead of 0\.1: install the same everywhere"):
+    with pytest.raises(WorkerRefused, match=r"has numpy .* instead of 0\.1: install the same everywhere"):
         demand(replace(terms, make=dict(make()) | {"numpy": "0.1"}))
     monkeypatch.delenv("RAY_AUTH_MODE", raising=False)
-    with pytest.raises(Refused, match="serves anybody without a token"):
+    with pytest.raises(WorkerRefused, match="serves anybody without a token"):
         demand(replace(terms, token=True))
     monkeypatch.setenv("RAY_AUTH_MODE", "token")
     demand(replace(terms, token=True))

@@ -1,60 +1,30 @@
 """Rows made into figures: a cell for each case and contender, a pairing for each rival of the last contender.
 
 Only complete missions count in means of metrics, and only pairs of them in differences: the time of a mission that left
-something unexplored says nothing. How many there were stands beside every figure, so that nobody gains by failing.
+something unexplored says nothing. How many there were stands beside every figure, so that failing gains nothing.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from operator import attrgetter
 from statistics import fmean
 from typing import Any
 
 from marsupial.bench.compare.header import cases_of, contenders_of
-from marsupial.bench.compare.plan import Case, Contender, Trial
+from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import Curve, Row, Timing
 from marsupial.bench.compare.statistics import Estimate, estimate
-from marsupial.library.metrics import METRICS
+from marsupial.library.metrics import METRICS, Metric
 from marsupial.model.mission import Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Measure:
-    """A metric of missions; `better` is 1 where more is better, -1 where less is."""
-
-    name: str
-    unit: str
-    better: int
-    digits: int
-    of: Callable[[Row], float | None]
-
-    @property
-    def title(self) -> str:
-        """The name as a title begins."""
-        return f"{self.name[0].upper()}{self.name[1:]}"
-
-
-def _measure(key: str, name: str = "") -> Measure:
-    """Return a metric of a mission's summary as it is read off a row."""
-    metric = METRICS[key]
-    return Measure(
-        name=name or metric.title,
-        unit=metric.unit,
-        better=metric.better,
-        digits=metric.digits,
-        of=attrgetter(metric.column),
-    )
-
-
-TIME = _measure("exploration_time_s")
-QUALITY = _measure("quality", "exploration quality Q")
-MISSION_TIME = _measure("mission_time_s")
-DISTANCE = _measure("distance_m")
+TIME = METRICS["exploration_time_s"]
+QUALITY = replace(METRICS["quality"], title="exploration quality Q")
+MISSION_TIME = METRICS["mission_time_s"]
+DISTANCE = METRICS["distance_m"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +45,7 @@ class Pairing:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class ComparisonOutcome:
     """All that a folder holds."""
 
     header: Mapping[str, Any]
@@ -143,11 +113,11 @@ class Outcome:
         """Return the rows of missions that count in no mean."""
         return tuple(row for row in self.rows if not row.complete)
 
-    def estimate(self, case: Case, contender: Contender, measure: Measure) -> Estimate | None:
+    def estimate(self, case: Case, contender: Contender, measure: Metric) -> Estimate | None:
         """Return the mean of a metric over the complete missions of a cell."""
         return estimate(list(self._values(case, contender, measure).values()))
 
-    def pairing(self, case: Case, contender: Contender, measure: Measure, base: Contender | None = None) -> Pairing:
+    def pairing(self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None) -> Pairing:
         """Return a contender beside the base (or another one) on a case, over the seeds both have completed."""
         ours = self._values(case, contender, measure)
         theirs = self._values(case, base or self.base, measure)
@@ -176,37 +146,26 @@ class Outcome:
 
     def timings_of(self, case: Case, contender: Contender) -> list[Timing]:
         """Return the wall-clock times of a cell's missions."""
-        return list(self._timings.get((case, contender), ()))
+        return self._cells.get((Timing, case, contender), [])
 
     def curves_of(self, case: Case, contender: Contender) -> list[Curve]:
         """Return the coverage over time of a cell's missions."""
-        return list(self._curves.get((case, contender), ()))
+        return self._cells.get((Curve, case, contender), [])
 
-    def _values(self, case: Case, contender: Contender, measure: Measure) -> dict[int, float]:
+    def _values(self, case: Case, contender: Contender, measure: Metric) -> dict[int, float]:
         """Return a metric by seed, of complete missions only."""
-        rows = self._cells.get((case, contender), ())
-        values = ((row.trial.seed, measure.of(row)) for row in rows if row.complete)
+        rows = self._cells.get((Row, case, contender), ())
+        values = ((row.trial.seed, getattr(row, measure.column)) for row in rows if row.complete)
         return {seed: value for seed, value in sorted(values) if value is not None}
 
     @cached_property
-    def _cells(self) -> dict[tuple[Case, Contender], list[Row]]:
-        return _grouped(self.rows)
-
-    @cached_property
-    def _timings(self) -> dict[tuple[Case, Contender], list[Timing]]:
-        return _grouped(self.timings)
-
-    @cached_property
-    def _curves(self) -> dict[tuple[Case, Contender], list[Curve]]:
-        return _grouped(self.curves)
-
-
-def _grouped(records: Sequence[Any]) -> dict[tuple[Case, Contender], list[Any]]:
-    cells: dict[tuple[Case, Contender], list[Any]] = {}
-    for record in records:
-        trial: Trial = record.trial
-        cells.setdefault((trial.case, trial.contender), []).append(record)
-    return cells
+    def _cells(self) -> dict[tuple[type, Case, Contender], list[Any]]:
+        """The records of every kind by cell."""
+        cells: dict[tuple[type, Case, Contender], list[Any]] = {}
+        records: tuple[Row | Timing | Curve, ...] = (*self.rows, *self.timings, *self.curves)
+        for record in records:
+            cells.setdefault((type(record), record.trial.case, record.trial.contender), []).append(record)
+        return cells
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

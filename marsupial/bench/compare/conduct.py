@@ -19,7 +19,7 @@ Watch = Callable[[Row | None, int, int], None]
 def conduct(comparison: Comparison, runner: Runner, out: Path, watch: Watch, *, drop: Sequence[str] = ()) -> None:
     """Carry out the missions whose row is not in the folder `out` yet.
 
-    Whenever this is left, the folder can be gone on with. Missions with a status in `drop` are carried out again.
+    Whenever this is left, the folder can be resumed. Missions with a status in `drop` are carried out again.
 
     Raises
     ------
@@ -27,14 +27,14 @@ def conduct(comparison: Comparison, runner: Runner, out: Path, watch: Watch, *, 
         If the folder can't be used.
     """
     trials = tuple(comparison.trials())
-    with opened(out, header_of(comparison), drop=drop) as folder:
+    with opened(out, header_of(comparison), drop=drop) as add:
         done = {row.trial for row in read_rows(out)}
         left = [trial for trial in trials if trial not in done]
         watch(None, len(done), len(trials))
         if left:
             with closing(runner.results(left)) as results:
                 for result in results:
-                    folder.add(result)
+                    add(result)
                     done.add(result.row.trial)
                     watch(result.row, len(done), len(trials))
     sort_lines(out, trials)

@@ -4,27 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import figures
 from marsupial.bench.compare.papers import PAPERS
 from marsupial.bench.compare.report import page
-from marsupial.bench.compare.statements import checklist, reading
+from marsupial.bench.compare.statements import Finding, checklist, reading
 from marsupial.bench.compare.tables import markdown, tables
 
 
-def documents(outcome: Outcome) -> Iterator[tuple[str, bytes]]:
+def documents(outcome: ComparisonOutcome) -> Iterator[tuple[str, bytes]]:
     """Yield the path in the folder and the content of each document; they depend on nothing but the outcome."""
+    written, drawn = tables(outcome), list(figures(outcome))
+    findings: list[Finding] = []
     experiment = PAPERS.get(str(outcome.header.get("paper")))
-    findings = [] if experiment is None else experiment.findings(outcome)
-    drawn = [] if experiment is None else list(experiment.figures(outcome))
-    drawn += figures(outcome)
-    written = tables(outcome)
-    introduction = "" if experiment is None else reading(outcome.runs, experiment.runs)
-    paper = None if experiment is None else (experiment.title, experiment.setting, introduction)
-    if findings:
-        yield "checklist.md", checklist(findings, introduction).encode()
+    if experiment is not None:
+        drawn = [*experiment.figures(outcome), *drawn]
+        findings = experiment.findings(outcome)
+        yield "checklist.md", checklist(findings, reading(outcome.runs, experiment.runs)).encode()
     yield "tables.md", "\n".join(map(markdown, written)).encode()
     for figure in drawn:
         yield f"figures/{figure.name}.svg", figure.svg.encode()
         yield f"figures/{figure.name}.png", figure.png
-    yield "report.html", page(outcome, written, drawn, findings, paper).encode()
+    yield "report.html", page(outcome, written, drawn, experiment, findings).encode()

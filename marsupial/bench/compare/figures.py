@@ -19,10 +19,11 @@ from warnings import catch_warnings, filterwarnings
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
 from marsupial.bench.compare.statistics import Estimate, estimate, t_quantile
+from marsupial.library.metrics import Metric, counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,7 +55,7 @@ class Figure:
     scenario: str = ""
 
 
-def figures(outcome: Outcome) -> Iterator[Figure]:
+def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     """Yield the figures of a comparison: for each scenario time, quality, coverage over time, planning time."""
     for scenario in outcome.scenarios:
         slug = _slug(scenario)
@@ -67,8 +68,8 @@ def figures(outcome: Outcome) -> Iterator[Figure]:
 
 
 def measure_figure(
-    outcome: Outcome,
-    measure: Measure,
+    outcome: ComparisonOutcome,
+    measure: Metric,
     scenarios: Sequence[str],
     *,
     name: str,
@@ -85,16 +86,16 @@ def measure_figure(
         return outcome.estimate(case, contender, measure)
 
     cases = [c for s in scenarios for c in outcome.cases_of(s) if rovers is None or c.rovers in rovers]
-    label = f"{measure.name} [{measure.unit}]"
+    label = f"{measure.title} [{measure.unit}]"
     drawing = _by_team_size(cases, outcome.contenders, value, label, from_zero=measure is TIME)
     where = " and ".join(scenarios)
     better = "Less" if measure.better < 0 else "More"
-    title = f"{measure.title}: {where}"
+    title = f"{measure.heading}: {where}"
     place = f"{of_paper} with our data. " if of_paper else ""
     return _figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
 
 
-def planning_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
+def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
     """Return the time of a planning by team size, logarithmic."""
 
     def value(case: Case, contender: Contender) -> Estimate | None:
@@ -112,11 +113,11 @@ def planning_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
     return _figure(drawing, name, title, caption, scenario)
 
 
-def coverage_figure(outcome: Outcome, scenario: str, *, name: str) -> Figure:
+def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
     """Return the mean coverage over time, a panel for each team."""
     cases = outcome.cases_of(scenario)
-    carriers, rovers = _sorted(c.carriers for c in cases), _sorted(c.rovers for c in cases)
-    drawing, axes = _panels(len(carriers), len(rovers), width=2.6, height=1.75, share_y=True)
+    carriers, rovers = sorted({c.carriers for c in cases}), sorted({c.rovers for c in cases})
+    drawing, axes = _panels(len(carriers), len(rovers), width=2.6, height=1.75)
     for i, carrier_count in enumerate(carriers):
         for j, rover_count in enumerate(rovers):
             case = Case(scenario, carrier_count, rover_count)
@@ -149,7 +150,7 @@ def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
     return times, shares.mean(axis=0), half
 
 
-def _coverage_panel(axes: Axes, outcome: Outcome, case: Case) -> None:
+def _coverage_panel(axes: Axes, outcome: ComparisonOutcome, case: Case) -> None:
     for k, contender in enumerate(outcome.contenders):
         curves = outcome.curves_of(case, contender)
         if curves:
@@ -179,15 +180,14 @@ def _by_team_size(
     """
     scenarios = list(dict.fromkeys(case.scenario for case in cases))
     by_rovers = len({case.carriers for case in cases}) == 1 and len({case.rovers for case in cases}) > 1
-    columns = [None] if by_rovers else _sorted(case.rovers for case in cases)
-    drawing, axes = _panels(len(scenarios), len(columns), width=3.3, height=2.9, share_y=True)
+    columns = [None] if by_rovers else sorted({case.rovers for case in cases})
+    drawing, axes = _panels(len(scenarios), len(columns), width=3.3, height=2.9)
     for i, scenario in enumerate(scenarios):
         for j, rovers in enumerate(columns):
-            chosen = [c for c in cases if c.scenario == scenario and (rovers is None or c.rovers == rovers)]
-            chosen.sort()
+            chosen = sorted(c for c in cases if c.scenario == scenario and (rovers is None or c.rovers == rovers))
             _size_panel(axes[i][j], chosen, contenders, value, by_rovers=by_rovers)
             if rovers is not None:
-                head = f"{rovers} rover{'' if rovers == 1 else 's'} per carrier"
+                head = f"{counted(rovers, 'rover')} per carrier"
                 axes[i][j].set_title(head if len(scenarios) == 1 else f"{scenario}: {head}", fontsize=9, color=INK)
             if i == len(scenarios) - 1:
                 axes[i][j].set_xlabel("rovers per carrier" if by_rovers else "carriers")
@@ -219,30 +219,20 @@ def _size_panel(
         ]
         if points:
             x, y, half = zip(*points, strict=True)
-            axes.errorbar(
-                x,
-                y,
-                yerr=half,
-                color=COLOURS[k % len(COLOURS)],
-                marker=MARKERS[k % len(MARKERS)],
-                linestyle=LINES[k % len(LINES)],
-                markersize=4.5,
-                linewidth=1.4,
-                elinewidth=1.1,
-                capsize=3,
-                label=str(contender),
-            )
+            look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "linestyle": LINES[k % len(LINES)]}
+            sizes_pt: dict[str, Any] = {"markersize": 4.5, "linewidth": 1.4, "elinewidth": 1.1, "capsize": 3}
+            axes.errorbar(x, y, half, color=COLOURS[k % len(COLOURS)], label=str(contender), **look, **sizes_pt)
     axes.set_xticks(sorted(set(sizes)))
     axes.set_xlim(min(sizes) - 0.5, max(sizes) + 0.5)
 
 
-def _panels(rows: int, columns: int, *, width: float, height: float, share_y: bool) -> tuple[Drawing, list[list[Axes]]]:
+def _panels(rows: int, columns: int, *, width: float, height: float) -> tuple[Drawing, list[list[Axes]]]:
     """Return a drawing with panels of that many inches, and room for a legend above."""
     from matplotlib.figure import Figure as Drawing
 
     columns_in = max(columns * width, 4.2)
     drawing = Drawing(figsize=(columns_in + 0.4, rows * height + 0.45), layout="constrained")
-    axes = drawing.subplots(rows, columns, squeeze=False, sharey="row" if share_y else False)
+    axes = drawing.subplots(rows, columns, squeeze=False, sharey="row")
     for panel in axes.ravel():
         panel.patch.set_alpha(0)
         panel.grid(True, color=INK, alpha=0.13, linewidth=0.7)
@@ -262,15 +252,8 @@ def _legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
         handles, labels = panel.get_legend_handles_labels()
         named |= dict(zip(labels, handles, strict=True))
     if named:
-        drawing.legend(
-            named.values(),
-            named.keys(),
-            loc="outside upper left",
-            ncols=len(named),
-            frameon=False,
-            fontsize=9,
-            labelcolor=INK,
-        )
+        look: dict[str, Any] = {"frameon": False, "fontsize": 9, "labelcolor": INK}
+        drawing.legend(named.values(), named.keys(), loc="outside upper left", ncols=len(named), **look)
 
 
 def _figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
@@ -286,10 +269,6 @@ def _figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str
         drawing.savefig(svg, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
         drawing.savefig(png, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
     return Figure(name=name, title=title, caption=caption, svg=svg.getvalue(), png=png.getvalue(), scenario=scenario)
-
-
-def _sorted(numbers: Iterator[int] | Any) -> list[int]:
-    return sorted(set(numbers))
 
 
 def _slug(name: str) -> str:

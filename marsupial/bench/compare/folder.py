@@ -9,37 +9,21 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from marsupial.bench.compare import header as head
 from marsupial.bench.compare.plan import Trial
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, Record, Result, Row, Timing
 from marsupial.errors import InputError, UsageError
+from marsupial.formats.files import replace_file
 
-HEADER, ROWS_FILE, TIMINGS_FILE, CURVES_FILE = "comparison.json", "rows.csv", "timings.csv", "coverage.csv"
+HEADER = "comparison.json"
 
-FILES: Mapping[str, Format[Any]] = {CURVES_FILE: CURVES, TIMINGS_FILE: TIMINGS, ROWS_FILE: ROWS}
+FILES: Mapping[str, Format[Any]] = {"coverage.csv": CURVES, "timings.csv": TIMINGS, "rows.csv": ROWS}
 """The files of lines in the order in which a result is written."""
-
-
-class Folder:
-    """An open folder; results may be added to it."""
-
-    def __init__(self, path: Path, files: Mapping[str, TextIO]) -> None:
-        self.path = path
-        self._files = files
-
-    def add(self, result: Result) -> None:
-        """Write a result for good."""
-        for name, record in ((CURVES_FILE, result.curve), (TIMINGS_FILE, result.timing), (ROWS_FILE, result.row)):
-            if record is not None:
-                file = self._files[name]
-                file.write(FILES[name].encode(record))
-                file.flush()
-                os.fsync(file.fileno())
 
 
 def read_header(path: Path) -> dict[str, Any]:
@@ -59,22 +43,23 @@ def read_header(path: Path) -> dict[str, Any]:
 
 def read_rows(path: Path) -> tuple[Row, ...]:
     """Return the rows in a folder so far."""
-    return _read(path / ROWS_FILE, ROWS)
+    return _read(path / "rows.csv", ROWS)
 
 
 def read_timings(path: Path) -> tuple[Timing, ...]:
     """Return the wall-clock times in a folder so far."""
-    return _read(path / TIMINGS_FILE, TIMINGS)
+    return _read(path / "timings.csv", TIMINGS)
 
 
 def read_curves(path: Path) -> tuple[Curve, ...]:
     """Return the coverage over time in a folder so far."""
-    return _read(path / CURVES_FILE, CURVES)
+    return _read(path / "coverage.csv", CURVES)
 
 
 @contextmanager
-def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -> Iterator[Folder]:
-    """Open a folder for a comparison, new or begun before, and mend what an earlier process has left.
+def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -> Iterator[Callable[[Result], None]]:
+    """Open a folder for a comparison, new or begun before, repair what an earlier process has left, and yield what
+    writes a result for good.
 
     Parameters
     ----------
@@ -100,28 +85,25 @@ def opened(path: Path, header: Mapping[str, Any], *, drop: Sequence[str] = ()) -
         done = [row.trial for row in read_rows(path) if row.status not in drop]
         for name, lines in FILES.items():
             _rewrite(path / name, lines, done)
-        files = {name: (path / name).open("a", encoding="utf-8", newline="") for name in FILES}
-        try:
-            yield Folder(path, files)
-        finally:
-            for file in files.values():
-                file.close()
+        with ExitStack() as stack:
+            files = [stack.enter_context((path / name).open("a", encoding="utf-8", newline="")) for name in FILES]
+
+            def add(result: Result) -> None:
+                for file, lines, record in zip(
+                    files, FILES.values(), (result.curve, result.timing, result.row), strict=True
+                ):
+                    if record is not None:
+                        file.write(lines.encode(record))
+                        file.flush()
+                        os.fsync(file.fileno())
+
+            yield add
 
 
 def sort_lines(path: Path, trials: Sequence[Trial]) -> None:
     """Put the lines of all files into the order of `trials`."""
     for name, lines in FILES.items():
         _rewrite(path / name, lines, trials)
-
-
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all."""
-    beside = path.with_name(f".{path.name}.new")
-    with beside.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(beside, path)
 
 
 def _rewrite(path: Path, lines: Format[Any], trials: Iterable[Trial]) -> None:

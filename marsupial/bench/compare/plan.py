@@ -38,11 +38,6 @@ class Case:
         """The team in short: carriers x rovers of each."""
         return f"{self.carriers}x{self.rovers}"
 
-    @property
-    def robots(self) -> int:
-        """How many robots there are in all."""
-        return self.carriers * (1 + self.rovers)
-
     def __str__(self) -> str:
         return f"{self.scenario} {self.team}"
 
@@ -83,14 +78,9 @@ class Comparison:
     budget: Budget
     paper: str | None = None
 
-    @property
-    def seeds(self) -> range:
-        """The seeds of each case and contender."""
-        return range(1, self.runs + 1)
-
     def trials(self) -> Iterator[Trial]:
         """Yield every mission, seed by seed: wherever one stops, all cases have got about as far."""
-        for seed in self.seeds:
+        for seed in range(1, self.runs + 1):
             for case in self.scenarios:
                 for contender in self.contenders:
                     yield Trial(case, contender, seed)

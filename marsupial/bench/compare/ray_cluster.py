@@ -1,9 +1,9 @@
 """A Ray cluster to carry out missions on: its address, whether it may be used, and the connection to it.
 
-Whoever may talk to a Ray cluster may run any code on it. So beyond this machine only clusters are used that demand a
-token, and what is started here listens on the loopback interface alone. Ray is looked at, and imported, only by this
-module and `ray_pool`, and only once somebody asks for it. Its settings are environment variables that it reads when it
-is imported.
+Any process that may talk to a Ray cluster may run any code on it. So beyond this machine only clusters are used that
+demand a token, and what is started here listens on the loopback interface alone. Ray is looked at, and imported, only
+by this module and `ray_pool`, and only once a cluster is asked for. Its settings are environment variables that it
+reads when it is imported.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ class Cluster:
 
 
 def refusal(text: str) -> UsageError:
-    """Return an error that names the option."""
-    return UsageError(f"--ray: {text}")
+    """Return an error of one line that names the option."""
+    return UsageError(f"--ray: {' '.join(text.split())}")
 
 
 def cluster_at(address: str) -> Cluster:
@@ -133,7 +133,7 @@ def connected(cluster: Cluster) -> Iterator[Any]:
                 **(settings if cluster.address == LOCAL else {}),
             )
         except (ConnectionError, RuntimeError, ValueError) as error:
-            raise refusal(f"{cluster.address}: {_line(str(error))}") from error
+            raise refusal(f"{cluster.address}: {error}") from error
     with redirect_stdout(sys.stderr):
         try:
             yield ray
@@ -167,12 +167,9 @@ def _settle(cluster: Cluster) -> None:
         settings.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Ray then uses 127.0.0.1, on any system
     if cluster.address == LOCAL and "RAY_AUTH_MODE" not in settings and not any(name in settings for name in _TOKENS):
         settings["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
-    if "RAY_AUTH_MODE" not in settings and _has_token():
+    has_token = any(settings.get(name) for name in _TOKENS) or (Path.home() / ".ray" / "auth_token").is_file()
+    if "RAY_AUTH_MODE" not in settings and has_token:
         settings["RAY_AUTH_MODE"] = "token"
-
-
-def _has_token() -> bool:
-    return any(os.environ.get(name) for name in _TOKENS) or (Path.home() / ".ray" / "auth_token").is_file()
 
 
 def _try_out(cluster: Cluster) -> None:
@@ -192,17 +189,13 @@ def _meaning(stderr: bytes) -> str | None:
     """Return what is wrong, in words, if what Ray has said tells."""
     said = stderr.decode(errors="replace")
     if "Version mismatch" in said:
-        return _line(said[said.index("Version mismatch") :])
+        return said[said.index("Version mismatch") :]
     if any(word in said for word in _UNAUTHENTICATED):
         return (
             "the cluster demands its token, which this is not, or none was given: it belongs into RAY_AUTH_TOKEN or "
             "~/.ray/auth_token, with RAY_AUTH_MODE=token"
         )
     return None
-
-
-def _line(text: str) -> str:
-    return " ".join(text.split())
 
 
 def _is_loopback(host: str) -> bool:

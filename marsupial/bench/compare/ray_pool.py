@@ -15,7 +15,7 @@ from typing import Any
 
 from marsupial.bench.compare.plan import Comparison, Trial
 from marsupial.bench.compare.ray_cluster import Cluster, connected, refusal
-from marsupial.bench.compare.ray_task import Refused, Terms, attend, make
+from marsupial.bench.compare.ray_task import Terms, WorkerRefused, attend, make
 from marsupial.bench.compare.rows import Result
 from marsupial.bench.compare.runner import Waiting
 from marsupial.errors import UsageError
@@ -90,12 +90,12 @@ class RayPool:
             return waiting.lost(trial, type(error).__name__)
         except ray.exceptions.RayError as error:
             cause = getattr(error, "cause", None)
-            if isinstance(cause, Refused):
+            if isinstance(cause, WorkerRefused):
                 raise refusal(str(cause)) from error
             raise self._refusal(f"{trial} could not be carried out", error) from error
 
     def _refusal(self, what: str, error: Exception) -> UsageError:
-        return refusal(f"{self._cluster.address}: {what}: {' '.join(str(error).split())}")
+        return refusal(f"{self._cluster.address}: {what}: {error}")
 
 
 def _room(ray: Any) -> int:

@@ -1,4 +1,4 @@
-"""What a Ray worker does: one mission, if the worker is of the same make as whoever asks for it.
+"""What a Ray worker does: one mission, if the worker is of the same make as the caller.
 
 Rows of different versions must not stand in one file without a word. So every mission comes with the terms under which
 its row is wanted, and a worker that can't meet them refuses.
@@ -31,13 +31,13 @@ ENGINES = ("unified-planning", "up-aries", "up-tamer")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """What is asked of a worker: to be of the same make, and not to serve anybody without a token if `token`."""
+    """What is asked of a worker: to be of the same make, and to serve no caller without a token if `token`."""
 
     make: Mapping[str, str]
     token: bool
 
 
-class Refused(Exception):
+class WorkerRefused(Exception):
     """A worker does not meet the terms; the message says which machine and why."""
 
 
@@ -51,7 +51,7 @@ def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms)
 
     Raises
     ------
-    Refused
+    WorkerRefused
         If the worker does not meet `terms`.
     """
     demand(terms)
@@ -59,15 +59,15 @@ def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, terms: Terms)
 
 
 def demand(terms: Terms) -> None:
-    """Raise `Refused` if this process does not meet `terms`."""
+    """Raise `WorkerRefused` if this process does not meet `terms`."""
     here = platform.node()
     if terms.token and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
-        raise Refused(f"the node {here} serves anybody without a token: start it with RAY_AUTH_MODE=token")
+        raise WorkerRefused(f"the node {here} serves anybody without a token: start it with RAY_AUTH_MODE=token")
     ours = make()
     differences = [f"{name} {ours[name]} instead of {wanted}" for name, wanted in terms.make.items()
                    if ours[name] != wanted]  # fmt: skip
     if differences:
-        raise Refused(f"the node {here} has {', '.join(differences)}: install the same everywhere")
+        raise WorkerRefused(f"the node {here} has {', '.join(differences)}: install the same everywhere")
 
 
 @cache

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-from marsupial.bench.compare.cells import Outcome
+from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import INK, Figure
 from marsupial.bench.compare.header import budget_text
-from marsupial.bench.compare.statements import Finding, Verdict
-from marsupial.bench.compare.tables import Table, TableCell
+from marsupial.bench.compare.statements import Experiment, Finding, reading
+from marsupial.bench.compare.tables import ReportTable, TableCell
+from marsupial.library.metrics import counted
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 
@@ -22,37 +23,40 @@ _CLAIRVOYANT = (
     "of the same seed."
 )
 
-_VERDICT_CLASSES = {
-    Verdict.HOLDS: "holds",
-    Verdict.PARTLY: "partly",
-    Verdict.FAILS: "fails",
-    Verdict.OPEN: "open",
-}
-
 
 def page(
-    outcome: Outcome,
-    tables: Sequence[Table],
+    outcome: ComparisonOutcome,
+    tables: Sequence[ReportTable],
     figures: Sequence[Figure],
-    findings: Sequence[Finding] = (),
-    paper: tuple[str, str, str] | None = None,
+    experiment: Experiment | None,
+    findings: Sequence[Finding],
 ) -> str:
-    """Return the page; `paper` is a paper's title, the setting of its experiment, and how to read its verdicts.
+    """Return the page; `findings` are those of a paper's `experiment`.
 
     Tables and figures of one scenario stand together, those of none before them.
     """
     missing = outcome.planned - len(outcome.rows)
     notice = f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
-    sections = [_section("Results", _general(tables, figures))]
-    if paper is not None:
-        sections.insert(0, _section("Statements of the paper", _findings(findings, paper[2])))
+    facts = (
+        f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
+        f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
+        f"marsupial {outcome.header['marsupial']}"
+    )
+    shown = [_figure(figure) for figure in figures if not figure.scenario]
+    shown += [_table(table) for table in tables if not table.scenario]
+    sections = [_section("Results", "\n".join(shown))]
+    title = f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
+    if experiment is not None:
+        title = experiment.title
+        content = _findings(findings, reading(outcome.runs, experiment.runs))
+        sections.insert(0, _section("Statements of the paper", content))
     for scenario in outcome.scenarios:
         sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))
-    sections.append(_section("Method", _method(outcome, paper)))
+    sections.append(_section("Method", _method(outcome, experiment)))
     parts = {
-        "title": escape(_title(outcome, paper)),
+        "title": escape(title),
         "style": _read("report.css"),
-        "facts": escape(_facts(outcome)),
+        "facts": escape(facts),
         "warning": f'<p class="notice">{escape(notice)}</p>' if missing else "",
         "body": "\n".join(sections),
     }
@@ -63,30 +67,11 @@ def _read(name: str) -> str:
     return files("marsupial.bench.compare").joinpath(name).read_text(encoding="utf-8")
 
 
-def _title(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
-    if paper is not None:
-        return paper[0]
-    return f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
-
-
-def _facts(outcome: Outcome) -> str:
-    return (
-        f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
-        f"{outcome.runs} run{'' if outcome.runs == 1 else 's'} each; {budget_text(outcome.header)} for each planning; "
-        f"marsupial {outcome.header['marsupial']}"
-    )
-
-
 def _section(title: str, content: str) -> str:
     return f"<section>\n<h2>{escape(title)}</h2>\n{content}\n</section>"
 
 
-def _general(tables: Sequence[Table], figures: Sequence[Figure]) -> str:
-    shown = [_figure(figure) for figure in figures if not figure.scenario]
-    return "\n".join([*shown, *(_table(table) for table in tables if not table.scenario)])
-
-
-def _of_scenario(scenario: str, tables: Sequence[Table], figures: Sequence[Figure]) -> str:
+def _of_scenario(scenario: str, tables: Sequence[ReportTable], figures: Sequence[Figure]) -> str:
     """Return figures and main tables of a scenario, the others folded away."""
     own = [table for table in tables if table.scenario == scenario]
     parts = [_figure(figure) for figure in figures if figure.scenario == scenario]
@@ -111,19 +96,16 @@ def inlined(figure: Figure) -> str:
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1).strip()
 
 
-def _table(table: Table) -> str:
-    heads = "".join(map(_head, table.heads, table.rows[0] if table.rows else [TableCell("")] * len(table.heads)))
+def _table(table: ReportTable) -> str:
+    first = table.rows[0] if table.rows else [TableCell("")] * len(table.heads)
+    kinds = ("" if _is_number(below) else ' class="text"' for below in first)
+    heads = "".join(f"<th{kind}>{escape(head)}</th>" for head, kind in zip(table.heads, kinds, strict=True))
     rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
     return (
         f"<h3>{escape(table.title)}</h3>\n"
         f'<p class="caption">{escape(table.caption)}</p>\n'
         f'<div class="scroll"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table></div>'
     )
-
-
-def _head(text: str, below: TableCell) -> str:
-    kind = "" if _is_number(below) else ' class="text"'
-    return f"<th{kind}>{escape(text)}</th>"
 
 
 def _is_number(cell: TableCell) -> bool:
@@ -143,7 +125,7 @@ def _cell(cell: TableCell) -> str:
 def _findings(findings: Sequence[Finding], introduction: str) -> str:
     items = []
     for finding in findings:
-        badge = f'<span class="verdict {_VERDICT_CLASSES[finding.verdict]}">{escape(finding.verdict)}</span>'
+        badge = f'<span class="verdict {finding.verdict.name.lower()}">{escape(finding.verdict)}</span>'
         evidence = "".join(f"<li>{escape(line)}</li>" for line in finding.evidence)
         items.append(
             f"<li><p>{badge}<strong>{escape(finding.statement)}</strong> ({escape(finding.where)})</p>\n"
@@ -152,16 +134,16 @@ def _findings(findings: Sequence[Finding], introduction: str) -> str:
     return f'<p class="caption">{escape(introduction)}</p>\n<ol class="checklist">\n{"".join(items)}\n</ol>'
 
 
-def _method(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
+def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
     header = outcome.header
     versions = ", ".join(f"{name} {number}" for name, number in header.get("made_with", {}).items())
-    steps = "steps" in header["budget"]
+    reproducible = "steps" in header["budget"]
     paragraphs = [
         "All contenders have the same missions: the same maps, teams and starts, drawn by seeds "
         f"1 to {outcome.runs}. Planning takes no time of the mission, and each planning has {budget_text(header)}"
         + (
             ": the rows do not depend on the machine, and the same command gives them again, byte for byte."
-            if steps
+            if reproducible
             else " of wall-clock time, so the rows depend on the machine."
         ),
         "Exploration time is the simulated time at which no frontier was left that anybody in the team could reach; "
@@ -177,6 +159,6 @@ def _method(outcome: Outcome, paper: tuple[str, str, str] | None) -> str:
     ]
     if outcome.clairvoyant:
         paragraphs.insert(-1, _CLAIRVOYANT)
-    if paper is not None:
-        paragraphs.insert(0, paper[1])
+    if experiment is not None:
+        paragraphs.insert(0, experiment.setting)
     return "\n".join(f"<p>{escape(paragraph)}</p>" for paragraph in paragraphs)

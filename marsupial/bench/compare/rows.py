@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 from typing import Any, Generic, TypeVar
 
 from marsupial.bench.compare.plan import Case, Contender, Trial
-from marsupial.library.metrics import METRICS, Metric, Summary
+from marsupial.library.metrics import METRICS, Summary
 from marsupial.model.mission import Status
 
 ERROR, CRASHED = "error", "crashed"
@@ -147,32 +147,22 @@ def _written(value: object) -> str:
     return " ".join(text.split())  # a line of the file is a line
 
 
-def _numbers(text: str) -> tuple[int, ...]:
-    return tuple(map(int, text.split()))
-
-
 METRIC_BY_COLUMN = {metric.column: metric for metric in METRICS.values()}
 
 
-def _metrics_of(record: type) -> dict[str, Metric]:
-    """Return the metrics that a kind of record has, by column."""
-    return {each.name: METRIC_BY_COLUMN[each.name] for each in fields(record) if each.name in METRIC_BY_COLUMN}
+def metrics_of(record: type[Row | Timing], summary: Summary) -> dict[str, Any]:
+    """Return the metrics of a mission that a kind of record has, by column, as CSV has them."""
+    columns = [each.name for each in fields(record) if each.name in METRIC_BY_COLUMN]
+    return {column: METRIC_BY_COLUMN[column].cell(summary) for column in columns}
 
 
-ROWS = Format(Row, {"status": str, "reason": str, **{name: one.read for name, one in _metrics_of(Row).items()}})
+def _reader(column: str) -> Callable[[str], Any]:
+    """Return what reads a column of a row: a metric's value, or a text."""
+    return METRIC_BY_COLUMN[column].read if column in METRIC_BY_COLUMN else str
+
+
+ROWS = Format(Row, {each.name: _reader(each.name) for each in fields(Row) if each.name != "trial"})
 
 TIMINGS = Format(Timing, {each.name: float for each in fields(Timing) if each.name != "trial"})
 
-CURVES = Format(Curve, {"every_s": float, "known": _numbers})
-
-
-def row_of(trial: Trial, summary: Summary) -> Row:
-    """Return the row of a mission."""
-    metrics: dict[str, Any] = {name: one.cell(summary) for name, one in _metrics_of(Row).items()}
-    return Row(trial=trial, status=str(summary.status), reason=summary.reason, **metrics)
-
-
-def timing_of(trial: Trial, summary: Summary, cpu_s: float) -> Timing:
-    """Return the wall-clock times of a mission that took the processors `cpu_s` seconds."""
-    metrics: dict[str, Any] = {name: one.cell(summary) for name, one in _metrics_of(Timing).items()}
-    return Timing(trial=trial, cpu_s=round(cpu_s, 4), **metrics)
+CURVES = Format(Curve, {"every_s": float, "known": lambda text: tuple(map(int, text.split()))})

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from marsupial.bench.compare.cells import ComparisonOutcome
+from marsupial.bench.compare.figures import Figure
+from marsupial.bench.compare.plan import Comparison
+from marsupial.library.metrics import counted
+from marsupial.model.planning import Budget
 
-class Verdict(StrEnum):
+
+class StatementVerdict(StrEnum):
     """Whether a statement holds in the data, by the criterion beside it."""
 
     HOLDS = "holds"
@@ -32,27 +38,44 @@ class Finding:
     statement: str
     where: str
     criterion: str
-    verdict: Verdict
+    verdict: StatementVerdict
     evidence: tuple[str, ...]
 
 
-def share_verdict(held: Sequence[bool | None]) -> Verdict:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Experiment:
+    """An experiment of a paper: how to make its comparison, its figures, and what is found of its statements.
+
+    `runs` and `planner` are the number of missions for each case and the planner unless others are asked for; `setting`
+    says what is simulated.
+    """
+
+    title: str
+    setting: str
+    runs: int
+    planner: str
+    comparison: Callable[[int, str, Budget], Comparison]
+    figures: Callable[[ComparisonOutcome], Iterator[Figure]]
+    findings: Callable[[ComparisonOutcome], list[Finding]]
+
+
+def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
     """Return the verdict where a statement is to hold in every one of several places; None is one without data.
 
     It holds in part where it does in at least half of them.
     """
     known = [one for one in held if one is not None]
     if not known or len(known) < len(held):
-        return Verdict.OPEN
+        return StatementVerdict.OPEN
     if all(known):
-        return Verdict.HOLDS
-    return Verdict.PARTLY if 2 * sum(known) >= len(known) else Verdict.FAILS
+        return StatementVerdict.HOLDS
+    return StatementVerdict.PARTLY if 2 * sum(known) >= len(known) else StatementVerdict.FAILS
 
 
 def reading(runs: int, paper_runs: int) -> str:
     """Return how verdicts are to be read, by the number of missions behind each mean."""
     few = " With so few, wide intervals hide what there may be." if runs < paper_runs else ""
-    return f"{READING} Each cell has {runs} mission{'' if runs == 1 else 's'}, the paper's {paper_runs}.{few}"
+    return f"{READING} Each cell has {counted(runs, 'mission')}, the paper's {paper_runs}.{few}"
 
 
 def checklist(findings: Sequence[Finding], introduction: str) -> str:

@@ -11,12 +11,12 @@ from marsupial.bench.compare.cells import (
     MISSION_TIME,
     QUALITY,
     TIME,
-    Measure,
-    Outcome,
+    ComparisonOutcome,
     Pairing,
     tally,
 )
 from marsupial.bench.compare.statistics import Estimate
+from marsupial.library.metrics import Metric
 
 GOOD, BAD = "good", "bad"
 
@@ -34,7 +34,7 @@ class TableCell:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
+class ReportTable:
     """A table with its caption; `scenario` is what it is about, if one, and whether it is among its `main` ones."""
 
     title: str
@@ -44,8 +44,12 @@ class Table:
     main: bool = True
     rows: list[tuple[TableCell, ...]] = field(default_factory=list)
 
+    def add(self, *cells: TableCell | str) -> None:
+        """Add a row."""
+        self.rows.append(tuple(cell if isinstance(cell, TableCell) else TableCell(cell) for cell in cells))
 
-def tables(outcome: Outcome) -> list[Table]:
+
+def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     """Return all tables of a comparison."""
     made = [status_table(outcome)]
     if outcome.rivals:
@@ -60,11 +64,11 @@ def tables(outcome: Outcome) -> list[Table]:
     return made
 
 
-def status_table(outcome: Outcome) -> Table:
+def status_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return how many missions ended in which way."""
     counts = {(s, c): outcome.statuses(s, c) for s in outcome.scenarios for c in outcome.contenders}
     names = list(dict.fromkeys(name for found in counts.values() for name in found)) or ["complete"]
-    table = Table(
+    table = ReportTable(
         title="Missions",
         caption="How the missions ended. Only complete ones count in means, only complete pairs in differences.",
         heads=("scenario", "contender", *names, "missing"),
@@ -72,13 +76,13 @@ def status_table(outcome: Outcome) -> Table:
     for (scenario, contender), found in counts.items():
         missing = outcome.runs * len(outcome.cases_of(scenario)) - found.total()
         ways = [TableCell(str(found[name]), BAD if name != "complete" and found[name] else "") for name in names]
-        table.rows.append((TableCell(scenario), TableCell(str(contender)), *ways, TableCell(str(missing))))
+        table.add(scenario, str(contender), *ways, str(missing))
     return table
 
 
-def headline_table(outcome: Outcome) -> Table:
+def headline_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return the main results: for each scenario, in how many cases a contender is ahead of the base."""
-    table = Table(
+    table = ReportTable(
         title="In short",
         caption=f"Against {outcome.base}, over all team sizes. Gains are means over cases of 1 - time / base's time "
         "and of Q / base's Q - 1; better and worse are cases where the 95 % interval of the paired differences "
@@ -89,7 +93,7 @@ def headline_table(outcome: Outcome) -> Table:
         for rival in outcome.rivals:
             for measure in (TIME, QUALITY):
                 found = tally([outcome.pairing(case, rival, measure) for case in outcome.cases_of(scenario)])
-                texts = [
+                table.add(
                     scenario,
                     str(rival),
                     "time" if measure is TIME else "Q",
@@ -97,12 +101,11 @@ def headline_table(outcome: Outcome) -> Table:
                     f"{found.ahead} of {found.cells}",
                     f"{found.behind} of {found.cells}",
                     f"{found.wins}/{found.losses}/{found.ties}",
-                ]
-                table.rows.append(tuple(TableCell(text) for text in texts))
+                )
     return table
 
 
-def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
+def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
     """Return a metric by team, for each contender and paired against the base."""
     unit = measure.unit
     several = len(outcome.rivals) > 1
@@ -111,27 +114,25 @@ def measure_table(outcome: Outcome, measure: Measure, scenario: str) -> Table:
         by_whom = f" by {rival}" if several else ""
         name = "saved" if measure.better < 0 else "gained"
         pair_heads += [f"{name}{by_whom}", f"{name}{by_whom}, {unit} (95 % interval)", "won/lost/tied"]
-    table = Table(
-        title=f"{measure.title}: {scenario}",
-        caption=f"{measure.title} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
+    table = ReportTable(
+        title=f"{measure.heading}: {scenario}",
+        caption=f"{measure.heading} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
         f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}; teams are carriers x rovers of each.",
         heads=("team", *(f"{contender}, {unit}" for contender in outcome.contenders), *pair_heads),
         scenario=scenario,
         main=measure in (TIME, QUALITY),
     )
     for case in outcome.cases_of(scenario):
-        cells = [TableCell(case.team)]
-        for contender in outcome.contenders:
-            cells.append(TableCell(mean_text(outcome.estimate(case, contender, measure), measure.digits, outcome.runs)))
-        for rival in outcome.rivals:
-            cells += _pair_cells(outcome.pairing(case, rival, measure), measure)
-        table.rows.append(tuple(cells))
+        found = [outcome.estimate(case, contender, measure) for contender in outcome.contenders]
+        means = [mean_text(one, measure.digits, outcome.runs) for one in found]
+        pairings = [outcome.pairing(case, rival, measure) for rival in outcome.rivals]
+        table.add(case.team, *means, *(cell for pairing in pairings for cell in _pair_cells(pairing, measure)))
     return table
 
 
-def ratio_table(outcome: Outcome, scenario: str) -> Table:
+def ratio_table(outcome: ComparisonOutcome, scenario: str) -> ReportTable:
     """Return the competitive ratio of each contender by team."""
-    table = Table(
+    table = ReportTable(
         title=f"Competitive ratio: {scenario}",
         caption="Exploration time as a multiple of that of the clairvoyant, who plans with the whole map known: mean "
         "over the missions that both completed ± half of the 95 % confidence interval. The clairvoyant's plan is the "
@@ -141,13 +142,13 @@ def ratio_table(outcome: Outcome, scenario: str) -> Table:
     )
     for case in outcome.cases_of(scenario):
         ratios = [mean_text(outcome.ratio(case, one), RATIO_DIGITS, outcome.runs) for one in outcome.strategies]
-        table.rows.append((TableCell(case.team), *map(TableCell, ratios)))
+        table.add(case.team, *ratios)
     return table
 
 
-def planning_table(outcome: Outcome) -> Table:
+def planning_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return wall-clock times of planning and CPU times of missions by contender and scenario."""
-    table = Table(
+    table = ReportTable(
         title="Planning time",
         caption="Wall-clock time on the machine that ran the missions, other workers beside: median, 95th percentile "
         "and maximum over one mission's plannings, each averaged over the missions (the last column is the greatest "
@@ -157,34 +158,31 @@ def planning_table(outcome: Outcome) -> Table:
     for scenario in outcome.scenarios:
         for contender in outcome.contenders:
             found = [t for case in outcome.cases_of(scenario) for t in outcome.timings_of(case, contender)]
-            if not found:
-                continue
-            texts = [
-                scenario,
-                str(contender),
-                f"{1000 * fmean(t.planning_median_s for t in found):.1f}",
-                f"{1000 * fmean(t.planning_p95_s for t in found):.1f}",
-                f"{1000 * fmean(t.planning_max_s for t in found):.1f}",
-                f"{1000 * max(t.planning_max_s for t in found):.1f}",
-                f"{fmean(t.cpu_s for t in found):.2f}",
-            ]
-            table.rows.append(tuple(TableCell(text) for text in texts))
+            if found:
+                times_s = (
+                    fmean(t.planning_median_s for t in found),
+                    fmean(t.planning_p95_s for t in found),
+                    fmean(t.planning_max_s for t in found),
+                    max(t.planning_max_s for t in found),
+                )
+                cpu = f"{fmean(t.cpu_s for t in found):.2f}"
+                table.add(scenario, str(contender), *(f"{1000 * seconds:.1f}" for seconds in times_s), cpu)
     return table
 
 
-def failure_table(outcome: Outcome) -> Table:
+def failure_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return every mission that is not complete, with its reason."""
-    table = Table(
+    table = ReportTable(
         title="Missions that are not complete",
         caption="Each with its reason; `marsupial run` with the same scenario, team, seed and steps shows it again.",
         heads=("mission", "status", "reason"),
     )
     for row in outcome.incomplete():
-        table.rows.append((TableCell(str(row.trial)), TableCell(row.status, BAD), TableCell(row.reason)))
+        table.add(str(row.trial), TableCell(row.status, BAD), row.reason)
     return table
 
 
-def markdown(table: Table) -> str:
+def markdown(table: ReportTable) -> str:
     """Return a table as Markdown: in favour bold, against in italics."""
     lines = [f"## {table.title}", "", table.caption, "", _line(table.heads)]
     lines.append("|" + "|".join("---" if i == 0 else "---:" for i in range(len(table.heads))) + "|")
@@ -214,7 +212,7 @@ def interval_text(found: Estimate | None, digits: int) -> str:
     return f"{found.mean:+.{digits}f}{ends}"
 
 
-def _pair_cells(pairing: Pairing, measure: Measure) -> list[TableCell]:
+def _pair_cells(pairing: Pairing, measure: Metric) -> list[TableCell]:
     sign = 0 if pairing.ahead is None else pairing.ahead.sign
     mark = {1: GOOD, 0: "", -1: BAD}[sign]
     return [

@@ -7,7 +7,7 @@ from time import process_time
 
 from marsupial.bench.compare.coverage import EVERY_MS, CoverageSampler
 from marsupial.bench.compare.plan import Case, Trial
-from marsupial.bench.compare.rows import ERROR, Curve, Result, Row, row_of, timing_of
+from marsupial.bench.compare.rows import ERROR, Curve, Result, Row, Timing, metrics_of
 from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.planning import Budget
@@ -48,7 +48,7 @@ def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
     except Exception as error:
         return Result(row=Row(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))
     return Result(
-        row=row_of(trial, summary),
-        timing=timing_of(trial, summary, process_time() - began),
+        row=Row(trial=trial, status=str(summary.status), reason=summary.reason, **metrics_of(Row, summary)),
+        timing=Timing(trial=trial, cpu_s=round(process_time() - began, 4), **metrics_of(Timing, summary)),
         curve=Curve(trial=trial, every_s=EVERY_MS / 1000, known=tuple(sampler.known)),
     )

@@ -16,27 +16,16 @@ from dataclasses import replace
 from itertools import pairwise
 from statistics import fmean
 
-from marsupial.bench.compare.cells import QUALITY, TIME, Measure, Outcome, Pairing, tally
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing, tally
 from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Finding, share_verdict
+from marsupial.bench.compare.statements import Experiment, Finding, share_verdict
 from marsupial.bench.compare.tables import interval_text, percent
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.metrics import Metric
 from marsupial.model.planning import Budget
 
 NAME = "wurm2010"
-TITLE = "Wurm et al. 2010: Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning"
-SETTING = (
-    "Office and maze, 1 to 6 carriers with 1 to 3 rovers each, random starts, the robots of a team side by side; "
-    "carriers drive 1.0 m/s and see 10 m, rovers 0.5 m/s and 5 m; undocking takes 5 s, docking 10 s. The maps are "
-    "marsupial's own, made after the paper's descriptions. Q is explored area by distance driven, the way round in "
-    "which more is better, as the paper's text and Fig. 6 have it; its Eq. 2 is printed the other way round."
-)
-RUNS = 30
-PLANNER = "anytime"
-"""The planner unless another is asked for: what `auto` adds, proofs that makespans are best, costs as much again and
-more, and saves no time of the missions."""
-
 MAZE, OFFICE = "maze", "office"
 CARRIERS, ROVERS = (1, 2, 3, 4, 5, 6), (1, 2, 3)
 FIGURE_6_ROVERS = 2
@@ -66,7 +55,7 @@ def comparison(runs: int, planner: str, budget: Budget) -> Comparison:
     )
 
 
-def paper_figures(outcome: Outcome) -> Iterator[Figure]:
+def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     """Yield the paper's two figures with our data: Fig. 7 has the maze above the office."""
     yield measure_figure(outcome, TIME, [MAZE, OFFICE], name="figure-7", of_paper="Fig. 7 of the paper")
     yield measure_figure(
@@ -74,7 +63,7 @@ def paper_figures(outcome: Outcome) -> Iterator[Figure]:
     )
 
 
-def findings(outcome: Outcome) -> list[Finding]:
+def findings(outcome: ComparisonOutcome) -> list[Finding]:
     """Return what the data say of each statement of section IV-C and the conclusion."""
     return [
         _everywhere(
@@ -109,7 +98,12 @@ def findings(outcome: Outcome) -> list[Finding]:
 
 
 def _everywhere(
-    outcome: Outcome, measure: Measure, scenarios: Sequence[str], rovers: Sequence[int], statement: str, where: str
+    outcome: ComparisonOutcome,
+    measure: Metric,
+    scenarios: Sequence[str],
+    rovers: Sequence[int],
+    statement: str,
+    where: str,
 ) -> Finding:
     """Judge that temporal planning is better in every cell of these."""
     planned = outcome.contenders[0]
@@ -129,7 +123,7 @@ def _everywhere(
     )
 
 
-def _counted(scenario: str, pairings: Sequence[Pairing], measure: Measure) -> str:
+def _counted(scenario: str, pairings: Sequence[Pairing], measure: Metric) -> str:
     found = tally(pairings)
     word = "saving" if measure.better < 0 else "gain"
     return (
@@ -139,7 +133,7 @@ def _counted(scenario: str, pairings: Sequence[Pairing], measure: Measure) -> st
     )
 
 
-def _extremes(pairings: Sequence[Pairing], measure: Measure) -> list[str]:
+def _extremes(pairings: Sequence[Pairing], measure: Metric) -> list[str]:
     known = sorted((p for p in pairings if p.gain is not None), key=lambda p: p.gain or 0.0)
     if not known:
         return []
@@ -154,7 +148,7 @@ def _is_ahead(pairing: Pairing) -> bool | None:
     return None if pairing.ahead is None or pairing.ahead.half is None else pairing.ahead.sign > 0
 
 
-def _few_carriers_are_enough(outcome: Outcome) -> Finding:
+def _few_carriers_are_enough(outcome: ComparisonOutcome) -> Finding:
     held: list[bool | None] = []
     evidence = []
     for scenario in (OFFICE, MAZE):
@@ -180,7 +174,7 @@ def _few_carriers_are_enough(outcome: Outcome) -> Finding:
     )
 
 
-def _knee_depends_on_the_environment(outcome: Outcome) -> Finding:
+def _knee_depends_on_the_environment(outcome: ComparisonOutcome) -> Finding:
     knees = {s: [_knee(_mean_times(outcome, s, rovers)) for rovers in ROVERS] for s in (OFFICE, MAZE)}
     everything = [knee for found in knees.values() for knee in found]
     differs = None if None in everything else knees[OFFICE] != knees[MAZE]
@@ -211,7 +205,7 @@ def _knee_text(knee: int | None) -> str:
     return "?" if knee is None else f"{knee} or more" if knee == CARRIERS[-1] else str(knee)
 
 
-def _larger_teams_gain_more(outcome: Outcome) -> Finding:
+def _larger_teams_gain_more(outcome: ComparisonOutcome) -> Finding:
     planned = outcome.contenders[0]
     held: list[bool | None] = []
     evidence = []
@@ -239,7 +233,7 @@ def _larger_teams_gain_more(outcome: Outcome) -> Finding:
     )
 
 
-def _large_teams_work(outcome: Outcome) -> Finding:
+def _large_teams_work(outcome: ComparisonOutcome) -> Finding:
     largest = [c for c in outcome.cases if (c.carriers, c.rovers) == (CARRIERS[-1], ROVERS[-1])]
     rows = [r for r in outcome.rows if r.trial.case in largest and r.trial.contender == outcome.contenders[0]]
     complete = sum(row.complete for row in rows)
@@ -253,7 +247,7 @@ def _large_teams_work(outcome: Outcome) -> Finding:
     )
 
 
-def _mean_times(outcome: Outcome, scenario: str, rovers: int) -> dict[int, float]:
+def _mean_times(outcome: ComparisonOutcome, scenario: str, rovers: int) -> dict[int, float]:
     """Return the mean exploration time with temporal planning by the number of carriers."""
     planned = outcome.contenders[0]
     found = {
@@ -262,3 +256,17 @@ def _mean_times(outcome: Outcome, scenario: str, rovers: int) -> dict[int, float
         if case.rovers == rovers
     }
     return {carriers: one.mean for carriers, one in found.items() if one is not None}
+
+
+EXPERIMENT = Experiment(
+    title="Wurm et al. 2010: Coordinated Exploration with Marsupial Teams of Robots using Temporal Symbolic Planning",
+    setting="Office and maze, 1 to 6 carriers with 1 to 3 rovers each, random starts, the robots of a team side by "
+    "side; carriers drive 1.0 m/s and see 10 m, rovers 0.5 m/s and 5 m; undocking takes 5 s, docking 10 s. The maps "
+    "are marsupial's own, made after the paper's descriptions. Q is explored area by distance driven, the way round in "
+    "which more is better, as the paper's text and Fig. 6 have it; its Eq. 2 is printed the other way round.",
+    runs=30,
+    planner="anytime",  # what `auto` adds, proofs that makespans are best, costs as much again and saves no time
+    comparison=comparison,
+    figures=_figures,
+    findings=findings,
+)

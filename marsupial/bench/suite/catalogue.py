@@ -6,9 +6,8 @@ new `VERSION`; results of different versions are not compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 from marsupial.bench.suite.floors import Floor
 from marsupial.bench.suite.moments import MissionMoment
@@ -17,38 +16,18 @@ from marsupial.model.situation import Situation
 VERSION = 1
 
 
-class Source(Protocol):
-    """Where a situation comes from."""
-
-    def situation(self) -> Situation:
-        """Make the situation; the same every time."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instance:
-    """One instance: its team as "carriers x rovers of each", how many targets it has, and its family."""
+    """One instance: its team as "carriers x rovers of each", how many targets it has, and its family.
+
+    `situation` makes its situation, the same every time.
+    """
 
     name: str
     team: str
     targets: int
     family: str
-    source: Source
-
-    def situation(self) -> Situation:
-        """Make the situation; the same every time."""
-        return self.source.situation()
-
-
-def _drawn(family: str, floor: Floor) -> Instance:
-    team = f"{floor.carriers}x{floor.rovers}"
-    return Instance(
-        name=f"{family}-{team}-{floor.targets}", team=team, targets=floor.targets, family=family, source=floor
-    )
-
-
-def _met(moment: MissionMoment) -> Instance:
-    return Instance(name=moment.name, team=moment.team, targets=moment.targets, family="missions", source=moment)
+    situation: Callable[[], Situation]
 
 
 ROOMS = (
@@ -66,19 +45,10 @@ TWO_DOORS = (
     Floor(seed=21, carriers=2, rovers=1, targets=6, rooms=3, doors=2, lot_ms=(20_000, 6_000)),
     Floor(seed=22, carriers=2, rovers=2, targets=8, rooms=4, doors=2, lot_ms=(20_000, 6_000), recover=True),
     Floor(seed=23, carriers=4, rovers=3, targets=16, rooms=6, doors=2, lot_ms=(20_000, 6_000)),
-    Floor(
-        seed=24,
-        carriers=6,
-        rovers=3,
-        targets=20,
-        rooms=6,
-        doors=2,
-        lot_ms=(20_000, 6_000),
-        recover=True,
-        scattered=True,
-    ),
+    Floor(seed=24, carriers=6, rovers=3, targets=20, rooms=6, doors=2, lot_ms=(20_000, 6_000), recover=True,
+          scattered=True),
     Floor(seed=25, carriers=34, rovers=3, targets=150, rooms=50, doors=2, lot_ms=(20_000, 6_000), scattered=True),
-)
+)  # fmt: skip
 """Two doors on opposite sides of wide rooms: a rover is soon across, a carrier goes all the way round."""
 
 PRESSURE = (
@@ -122,16 +92,22 @@ MISSIONS: tuple[MissionMoment, ...] = (
 """Moments of missions with the greedy planner and 8 steps; at the last nothing is left but to fetch 17 rovers."""
 
 
+FAMILIES: Mapping[str, tuple[Floor | MissionMoment, ...]] = {
+    "rooms": ROOMS,
+    "two-doors": TWO_DOORS,
+    "pressure": PRESSURE,
+    "homes": HOMES,
+    "in-flight": IN_FLIGHT,
+    "missions": MISSIONS,
+}
+
+
 def _all() -> Iterator[Instance]:
-    for family, floors in (
-        ("rooms", ROOMS),
-        ("two-doors", TWO_DOORS),
-        ("pressure", PRESSURE),
-        ("homes", HOMES),
-        ("in-flight", IN_FLIGHT),
-    ):
-        yield from (_drawn(family, floor) for floor in floors)
-    yield from map(_met, MISSIONS)
+    for family, sources in FAMILIES.items():
+        for source in sources:
+            team = f"{source.carriers}x{source.rovers}"
+            name = source.name if isinstance(source, MissionMoment) else f"{family}-{team}-{source.targets}"
+            yield Instance(name=name, team=team, targets=source.targets, family=family, situation=source.situation)
 
 
 INSTANCES: Mapping[str, Instance] = {instance.name: instance for instance in _all()}

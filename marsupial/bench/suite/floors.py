@@ -34,7 +34,7 @@ OWN_TARGETS = 10
 """One target in so many lies in a corridor."""
 
 FAR = 10**12
-"""No path, while tables are worked out."""
+"""No path, while tables are computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

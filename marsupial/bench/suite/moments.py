@@ -31,14 +31,9 @@ class MissionMoment:
     recover: bool = False
 
     @property
-    def team(self) -> str:
-        """Carriers x rovers of each."""
-        return f"{self.carriers}x{self.rovers}"
-
-    @property
     def name(self) -> str:
         """Name of the instance."""
-        return f"mission-{self.scenario}-{self.team}-{self.targets}"
+        return f"mission-{self.scenario}-{self.carriers}x{self.rovers}-{self.targets}"
 
     def situation(self) -> Situation:
         """Read the situation."""

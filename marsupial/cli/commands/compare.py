@@ -7,16 +7,7 @@ from typing import Annotated
 
 import typer
 
-DEFAULT_STEPS = 8
-
-Workers = Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")]
-RayAddress = Annotated[
-    str | None,
-    typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
-]
-RetryFailed = Annotated[
-    bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
-]
+from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, TimeLimit, Workers
 
 
 def compare(
@@ -34,16 +25,16 @@ def compare(
     rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, as 1-3.")] = None,
     runs: Annotated[int, typer.Option(min=1, max=100_000, help="Missions for each case: seeds 1, 2, ...")] = 30,
     steps: Annotated[
-        int | None, typer.Option(help=f"Steps for each planning: reproducible [default: {DEFAULT_STEPS}].")
+        int | None, typer.Option(help=f"Steps for each planning: reproducible [default: {COMPARE_STEPS}].")
     ] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds for each planning instead: not reproducible.")] = None,
-    time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")] = None,
+    time_limit: TimeLimit = None,
     workers: Workers = None,
     ray: RayAddress = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write to; a comparison in it is resumed.")] = None,
     retry_failed: RetryFailed = False,
     report: Annotated[
-        Path | None, typer.Option(help="Only write tables, figures and report of this folder anew.")
+        Path | None, typer.Option(help="Only write tables, figures and report of this folder again.")
     ] = None,
 ) -> None:
     """Compare strategies and planners on the same missions.
@@ -68,17 +59,9 @@ def compare(
     if out is None:
         raise UsageError("needs --out with the folder to write to")
     limits = limits_of(time_limit)
-    chosen = budget_of(budget, DEFAULT_STEPS if steps is None and budget is None else steps)
-    comparison = Comparison(
-        contenders=comparing.contenders(strategies, planner, chosen),
-        scenarios=comparing.cases(
-            scenarios,
-            comparing.numbers(carriers, "--carriers", at_least=1),
-            comparing.numbers(rovers, "--rovers", at_least=0),
-            limits,
-        ),
-        runs=runs,
-        budget=chosen,
-    )
-    runner = comparing.runner_of(comparison, workers, ray)
-    comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)
+    chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
+    contenders = comparing.contenders(strategies, planner, chosen)
+    teams = comparing.numbers(carriers, "--carriers", at_least=1), comparing.numbers(rovers, "--rovers", at_least=0)
+    cases = comparing.cases(scenarios, *teams, limits)
+    comparison = Comparison(contenders=contenders, scenarios=cases, runs=runs, budget=chosen)
+    comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

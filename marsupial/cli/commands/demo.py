@@ -9,13 +9,14 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
+from marsupial.cli.options import PlanningBudget, Seed
 
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("demo"),
     scenario: Annotated[str, typer.Option(help="Scenario, as `marsupial run` takes it.")] = "office",
-    seed: Annotated[int, typer.Option(min=0, help="Draws the starts.")] = 1,
-    budget: Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")] = None,
+    seed: Seed = 1,
+    budget: PlanningBudget = None,
 ) -> None:
     """Run a whole mission beside the baseline, and write a replay.
 
@@ -24,13 +25,15 @@ def demo(
 
     Example: marsupial demo --out demo
     """
-    from marsupial.cli.comparison import print_comparison, write_replay
     from marsupial.cli.display.messages import say
-    from marsupial.cli.missions import Request, carry_out
-    from marsupial.cli.outputs import make_folder
+    from marsupial.cli.display.report import print_comparison
+    from marsupial.cli.missions import MissionRequest, carry_out
+    from marsupial.cli.outputs import make_folder, write_file
+    from marsupial.formats.missionlog import read_log
+    from marsupial.replay.page import replay_page
 
     make_folder(out)
-    request = Request(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget)
+    request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget)
     summaries, logs = [], []
     for strategy in ("temporal", "heuristic"):
         log = out / f"{strategy}.jsonl"
@@ -40,7 +43,7 @@ def demo(
             break
     print_comparison(summaries)
     page = out / "replay.html"
-    write_replay(logs[0], page)
+    write_file(page, replay_page(read_log(logs[0]).events))
     for path in (*logs, page):
         say(f"wrote {path}")
     raise typer.Exit(max(MISSION_CODES[summary.status] for summary in summaries))

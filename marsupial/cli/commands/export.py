@@ -26,10 +26,12 @@ def export(
     Example: marsupial export office.jsonl --at 120 -o moment
     """
     from marsupial.cli.display.messages import say
-    from marsupial.cli.moments import moment_files, moment_of
+    from marsupial.cli.moments import moment_of
     from marsupial.cli.outputs import make_folder, write_file
+    from marsupial.library.situations import situation_files
 
-    files = moment_files(moment_of(source, at, carriers=carriers, rovers=rovers, seed=seed))
+    moment = moment_of(source, at, carriers=carriers, rovers=rovers, seed=seed)
+    files = situation_files(moment.survey().situation, f"{moment.mission.scenario}-{moment.t_ms}")
     make_folder(output)
     for name, text in files.items():
         write_file(output / name, text)

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.options import Json
+
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
 
 
 def describe_map(
     file: Annotated[str, typer.Argument(help="A map, a scenario file or a built-in scenario.")],
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Json = False,
 ) -> None:
     """Say how a map was understood.
 

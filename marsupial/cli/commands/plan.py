@@ -7,19 +7,18 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli.options import Json, Planner
+
 DEFAULT_BUDGET_S = 10.0
 
 
 def plan(
     situation: Annotated[Path, typer.Argument(help="A situation (.json) or a problem of the domain (.pddl).")],
-    planner: Annotated[
-        str | None,
-        typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto]."),
-    ] = None,
+    planner: Planner = None,
     budget: Annotated[float | None, typer.Option(help="Seconds [default: 10].")] = None,
     steps: Annotated[int | None, typer.Option(help="Steps instead: reproducible.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan there.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")] = False,
+    json: Json = False,
 ) -> None:
     """Plan for one situation: improving plans.
 

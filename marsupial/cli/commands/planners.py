@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated
 
-import typer
+from marsupial.cli.options import JsonList
 
 
-def planners(json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False) -> None:
+def planners(json: JsonList = False) -> None:
     """List the planners and what keeps any from being used.
 
     Example: marsupial planners

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.commands.compare import DEFAULT_STEPS, RayAddress, RetryFailed, Workers
+from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, Workers
 
 
 def reproduce(
@@ -17,7 +17,7 @@ def reproduce(
     planner: Annotated[
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = DEFAULT_STEPS,
+    steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
     workers: Workers = None,
     ray: RayAddress = None,
     retry_failed: RetryFailed = False,
@@ -43,5 +43,4 @@ def reproduce(
     planner = planner or experiment.planner
     mission_engine(planner, budget)  # refuses what can't be used before anything is started
     comparison = experiment.comparison(runs or experiment.runs, planner, budget)
-    runner = comparing.runner_of(comparison, workers, ray)
-    comparing.carry_out(comparison, runner, out, retry_failed=retry_failed)
+    comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

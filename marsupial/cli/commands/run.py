@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
+from marsupial.cli.options import Json, Planner, PlanningBudget, Seed, TimeLimit
 
 
 def run(
@@ -22,21 +23,18 @@ def run(
             help="temporal, heuristic, heuristic-plus, assignment; clairvoyant; or one of an installed package.",
         ),
     ] = "temporal",
-    planner: Annotated[
-        str | None,
-        typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto]."),
-    ] = None,
+    planner: Planner = None,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Draws the starts.")] = 1,
-    budget: Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")] = None,
+    seed: Seed = 1,
+    budget: PlanningBudget = None,
     steps: Annotated[int | None, typer.Option(help="Steps for each planning instead: reproducible.")] = None,
     log: Annotated[Path | None, typer.Option(help="Write the mission log there.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")] = False,
+    json: Json = False,
     planning_time: Annotated[
         str | None, typer.Option(help="instant, or charged to the clock of the mission [default: the scenario's].")
     ] = None,
-    time_limit: Annotated[float | None, typer.Option(help="Simulated seconds until the mission is given up.")] = None,
+    time_limit: TimeLimit = None,
     server: Annotated[
         str | None,
         typer.Option(help="URL of a service that plans the mission; an API key is taken from MARSUPIAL_KEY."),
@@ -48,9 +46,9 @@ def run(
     """
     from marsupial.cli.display.report import print_summary
     from marsupial.cli.display.tables import print_json
-    from marsupial.cli.missions import Request, carry_out
+    from marsupial.cli.missions import MissionRequest, carry_out
 
-    request = Request(
+    request = MissionRequest(
         source=scenario,
         strategy=strategy,
         planner=planner,

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
+from marsupial.cli.options import JsonList
 
 
-def scenarios(json: Annotated[bool, typer.Option("--json", help="Print a JSON list.")] = False) -> None:
+def scenarios(json: JsonList = False) -> None:
     """List the built-in scenarios.
 
     Example: marsupial scenarios
@@ -16,12 +14,8 @@ def scenarios(json: Annotated[bool, typer.Option("--json", help="Print a JSON li
     from marsupial.generators.builtin import SCENARIOS
 
     if json:
-        print_json(
-            [
-                {"name": name, "width_m": entry.width_m, "height_m": entry.height_m, "summary": entry.summary}
-                for name, entry in SCENARIOS.items()
-            ]
-        )
+        keys = ("width_m", "height_m", "summary")
+        print_json([{"name": name, **{key: getattr(one, key) for key in keys}} for name, one in SCENARIOS.items()])
         return
     rows = [(name, f"{entry.width_m:g} x {entry.height_m:g} m", entry.summary) for name, entry in SCENARIOS.items()]
     print_table(("scenario", "size", "what it is"), rows)

@@ -23,7 +23,7 @@ def validate(
     """
     from marsupial.cli.display.tables import print_text
     from marsupial.errors import PlanTextError, SituationError
-    from marsupial.formats.inputs import about, read_text
+    from marsupial.formats.files import about, read_text
     from marsupial.formats.pddl.plantext import read_plan_text
     from marsupial.formats.pddl.text import check_domain, read_problem
     from marsupial.planning.checker import check

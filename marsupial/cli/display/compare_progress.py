@@ -26,7 +26,7 @@ FRAME_EVERY_S = 0.2
 
 @contextmanager
 def compare_progress(now: Callable[[], float] = time.monotonic) -> Iterator[Watch]:
-    """Yield what a comparison tells of its missions; `now` gives wall-clock seconds."""
+    """Yield what is told of each mission of a comparison; `now` gives wall-clock seconds."""
     console = Console(file=sys.stderr)
     if not console.is_terminal or console.is_dumb_terminal:
         yield Lines(now).watch

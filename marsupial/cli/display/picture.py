@@ -17,9 +17,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from marsupial.formats.triggers import trigger_text
 from marsupial.mission.state import RobotView
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray, Mask
-from marsupial.model.mission import MissionStarted
+from marsupial.model.mission import MissionStarted, Planned
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import Role
 
@@ -85,6 +86,11 @@ class Picture:
         return Text("\n").join(lines)
 
 
+def moves(console: Console) -> bool:
+    """Say whether a picture can be drawn again and again on a console."""
+    return console.is_terminal and not console.is_dumb_terminal and not console.no_color
+
+
 def coarse(cells: CellArray, block: int) -> CellArray:
     """Return the picture of `cells` with one cell for each `block` x `block` of them.
 
@@ -116,6 +122,11 @@ def doing(robot: RobotView) -> str:
     if action.robot == robot.name:
         return f"{action.name} {'on' if action.name is ActionName.DOCK else 'from'} {action.carrier}"
     return f"{action.name} {action.robot}"
+
+
+def plan_text(plan: Planned) -> str:
+    """Say which plan it is and what it was made for."""
+    return printable(f"plan {plan.revision}: {trigger_text(plan.trigger)}")
 
 
 def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:

@@ -14,10 +14,10 @@ from rich.table import Table
 from rich.text import Text
 
 from marsupial.cli.display.messages import say
-from marsupial.cli.display.picture import Picture, printable
+from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
-from marsupial.library.metrics import clock
+from marsupial.library.metrics import clock, counted
 from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
@@ -36,7 +36,7 @@ def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
     """Yield an observer that shows a mission of this scenario as it goes."""
     watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
     console = Console(file=sys.stderr)
-    if not console.is_terminal or console.is_dumb_terminal or console.no_color:
+    if not moves(console):
         yield _Lines(watch)
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
@@ -58,7 +58,7 @@ class _Lines(Observer):
             say(f"{self._head()}  {event.status}: {event.reason}")
         elif isinstance(event, Planned) and event.t_ms >= self._next_ms:
             self._next_ms = event.t_ms + LINE_EVERY_MS
-            targets, why = _counted(len(event.targets), "target"), trigger_text(event.trigger)
+            targets, why = counted(len(event.targets), "target"), trigger_text(event.trigger)
             say(f"{self._head()}  plan {event.revision} for {targets} ({why})")
 
     def _head(self) -> str:
@@ -91,15 +91,9 @@ class _Moving(Observer):
 
     def _frame(self, picture: Picture) -> Group:
         watch, robots = self._watch, self._watch.views()
-        plan = (
-            "no plan yet" if watch.plan is None else f"plan {watch.plan.revision}: {trigger_text(watch.plan.trigger)}"
-        )
+        plan = "no plan yet" if watch.plan is None else plan_text(watch.plan)
         words = f"{clock(watch.t_ms / 1000)}  {self._title}  {plan}"
         headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
         bar = Table.grid(padding=(0, 1))
         bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")
         return Group(picture.map(watch.cells, robots), headline, bar, picture.team(robots))
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -1,10 +1,21 @@
-"""A mission's summary as text."""
+"""A mission's summary as text, and summaries side by side."""
 
 from __future__ import annotations
 
-from marsupial.cli.display.tables import print_facts, print_text
+from collections.abc import Sequence
+
+from marsupial.bench.compare.plan import Contender
+from marsupial.cli.display.tables import print_facts, print_table, print_text
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.model.mission import Remaining
+
+SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
+"""Metrics of which less is better, each with its saving beside it."""
+
+OTHERS = (
+    "coverage", "quality", "deployments", "retrievals", "replans", "plans_invalid", "planning_s.median",
+    "planning_s.total",
+)  # fmt: skip
 
 
 def print_summary(summary: Summary) -> None:
@@ -47,3 +58,21 @@ def _counted(frontiers: list[Remaining]) -> str:
     if len(frontiers) == 1:
         return f"a frontier of {frontiers[0].frontier_cells} cells at ({cell.x}, {cell.y})"
     return f"{len(frontiers)} frontiers of {sum(f.frontier_cells for f in frontiers)} cells, as at ({cell.x}, {cell.y})"
+
+
+def print_comparison(summaries: Sequence[Summary]) -> None:
+    """Print a table with a column for each mission, and what the first saves against the last."""
+    heads = ["", *(str(Contender(summary.strategy, summary.planner)) for summary in summaries), "saved"]
+    rows = [_row(key, summaries, _saved([METRICS[key].of(summary) for summary in summaries])) for key in SAVED]
+    rows.append(["status", *(str(summary.status) for summary in summaries), ""])
+    rows += [_row(key, summaries) for key in OTHERS]
+    print_table(heads, rows, right=range(1, len(heads)))
+
+
+def _row(key: str, summaries: Sequence[Summary], saved: str = "") -> list[str]:
+    return [METRICS[key].title, *(METRICS[key].shown(summary) for summary in summaries), saved]
+
+
+def _saved(values: Sequence[float | None]) -> str:
+    first, last = values[0], values[-1]
+    return "" if len(values) == 1 or first is None or not last else f"{1 - first / last:.1%}"

@@ -40,13 +40,7 @@ def print_facts(facts: Sequence[tuple[str, str]]) -> None:
 
 
 def print_text(text: str) -> None:
-    """Print `text` as it is, at once.
-
-    Raises
-    ------
-    UsageError
-        If stdout can't be written to.
-    """
+    """Print `text` as it is, at once; a `UsageError` says why stdout can't be written to."""
     with writing("to stdout"):
         print(text, end="", flush=True)
 

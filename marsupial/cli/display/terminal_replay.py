@@ -11,8 +11,8 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from marsupial.cli.display.picture import Picture, printable
-from marsupial.formats.triggers import trigger_text
+from marsupial.cli.display.picture import Picture, moves, plan_text, printable
+from marsupial.library.metrics import counted
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import MissionEnded, MissionEvent, Planned
@@ -35,7 +35,7 @@ def play(
         Seconds that pass while one watches, and how to wait for some.
     """
     playback = Playback(events)
-    if console.is_terminal and not console.is_dumb_terminal and not console.no_color:
+    if moves(console):
         _animate(playback, console, speed, clock, sleep)
     else:
         for line in summary_lines(playback):
@@ -45,7 +45,7 @@ def play(
 def summary_lines(playback: Playback) -> list[str]:
     """Return a line for each plan and one for the end."""
     lines = [
-        f"{clock_text(plan.t_ms)}  {_known(playback, plan.t_ms)}  {_plan_text(plan)}; {_counted(plan)}"
+        f"{clock_text(plan.t_ms)}  {_known(playback, plan.t_ms)}  {plan_text(plan)}; {_counted(plan)}"
         for plan in playback.plans
     ]
     return [*lines, f"{clock_text(playback.end_ms)}  {_known(playback, playback.end_ms)}  {_end_text(playback.ended)}"]
@@ -87,7 +87,7 @@ class _Screen:
     def _headline(self, t_ms: int) -> Text:
         plan = self._playback.plan_at(t_ms)
         over = t_ms >= self._playback.end_ms
-        news = _end_text(self._playback.ended) if over else _plan_text(plan) if plan else "no plan yet"
+        news = _end_text(self._playback.ended) if over else plan_text(plan) if plan else "no plan yet"
         line = Text(no_wrap=True, overflow="ellipsis")
         line.append(clock_text(t_ms), style="bold")
         line.append(f"  {_known(self._playback, t_ms)}  {news}")
@@ -98,13 +98,9 @@ def _known(playback: Playback, t_ms: int) -> str:
     return f"{playback.coverage_at(t_ms).open_m2:.1f} m2 known"
 
 
-def _plan_text(plan: Planned) -> str:
-    return printable(f"plan {plan.revision}: {trigger_text(plan.trigger)}")
-
-
 def _counted(plan: Planned) -> str:
-    counts = ((len(plan.actions), "action"), (len(plan.targets), "target"), (len(plan.meetings), "meeting point"))
-    return ", ".join(f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts)
+    counts = ((plan.actions, "action"), (plan.targets, "target"), (plan.meetings, "meeting point"))
+    return ", ".join(counted(len(items), noun) for items, noun in counts)
 
 
 def _end_text(ended: MissionEnded | None) -> str:

@@ -24,7 +24,7 @@ from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.inputs import file_fault
+from marsupial.formats.files import file_fault
 from marsupial.model.grid import CellArray, Mask
 
 MAX_CELLS = 100_000_000

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.inputs import read_bytes
+from marsupial.formats.files import read_bytes
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
 from marsupial.model.mapreading import LegendEntry, MapReading

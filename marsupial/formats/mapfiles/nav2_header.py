@@ -18,7 +18,7 @@ import yaml
 
 from marsupial.errors import MapError
 from marsupial.formats.fields import Fields
-from marsupial.formats.inputs import file_fault, read_bytes
+from marsupial.formats.files import file_fault, read_bytes
 from marsupial.model.bounds import BOUNDS
 
 MAX_YAML_BYTES = 64 * 1024

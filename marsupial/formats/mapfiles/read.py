@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from marsupial.errors import MapError
-from marsupial.formats.inputs import file_fault
+from marsupial.formats.files import file_fault
 from marsupial.formats.mapfiles.movingai import understand_movingai
 from marsupial.formats.mapfiles.nav2 import understand_nav2
 from marsupial.model.mapreading import MapReading

@@ -15,7 +15,7 @@ import yaml
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
-from marsupial.formats.inputs import read_text
+from marsupial.formats.files import read_text
 from marsupial.formats.scenario.map import read_grid, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.model.bounds import BOUNDS, MOST, Bound

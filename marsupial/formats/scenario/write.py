@@ -5,7 +5,6 @@ The map is written as rows of characters, whatever it was read from, so that the
 
 from __future__ import annotations
 
-import os
 import string
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 import yaml
 
 from marsupial.errors import ScenarioError
+from marsupial.formats.files import replace_file
 from marsupial.formats.scenario.map import SYMBOLS
 from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN, numbered_team
@@ -47,13 +47,9 @@ def write_scenario(scenario: Scenario, path: Path | str) -> None:
         If the file can't be written.
     """
     path = Path(path)
-    text = scenario_text(scenario)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
     try:
-        draft.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(draft, path)
+        replace_file(path, scenario_text(scenario).encode())
     except OSError as error:
-        draft.unlink(missing_ok=True)
         raise ScenarioError(f"can't be written ({error.strerror})", source=str(path)) from error
 
 

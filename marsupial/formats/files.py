@@ -1,4 +1,4 @@
-"""Files named by a user: what can be wrong with them, said in a few words, and errors that say which file is meant.
+"""Files named by a user: what can be wrong with them, said in a few words, and writing them whole or not at all.
 
 A path from outside may be missing, a directory, a pipe that never ends or far too big. It is looked at before it
 is opened, and never more than the limit is read.
@@ -64,6 +64,20 @@ def read_text(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES
         return io.TextIOWrapper(data, encoding="utf-8-sig").read()
     except UnicodeDecodeError as failure:
         raise error("is not UTF-8 text", source=str(path)) from failure
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file whole or not at all: beside its place first, then moved there."""
+    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
+    try:
+        with draft.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(draft, path)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
 
 
 @contextmanager

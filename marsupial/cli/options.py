@@ -1,0 +1,29 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+Planner = Annotated[
+    str | None, typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto].")
+]
+Seed = Annotated[int, typer.Option(min=0, help="Draws the starts.")]
+PlanningBudget = Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")]
+TimeLimit = Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")]
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+JsonList = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
+
+Workers = Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")]
+RayAddress = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
+]
+RetryFailed = Annotated[
+    bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
+]
+
+COMPARE_STEPS = 8
+"""Steps for each planning of a comparison."""
