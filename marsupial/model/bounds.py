@@ -40,7 +40,7 @@ class Bound:
             return f"must be positive, got {value}"
         if value < self.least:
             return f"must be {self.least} or more, got {value}"
-        if value > self.most:
+        if not value <= self.most:  # not a number, either
             return f"must be at most {self.most}, got {value}"
         return None
 

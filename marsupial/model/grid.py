@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import MapError
+from marsupial.model.bounds import BOUNDS
 
 OBSTACLE = 0
 FLOOR = 1
@@ -83,8 +84,9 @@ class Grid:
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or self.cells.dtype != np.uint8 or 0 in self.cells.shape:
             raise MapError(f"a grid needs a non-empty 2-d uint8 array, got {self.cells.dtype} {self.cells.shape}")
-        if not (np.isfinite(self.resolution_m) and self.resolution_m > 0):
-            raise MapError(f"resolution must be a positive number of metres, got {self.resolution_m}")
+        fault = BOUNDS["resolution_m"].fault(self.resolution_m)
+        if fault:
+            raise MapError(f"resolution_m {fault}")
         view = self.cells.view()
         view.flags.writeable = False
         object.__setattr__(self, "cells", view)

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import Problem, SituationError
+from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
 
 UNREACHABLE = -1
@@ -221,8 +222,10 @@ def _problems(situation: Situation) -> list[Problem]:
             problems.append(Problem(f"travel_ms.{kind.name}", f"must have shape {shape}, got {np.shape(table)}"))
         elif table.size and int(np.min(table)) < UNREACHABLE:
             problems.append(Problem(f"travel_ms.{kind.name}", "must hold times of 0 ms or more, or -1"))
-        if kind.capacity < 0 or kind.dock_ms < 0 or kind.undock_ms < 0:
-            problems.append(Problem(f"types[{i}]", "capacity and times must not be negative"))
+        for key in ("capacity", "dock_ms", "undock_ms"):
+            fault = BOUNDS["capacity" if key == "capacity" else "duration_ms"].fault(getattr(kind, key))
+            if fault:
+                problems.append(Problem(f"types[{i}].{key}", fault))
     return problems
 
 
@@ -240,8 +243,9 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
             problems.append(Problem(f"{path}.carrier", f"{robot.name} can't be carried by {robot.carrier!r}"))
         elif robot.carrier is not None:
             load[robot.carrier] += 1
-        if robot.free_at_ms < 0:
-            problems.append(Problem(f"{path}.free_at_ms", f"must be 0 or more, got {robot.free_at_ms}"))
+        fault = BOUNDS["duration_ms"].fault(robot.free_at_ms)
+        if fault:
+            problems.append(Problem(f"{path}.free_at_ms", fault))
         if robot.home is not None and robot.home not in situation.homes:
             problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
     capacities = {kind.name: kind.capacity for kind in situation.types}

@@ -39,7 +39,7 @@ def test_running_actions_end_first() -> None:
 
 def test_an_action_without_a_path_is_left_for_the_checker_to_refuse() -> None:
     impossible = act(ActionName.EXPLORE, "c1", "t2", origin="c1_start")
-    assert duration_ms(out_of_reach(), impossible) is None
+    assert duration_ms(out_of_reach(), ActionName.EXPLORE, "c1", "t2", "c1_start") is None
     assert not check(out_of_reach(), retime(out_of_reach(), [impossible])).valid
 
 

@@ -62,7 +62,7 @@ def test_two_searches_find_no_less_than_the_first_of_them() -> None:
     situation = many_rooms(3, 2, 12, 5, seed=1)
     _, alone = team(situation, 1)
     _, both = team(situation, 2)
-    with alone, both:
+    with closing(alone), closing(both):
         alone.step(0.0, 20)
         both.step(0.0, 20)
         assert both.score <= alone.score
@@ -71,7 +71,7 @@ def test_two_searches_find_no_less_than_the_first_of_them() -> None:
 def test_the_last_run_begins_with_the_best_of_all() -> None:
     situation = many_rooms(2, 2, 8, 4, seed=1)
     _, searches = team(situation, 2)
-    with searches:
+    with closing(searches):
         searches.expect(1000)
         searches.step(0.0, 10)
         best = searches.score
