@@ -6,7 +6,8 @@ What `marsupial.explore`, ``marsupial run`` and every comparison call.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from numbers import Integral
 from time import perf_counter
 
 import numpy as np
@@ -107,9 +108,10 @@ def simulate(
         If the strategy or planner can't be used as asked.
     """
     began = perf_counter()
-    robots = place_team(scenario, seed)
-    kinds = {kind.name: kind for kind in scenario.robot_types}
+    strategy = registry.FORMER_NAMES.get(strategy, strategy) if isinstance(strategy, str) else strategy
     decider = None if strategy == CLAIRVOYANT else _strategy(strategy, planner, budget)
+    robots = place_team(scenario, _whole(seed))
+    kinds = {kind.name: kind for kind in scenario.robot_types}
     if decider is None and sensor is not None:
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
     reports = _Reports()
@@ -140,7 +142,24 @@ def simulate(
 def _strategy(wanted: str | Strategy, planner: str | Engine, budget: Budget) -> Strategy:
     if isinstance(wanted, type):
         raise UsageError(f"a strategy must be a name or an object, not the class {wanted.__name__}")
-    return registry.strategy(wanted, planner=planner, budget=budget) if isinstance(wanted, str) else wanted
+    if not isinstance(planner, str):
+        _check_parts("planner", planner, ("info", "solve"))
+    if isinstance(wanted, str):
+        return registry.strategy(wanted, planner=planner, budget=budget)
+    _check_parts("strategy", wanted, ("name", "decide"))
+    return wanted
+
+
+def _check_parts(what: str, given: object, parts: Sequence[str]) -> None:
+    missing = [part for part in parts if not hasattr(given, part)]
+    if missing:
+        raise UsageError(f"{what}: {type(given).__name__} has no {' and no '.join(missing)}")
+
+
+def _whole(seed: object) -> int:
+    if not isinstance(seed, Integral) or int(seed) < 0:
+        raise UsageError(f"seed: must be a whole number, 0 or more, got {seed!r}")
+    return int(seed)
 
 
 class _Reports(Observer):

@@ -170,6 +170,10 @@ def test_what_cannot_be_done_is_told_before_anything_is_written(tmp_path: Path) 
         (UsageError, "unknown strategy", {"strategy": "none"}),
         (UsageError, "unknown planner", {"planner": "none"}),
         (UsageError, "not the class", {"strategy": Nearsighted}),
+        (UsageError, "strategy: object has no name and no decide", {"strategy": object()}),
+        (UsageError, "planner: object has no info and no solve", {"planner": object()}),
+        (UsageError, "seed: must be a whole number, 0 or more, got -1", {"seed": -1}),
+        (UsageError, "seed: must be a whole number, 0 or more, got 'x'", {"seed": "x"}),
         (UsageError, "must be finite", {"budget": float("inf"), "steps": None}),
         (UsageError, "either", {"budget": 1.0}),
         (UsageError, "exact field of view", {"strategy": "clairvoyant", "sensor": Nearsighted()}),
@@ -179,6 +183,10 @@ def test_what_cannot_be_done_is_told_before_anything_is_written(tmp_path: Path) 
         with pytest.raises(error, match=message):
             marsupial.explore(**{"scenario": "lobby", **QUICK, "log": log, **changed})
         assert not log.exists()
+
+
+def test_a_strategy_goes_by_its_former_name_too() -> None:
+    assert marsupial.explore("lobby", "greedy", **QUICK).strategy == "assignment"
 
 
 def test_a_result_says_what_it_is(lobby: marsupial.Exploration) -> None:
