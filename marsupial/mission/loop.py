@@ -132,7 +132,7 @@ class Mission:
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
-        if not survey.targets and self._satisfied(survey):
+        if self._replanning.exploration_ms is not None and self._satisfied(survey):
             return Status.COMPLETE, self._replanning.explored + wishes(self._order.goal)
         self._fruitless = self._fruitless + 1 if self._world.now_ms == self._planned_ms else 0
         if self._fruitless > MAX_FRUITLESS:

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from drawn_maps import carrier, draw, rover
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from simulated_missions import STEP, drawn_scenario, team_at, watched
 from small_missions import ANNEX, TWO_ANNEXES, kinds_of
@@ -171,9 +172,20 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     )
 
 
+SHORT_SIGHTED = Scenario(
+    name="nothing to stop for",
+    grid=draw(".,.", "#.,", "..."),
+    robot_types=(carrier(radius_m=0.1, range_m=0.5), rover(range_m=0.5)),
+    team=team_at((0, 0), rovers=1),
+    goal=Goal(recover_rovers=False),
+)
+"""The clairvoyant's plan for it has moves but no target."""
+
+
 @pytest.mark.parametrize("strategy", EVERYBODY)
 @settings(max_examples=20, deadline=None)
 @given(scenarios())
+@example(SHORT_SIGHTED)
 def test_any_small_map_is_explored_whole_and_no_rover_left_behind(strategy: str, scenario: Scenario) -> None:
     ended, watcher = watched(scenario, strategy)
     assert watcher.faults == []

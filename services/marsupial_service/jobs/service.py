@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
-import pickle
 import uuid
 import zlib
 from collections.abc import Callable
@@ -28,7 +27,7 @@ from marsupial_service.jobs.messages import Analysed, Closed
 from marsupial_service.jobs.records import JobOutcome, JobRecord, JobRequest, JobSettings, JobState, Metrics, PlanRecord
 from marsupial_service.jobs.warm import load_planners
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store
+from marsupial_service.store import Store, kept
 
 PRELOAD = (*engines.PRELOAD, work, load_planners)
 """What all workers need, loaded before they are forked."""
@@ -186,6 +185,6 @@ def _packed(request: JobRequest, owner: str, key: str | None) -> table.NewJob:
         digest=request.digest,
         planner=request.planner,
         budget=request.budget,
-        task=pickle.dumps(request.task, protocol=pickle.HIGHEST_PROTOCOL),
+        task=kept.dumps(request.task),
         source=zlib.compress(json.dumps(request.source).encode(), 1),
     )

@@ -5,7 +5,6 @@ It runs in a worker (`marsupial.processes`), a process of its own that is ended 
 
 from __future__ import annotations
 
-import pickle
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -22,6 +21,7 @@ from marsupial.planning.incumbent import Incumbent
 from marsupial_service.jobs.documents import actions_text, line
 from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
 from marsupial_service.jobs.records import JobOutcome, MapTask
+from marsupial_service.store import kept
 
 _LEAST_S = 0.05
 
@@ -44,7 +44,7 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
     """Do the work: yield what was found on the map, each better plan, and at last how it ended."""
     begun = time.monotonic()
     try:
-        task: Situation | MapTask = pickle.loads(work.task)
+        task: Situation | MapTask = kept.loads(work.task)
         if isinstance(task, Situation):
             situation = task
         else:

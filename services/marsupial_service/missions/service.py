@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import pickle
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +18,7 @@ from marsupial_service.missions.records import MissionPhase, MissionRecord, Miss
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store
+from marsupial_service.store import Store, kept
 
 PRELOAD = (load_analysis, host)
 
@@ -56,7 +55,7 @@ class Missions(Entries[MissionRecord]):
 
         Raises TooMany, KeyReused, StoreError.
         """
-        packed = await asyncio.to_thread(pickle.dumps, brief, pickle.HIGHEST_PROTOCOL)
+        packed = await asyncio.to_thread(kept.dumps, brief)
         new = table.NewMission(
             id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=brief, packed=packed
         )

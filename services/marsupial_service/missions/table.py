@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import pickle
 import sqlite3
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from marsupial_service.missions import documents
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
-from marsupial_service.store import Transaction
+from marsupial_service.store import Transaction, kept
 
 
 def _record(row: sqlite3.Row) -> MissionRecord:
@@ -111,7 +110,7 @@ def open_missions(reader: Reader) -> tuple[str, ...]:
 def brief(reader: Reader, record: MissionRecord) -> Brief:
     """Return what a mission was created with."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
-    found: Brief = pickle.loads(row["brief"])
+    found: Brief = kept.loads(row["brief"])
     return found
 
 
@@ -122,7 +121,7 @@ def ledger(reader: Reader, record: MissionRecord) -> Ledger:
         made.publish(event)
     sql = "SELECT digest, data FROM mission_inputs WHERE mission = ? AND digest IS NOT NULL ORDER BY seq"
     for digest, data in reader.execute(sql, (record.number,)):
-        made.take(pickle.loads(data), digest)
+        made.take(kept.loads(data), digest)
     return made
 
 
@@ -132,7 +131,7 @@ def input_at(reader: Reader, number: int, seq: int) -> Input | None:
     row = reader.execute(sql, (number, seq)).fetchone()
     if row is None:
         return None
-    found: Input = pickle.loads(row["data"])
+    found: Input = kept.loads(row["data"])
     return found
 
 
@@ -155,7 +154,7 @@ def _events(reader: Reader, number: int, rest: str, *values: object) -> Iterator
 
 
 def _add_input(tx: Transaction, record: MissionRecord, data: Input, digest: bytes | None, now_ms: int) -> None:
-    packed, seq = pickle.dumps(data, pickle.HIGHEST_PROTOCOL), record.inputs + 1
+    packed, seq = kept.dumps(data), record.inputs + 1
     tx.insert("mission_inputs", mission=record.number, seq=seq, digest=digest, data=packed, at_ms=now_ms)
     MISSIONS.change(tx, record.number, inputs=seq)
 

@@ -171,7 +171,7 @@ def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
 
     async def go_on(mission: str) -> None:
         async with open_missions(tmp_path) as missions:
-            while "the store can't be used" not in caplog.text:
+            while "the store can't be written" not in caplog.text:
                 await asyncio.sleep(0.01)
             missions._store._writer._points = failpoints.failpoints({})
             events = [event async for event in missions.follow(mission)]
