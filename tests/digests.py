@@ -75,7 +75,7 @@ CONTENDERS = (
     ("temporal", "auto", 4),
     ("heuristic", None, None),
     ("heuristic-plus", None, None),
-    ("greedy", None, None),
+    ("assignment", None, None),
     ("clairvoyant", None, 6),
 )
 """Strategy, planner, steps of each planning."""
@@ -95,7 +95,7 @@ FURTHER = (
     "yard.json --strategy clairvoyant --steps 6",
     "yard.json --planner anytime --steps 4 --carriers 2 --rovers 1 --seed 5",
     "hall.yaml --planner anytime --steps 6 --carriers 1 --rovers 1 --seed 2",
-    "hall.yaml --strategy greedy --carriers 2 --rovers 1",
+    "hall.yaml --strategy assignment --carriers 2 --rovers 1",
     "court.map --planner auto --steps 4 --carriers 1 --rovers 2",
     "court.map --strategy heuristic --seed 3",
     "generated.json --planner auto --steps 4",
@@ -123,7 +123,7 @@ sys.exit(main(sys.argv[1:]))
 """Runs the program with such a clock, which libraries may read as often as they like."""
 
 REAL = (
-    "tb3_sandbox.yaml --strategy greedy --carriers 1 --rovers 1 --time-limit 60",
+    "tb3_sandbox.yaml --strategy assignment --carriers 1 --rovers 1 --time-limit 60",
     "movingai/arena.map --planner greedy --steps 4 --carriers 2 --rovers 1 --time-limit 60",
 )
 """The same on real maps."""
