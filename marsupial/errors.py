@@ -10,7 +10,7 @@
     │   ├── PlanTextError       a plan file that can't be read
     │   └── LogError            a mission log that can't be read
     ├── UsageError          a request that makes no sense (unknown engine, budget of the wrong kind)
-    ├── EngineUnavailable   an engine, or somebody's strategy, that can't be used here, with the reason
+    ├── EngineUnavailable   an engine, or a strategy of another package, that can't be used here, with the reason
     ├── InvalidPlanError    a plan our checker refuses, where only a valid one may go on
     └── InternalError       a broken promise inside marsupial: a bug
 

@@ -2,8 +2,8 @@
 
 The actions are gone through in order of start. Whatever an action needs, its own robots decide (where they are, on
 whom, since when they are free), and a robot takes part in one action at a time: so an action's effects can be
-entered as soon as it is accepted, whoever looks at them next can only do so after its end. The capacity of a carrier
-therefore counts docks from their start and undocks until their end.
+entered as soon as it is accepted, since an action that depends on them can only begin after its end. The capacity of a
+carrier therefore counts docks from their start and undocks until their end.
 
 It is the referee: it enters these effects by itself, on purpose, and shares no rule with what makes plans
 (`marsupial.model.team`), so that a mistake there can't hide here.

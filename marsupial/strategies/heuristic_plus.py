@@ -4,8 +4,8 @@ As in the baseline carriers are assigned to targets, and rovers on the ground ex
 target first. What is repaired (docs/strategies.md tells why):
 
 - a carrier's cost is when the target would be explored, whichever robot does it: detours, docking, undocking and the
-  rover's drive count, and of several rovers and meeting points those are chosen that are soonest. A rover to be fetched
-  finishes its area first;
+  rover's drive count, and of several rovers and meeting points those are chosen that are soonest. A rover to be
+  retrieved finishes its area first;
 - a second rover is set down in an area if a target there would be explored `GAIN_MS` sooner than by those at work;
 - rovers without work in an area explore targets that carriers were not sent to;
 - a carrier keeps its target unless another assignment is better by more than a trifle;
@@ -83,17 +83,17 @@ class _Draft:
 
 
 def _drafted(start: Outlook, errands: list[Errand]) -> _Draft:
-    """Return the draft with these errands, in which rovers finish their areas before they are fetched."""
+    """Return the draft with these errands, in which rovers finish their areas before they are retrieved."""
     outlook = start.afresh()
     left = np.ones(len(outlook.targets), dtype=np.bool_)
     left[[target for _, target in errands]] = False
     for option, target in errands:
-        if not option.fetched:
+        if not option.retrieved:
             outlook.take(option, target)
     by_ms = _tours(outlook, left)
     idle = [rover for rover in _on_ground(outlook) if not outlook.has_work(rover)]
     for option, target in errands:
-        if option.fetched and _possible(outlook, option, target):
+        if option.retrieved and _possible(outlook, option, target):
             outlook.take(option, target)
             idle = [rover for rover in idle if rover != option.explorer]
     return _Draft(outlook=outlook, left=left, by_ms=by_ms, idle=idle)
@@ -121,11 +121,11 @@ def _tours(outlook: Outlook, left: Mask) -> Times:
 def _next_errand(draft: _Draft, carriers: list[str], errands: list[Errand]) -> Errand | None:
     """Return the soonest of the best assignment of the carriers that have no errand yet, None if there is none."""
     taken = {name for option, _ in errands for name in (option.robot, option.explorer)}
-    fetchable = {rover for rover in _on_ground(draft.outlook) if rover not in taken}
+    retrievable = {rover for rover in _on_ground(draft.outlook) if rover not in taken}
     options = [
         [
             option.only(draft.left | _much_sooner(draft, option))
-            for option in draft.outlook.options(carrier, fetchable=fetchable)
+            for option in draft.outlook.options(carrier, retrievable=retrievable)
         ]
         for carrier in carriers
         if carrier not in taken
@@ -136,7 +136,7 @@ def _next_errand(draft: _Draft, carriers: list[str], errands: list[Errand]) -> E
 
 def _much_sooner(draft: _Draft, option: Option) -> Mask:
     """Return for which targets of rovers on the ground it pays to set down another one that is aboard."""
-    spare = not option.fetched and option.robot != option.explorer
+    spare = not option.retrieved and option.robot != option.explorer
     return np.asarray(spare & (draft.by_ms < NEVER) & (option.end_ms + GAIN_MS <= draft.by_ms))
 
 
@@ -148,7 +148,7 @@ def _help_out(draft: _Draft) -> None:
 
 
 def _possible(outlook: Outlook, option: Option, target: int) -> bool:
-    options = outlook.options(option.robot, fetchable={option.explorer})
+    options = outlook.options(option.robot, retrievable={option.explorer})
     return any(o.explorer == option.explorer and o.end_ms[target] < NEVER for o in options)
 
 

@@ -58,9 +58,9 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
 
 
 def _options(outlook: Outlook, robot: str, free: Sequence[str], left: Mask) -> list[Option]:
-    return [option.only(left) for option in outlook.options(robot, fetchable=frozenset(free))]
+    return [option.only(left) for option in outlook.options(robot, retrievable=frozenset(free))]
 
 
 def _without_conflict(chosen: list[tuple[Option, int]]) -> list[tuple[Option, int]]:
     """Return those that need no rover from the ground; if there are none, the soonest of the others."""
-    return [pair for pair in chosen if not pair[0].fetched] or chosen[:1]
+    return [pair for pair in chosen if not pair[0].retrieved] or chosen[:1]

@@ -40,7 +40,7 @@ class Option:
         Whose option it is: the explorer, or the carrier that brings it.
     explorer
         Who explores.
-    fetched
+    retrieved
         Whether the explorer is picked up from the ground first.
     meeting
         Index of the meeting at which the explorer is best set down; None where it drives itself.
@@ -50,7 +50,7 @@ class Option:
 
     robot: str
     explorer: str
-    fetched: bool
+    retrieved: bool
     meeting: Indices | None
     end_ms: Times
 
@@ -102,10 +102,10 @@ class Outlook:
         """Return when `robot` would have explored each target, driving there itself."""
         return self._insertions.alone_ms[self._insertions.arrivals.row[robot]]
 
-    def options(self, robot: str, *, fetchable: Set[str] = frozenset()) -> list[Option]:
-        """Return what a robot on the ground could do; of the rovers on the ground it may fetch those `fetchable`."""
+    def options(self, robot: str, *, retrievable: Set[str] = frozenset()) -> list[Option]:
+        """Return what a robot on the ground could do; of the rovers there it may retrieve those `retrievable`."""
         alone = self.alone_ms(robot)
-        found = [Option(robot=robot, explorer=robot, fetched=False, meeting=None, end_ms=alone)]
+        found = [Option(robot=robot, explorer=robot, retrieved=False, meeting=None, end_ms=alone)]
         known = self._insertions.arrivals
         row = known.row[robot]
         if row not in known.carriers or not self.situation.meetings or not self.targets:
@@ -113,13 +113,13 @@ class Outlook:
         number = known.carriers.index(row)
         for k, v in enumerate(known.rovers):
             rover = known.robots[v]
-            if known.aboard[k] == number or rover in fetchable:
-                fetched = known.aboard[k] < 0
-                landed = self._insertions.landed_ms[1 + number if fetched else 0, k]
+            if known.aboard[k] == number or rover in retrievable:
+                retrieved = known.aboard[k] < 0
+                landed = self._insertions.landed_ms[1 + number if retrieved else 0, k]
                 via = landed[:, None] + self._costs.sortie[known.kinds[v]]
                 best = via.argmin(axis=0)
                 end_ms = via.min(axis=0)
-                found.append(Option(robot=robot, explorer=rover, fetched=fetched, meeting=best, end_ms=end_ms))
+                found.append(Option(robot=robot, explorer=rover, retrieved=retrieved, meeting=best, end_ms=end_ms))
         return found
 
     def assign(self, options: Sequence[Sequence[Option]]) -> list[tuple[Option, int]]:

@@ -146,7 +146,7 @@ def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
             if reproducible
             else " of wall-clock time, so the rows depend on the machine."
         ),
-        "Exploration time is the simulated time at which no frontier was left that anybody in the team could reach; "
+        "Exploration time is the simulated time at which no frontier was left that any robot of the team could reach; "
         "mission time ends when the rovers are aboard again too. Distance is what robots drive themselves. Exploration "
         "quality Q is the explored part of the reachable area by the sum of all distances; more is better.",
         "Means are over complete missions; a mission that ended in another way is counted, but its time would say "
