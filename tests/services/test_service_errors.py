@@ -163,5 +163,6 @@ def test_a_page_of_another_name_can_not_have_requests_sent_here(http: httpx.Clie
 
 def test_limits_are_shown_with_what_they_mean(http: httpx.Client) -> None:
     limits = http.get("/v1/limits").json()["limits"]
+    assert isinstance(limits["slots"]["value"], int)
     assert limits["body_bytes"] == {"value": 200_000, "meaning": "bytes of a request's body"}
     assert set(limits) == set(ServiceLimits.__dataclass_fields__)

@@ -101,7 +101,7 @@ class Explorer:
             simulate_by(
                 client,
                 builtin_scenario(SCENARIO),
-                strategy_name=STRATEGY,
+                strategy=STRATEGY,
                 planner=PLANNER,
                 budget=STEPS,
                 seed=seed,

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, WithJsonSchema
 
 from marsupial_service.jobs.records import JobOutcome, JobState
 from marsupial_service.schemas.base import Absent, Answer, one_word_of
 
 StateWord = Annotated[str, one_word_of(JobState)]
 OutcomeWord = Annotated[str, one_word_of(JobOutcome)]
+Number = Annotated[int | float, WithJsonSchema({"type": "number"})]
+"""A number as it is: whole numbers stay whole."""
 Geometry = Literal["Point", "MultiPoint", "LineString", "MultiPolygon"]
 
 
@@ -202,7 +204,7 @@ class DemoListAnswer(Answer):
 class LimitAnswer(Answer):
     """A limit, and what it limits."""
 
-    value: float
+    value: Number
     meaning: str
 
 
