@@ -25,7 +25,7 @@ from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario
 from marsupial.planning.engines import mission_engine
-from marsupial.strategies.registry import FORMER_NAMES
+from marsupial.strategies.registry import current_name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +78,7 @@ def carry_out(request: MissionRequest) -> Summary:
 
 def strategy_name(asked: str) -> str:
     """Return what a strategy is called today, with a notice where it was asked for by a former name."""
-    name = FORMER_NAMES.get(asked, asked)
+    name = current_name(asked)
     if name != asked:
         warn(f"strategy {asked} is now called {name}; the old name still works")
     return name

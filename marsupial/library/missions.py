@@ -108,7 +108,7 @@ def simulate(
         If the strategy or planner can't be used as asked.
     """
     began = perf_counter()
-    strategy = registry.FORMER_NAMES.get(strategy, strategy) if isinstance(strategy, str) else strategy
+    strategy = registry.current_name(strategy) if isinstance(strategy, str) else strategy
     decider = None if strategy == CLAIRVOYANT else _strategy(strategy, planner, budget)
     robots = place_team(scenario, _whole(seed))
     kinds = {kind.name: kind for kind in scenario.robot_types}

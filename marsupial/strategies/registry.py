@@ -29,6 +29,11 @@ PLANNING_STRATEGIES = frozenset({"temporal"})
 """Those that ask a planner."""
 
 
+def current_name(name: str) -> str:
+    """Return what the strategy that has or had this name is called now."""
+    return FORMER_NAMES.get(name, name)
+
+
 def strategy_names() -> tuple[str, ...]:
     """Return the names of all strategies: ours first, then those that installed packages bring along."""
     return (*STRATEGIES, *extensions.extension_names(extensions.STRATEGIES, STRATEGIES))
@@ -42,7 +47,7 @@ def asks_planner(name: str) -> bool:
     EngineUnavailable
         If it is of an installed package and can't be loaded.
     """
-    name = FORMER_NAMES.get(name, name)
+    name = current_name(name)
     if name in STRATEGIES:
         return name in PLANNING_STRATEGIES
     found = _extension(name)
@@ -62,7 +67,7 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
     EngineUnavailable
         If it is of an installed package and can't be used, or its planner can't.
     """
-    name = FORMER_NAMES.get(name, name)
+    name = current_name(name)
     if name in STRATEGIES:
         return STRATEGIES[name](planner, budget)
     found = _extension(name)

@@ -11,7 +11,7 @@ from marsupial.formats.fields import Notes
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
-from marsupial.strategies.registry import FORMER_NAMES, strategy, strategy_names
+from marsupial.strategies.registry import current_name, strategy, strategy_names
 from marsupial_service.intake.situations import budget_of, check_count, refuse
 from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
@@ -57,7 +57,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
 
 
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
-    if body.strategy not in {*strategy_names(), *FORMER_NAMES}:
+    if current_name(body.strategy) not in strategy_names():
         raise refuse("strategy", f"unknown strategy {body.strategy!r}; there are {', '.join(strategy_names())}")
     if ":" in body.planner and body.planner not in commands:
         raise refuse("planner", "command lines are not taken from clients")
