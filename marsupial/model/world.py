@@ -28,6 +28,9 @@ class RobotReport:
         Who carries it. From the start of a docking the rover counts as aboard, with `free_at_ms` its end.
     free_at_ms
         Mission time from which it can be given a new command if it is told to stop now.
+    heading
+        Digit of the step to `cell` (0 is +x, 2 is +y; `marsupial.paths.routes`); None before its first step and after
+        it was carried.
     """
 
     name: str
@@ -36,6 +39,15 @@ class RobotReport:
     carrier: str | None
     free_at_ms: int
     lost: bool = False
+    heading: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manoeuvres:
+    """How often a robot has stopped on its way, and turned by 45, 90, 135 and 180 degrees."""
+
+    stops: int
+    turns: tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -96,3 +108,6 @@ class World(Protocol):
 
     def driving_ms(self, robot: str) -> int:
         """Return how long a robot has been driving."""
+
+    def manoeuvres(self, robot: str) -> Manoeuvres:
+        """Return how often a robot has stopped and turned."""
