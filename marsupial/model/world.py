@@ -28,6 +28,8 @@ class RobotReport:
         Who carries it. From the start of a docking the rover counts as aboard, with `free_at_ms` its end.
     free_at_ms
         Mission time from which it can be given a new command if it is told to stop now.
+    heading
+        Step digit of its last move (`marsupial.paths.routes`); None before the first, or where that is not known.
     """
 
     name: str
@@ -36,6 +38,7 @@ class RobotReport:
     carrier: str | None
     free_at_ms: int
     lost: bool = False
+    heading: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
