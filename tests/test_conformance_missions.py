@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import pytest
 
+from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import encode_event
-from marsupial.generators.builtin import SCENARIOS, builtin_scenario
+from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENARIOS, builtin_scenario
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import DEFAULT_PLANNER, simulate
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionEvent, Status
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
-from marsupial.strategies.registry import STRATEGIES, asks_planner
+from marsupial.strategies.registry import RULES, STRATEGIES, asks_planner
 
 
 class Recorder(Observer):
@@ -24,13 +25,22 @@ class Recorder(Observer):
 
 
 PLANNERS = ("greedy", DEFAULT_PLANNER)
-CONTENDERS = [(name, planner) for name in STRATEGIES for planner in (PLANNERS if asks_planner(name) else PLANNERS[:1])]
+EVERYBODY = [(name, planner) for name in STRATEGIES for planner in (PLANNERS if asks_planner(name) else PLANNERS[:1])]
+CONTENDERS = [(name, planner) for name, planner in EVERYBODY if name not in RULES]
 
 
-def explore(scenario: str, strategy: str, seed: int = 1, planner: str = "greedy") -> tuple[Summary, list[str]]:
+def explore(
+    scenario: str,
+    strategy: str,
+    seed: int = 1,
+    planner: str = "greedy",
+    *,
+    carriers: int = DEFAULT_CARRIERS,
+    rovers: int = DEFAULT_ROVERS,
+) -> tuple[Summary, list[str]]:
     recorder = Recorder()
     summary = simulate(
-        builtin_scenario(scenario),
+        builtin_scenario(scenario, carriers, rovers),
         strategy=strategy,
         planner=planner,
         budget=Budget(steps=1),
@@ -52,6 +62,27 @@ def test_every_strategy_explores_the_lobby_and_recovers_its_rovers(strategy: str
 @pytest.mark.parametrize(("strategy", "planner"), CONTENDERS)
 def test_every_strategy_does_the_same_again(strategy: str, planner: str) -> None:
     assert explore("lobby", strategy, planner=planner)[1] == explore("lobby", strategy, planner=planner)[1]
+
+
+@pytest.mark.parametrize("scenario", ["rooms", "cave"])
+@pytest.mark.parametrize(("strategy", "planner"), EVERYBODY)
+def test_every_strategy_explores_without_rovers_and_does_the_same_again(
+    strategy: str, planner: str, scenario: str
+) -> None:
+    carriers = 1 if strategy in RULES and RULES[strategy].most_robots == 1 else 3
+    summary, lines = explore(scenario, strategy, planner=planner, carriers=carriers, rovers=0)
+    assert (summary.status, summary.coverage, summary.plans_invalid) == (Status.COMPLETE, 1.0, 0), summary.reason
+    assert lines == explore(scenario, strategy, planner=planner, carriers=carriers, rovers=0)[1]
+
+
+@pytest.mark.parametrize("strategy", RULES)
+def test_strategies_of_frontiers_refuse_teams_they_are_not_made_for(strategy: str) -> None:
+    with pytest.raises(ScenarioError, match=f"{strategy} leads carriers without rovers, the team has 4"):
+        explore("lobby", strategy)
+    most = RULES[strategy].most_robots
+    if most is not None:
+        with pytest.raises(ScenarioError, match=f"{strategy} leads {most} at most, the team has {most + 1} robots"):
+            explore("lobby", strategy, carriers=most + 1, rovers=0)
 
 
 @pytest.mark.parametrize("planner", PLANNERS)

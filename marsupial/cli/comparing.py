@@ -10,7 +10,6 @@ from pathlib import Path
 
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
-from marsupial.bench.compare.documents import documents
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
@@ -19,6 +18,7 @@ from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.runner import Runner
 from marsupial.bench.compare.tables import headline_table
+from marsupial.bench.documents import documents
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.tables import print_table
@@ -35,7 +35,8 @@ from marsupial.model.robots import Role
 from marsupial.model.scenario import MissionLimits, Scenario
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import strategy_names
+from marsupial.strategies.registry import check_suits, is_strategy, strategy_names
+from marsupial.strategies.registry import strategy as made
 
 MOST_CASES = 10_000
 
@@ -73,12 +74,14 @@ def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contende
 def _contender(text: str, planner: str, budget: Budget) -> Contender:
     strategy, colon, own = text.partition(":")
     strategy = strategy_name(strategy)
-    known = {*strategy_names(), CLAIRVOYANT}
-    if strategy not in known:
-        raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {', '.join(sorted(known))}")
+    if strategy != CLAIRVOYANT and not is_strategy(strategy):
+        known = ", ".join(sorted({*strategy_names(), CLAIRVOYANT}))
+        raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {known}")
     if planner_for(strategy, planner) == NO_PLANNER:
         if colon:
             raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
+        if strategy != CLAIRVOYANT:
+            made(strategy, planner=planner, budget=budget)  # refuses parameters that it does not take
         return Contender(strategy, NO_PLANNER)
     mission_engine(own if colon else planner, budget)  # refuses what can't be used before anything is started
     return Contender(strategy, own if colon else planner)
@@ -134,6 +137,16 @@ def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Run
     return LocalPool(comparison, workers)
 
 
+def check_teams(comparison: Comparison) -> None:
+    """Raise a `ScenarioError` if a contender is not made for the team of one of the scenarios."""
+    for contender in comparison.contenders:
+        if contender.strategy == CLAIRVOYANT:
+            continue
+        decider = made(contender.strategy, planner=contender.planner, budget=comparison.budget)
+        for scenario in comparison.scenarios.values():
+            check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
+
+
 def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
     """Carry out what is left of a comparison, with progress on stderr, and write its documents.
 
@@ -142,6 +155,7 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
     UsageError
         If the folder or the Ray cluster at the address `ray` can't be used, or `workers` are asked for beside it.
     """
+    check_teams(comparison)
     runner = _runner(comparison, workers, ray)
     make_folder(out)
     needed = (to_prepare(contender.strategy, contender.planner) for contender in comparison.contenders)

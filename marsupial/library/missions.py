@@ -103,13 +103,14 @@ def simulate(
     Raises
     ------
     ScenarioError
-        If the team can't be placed.
+        If the team can't be placed, or the strategy is not made for it.
     EngineUnavailable, UsageError
         If the strategy or planner can't be used as asked.
     """
     began = perf_counter()
     strategy = registry.current_name(strategy) if isinstance(strategy, str) else strategy
     decider = None if strategy == CLAIRVOYANT else _strategy(strategy, planner, budget)
+    registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     robots = place_team(scenario, _whole(seed))
     kinds = {kind.name: kind for kind in scenario.robot_types}
     if decider is None and sensor is not None:

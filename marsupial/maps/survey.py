@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from marsupial.arrays import Floats
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.meetings import Meetings, find_meetings
-from marsupial.maps.targets import Target, TargetFinder
+from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.unseen import unseen
 from marsupial.model.grid import Cell
@@ -72,18 +73,26 @@ class Surveyor:
         The cell each carrier has to come home to, by carrier; other robots' cells are of no account.
     goal
         What the mission asks for once no target is left.
+
+    Attributes
+    ----------
+    finder
+        Finds the targets.
     """
 
     def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal) -> None:
         self._territory = territory
-        self._finder = TargetFinder(territory)
+        self.finder = TargetFinder(territory)
         self._homes = homes
         self._goal = goal
         self._looked_at: object = None
         self._growing = GrowingReach(territory)
         self._reach = self._growing.reach(())
         self._targets: tuple[Target, ...] = ()
-        self._searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
+        self._searches = {
+            name: PathSearch(footprint.standable, territory.kinds[name].diagonal)
+            for name, footprint in territory.footprints.items()
+        }
         self._all_ground = PathSearch(np.zeros_like(territory.see_through))
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
@@ -97,18 +106,33 @@ class Surveyor:
         They are those of the last look: `targets` or `survey`.
         """
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
-        return left + self._finder.refused(targets, self._reach)
+        return left + self.finder.refused(targets, self._reach)
 
     def route(self, kind: str, start: Cell, goal: Cell) -> tuple[Cell, ...] | None:
         """Return the cheapest route of a robot type over the known map."""
         return self._searches[kind].route(start, goal)
 
-    def survey(self, robots: Sequence[RobotReport], now_ms: int, keep: Iterable[MapMeeting] = ()) -> Survey:
-        """Return the situation of `robots`; lost ones are left out."""
+    def frontiers(self, robots: Sequence[RobotReport]) -> Mapping[str, Frontier]:
+        """Return what each robot type can explore now, by name."""
+        self._look(placed(robots))
+        return self.finder.frontiers(self._reach)
+
+    def lengths(self, kind: str, start: Cell, cells: Sequence[Cell]) -> Floats:
+        """Return the lengths (n,) in cells of a robot type's cheapest ways to n cells, inf where there is none."""
+        return self._searches[kind].costs(start, cells)
+
+    def survey(
+        self,
+        robots: Sequence[RobotReport],
+        now_ms: int,
+        keep: Iterable[MapMeeting] = (),
+        targets: Sequence[Target] | None = None,
+    ) -> Survey:
+        """Return the situation of `robots`; lost ones are left out. `targets` stand for those there are, if given."""
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
         self._look(where)
-        reach, targets = self._reach, self._targets
+        reach, targets = self._reach, self._targets if targets is None else tuple(targets)
         meetings = find_meetings(self._territory, reach, targets, where, keep)
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
@@ -129,7 +153,7 @@ class Surveyor:
         if now != self._looked_at:
             self._looked_at = now
             self._reach = self._growing.reach(robots)
-            self._targets = self._finder.find(self._reach)
+            self._targets = self.finder.find(self._reach)
 
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
         carrier = self._territory.kinds[robot.type].role is Role.CARRIER
@@ -193,7 +217,7 @@ class Surveyor:
         names = [state.place for state in states if state.place is not None]
         names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
         goal = SituationGoal()
-        if not targets:
+        if not self._targets:
             goal = SituationGoal(
                 recover_rovers=self._goal.recover_rovers or self._goal.return_home,
                 return_home=self._goal.return_home,

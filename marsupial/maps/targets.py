@@ -54,6 +54,21 @@ class Target:
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Frontier:
+    """What a robot type can explore: cells (n,), ascending row-major indices, and the viewpoint (n,) of each.
+
+    The cells are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves.
+    """
+
+    cells: Ints
+    viewpoints: Ints
+
+    def approach(self, cell: int, width: int) -> Cell:
+        """Return the viewpoint from which one of the cells is explored."""
+        return cell_at(int(self.viewpoints[np.searchsorted(self.cells, cell)]), width)
+
+
 class TargetFinder:
     """Finds the targets on one growing map.
 
@@ -84,7 +99,7 @@ class TargetFinder:
         self._read += len(news)
         # what was revealed before can only cease to be one
         left = np.concatenate([self._frontier, *news])
-        self._frontier = np.sort(left[_at_unknown(self._territory.grid.cells, self._drivable, left)])
+        self._frontier = np.sort(left[self.at_unknown(left)])
         return self._frontier
 
     def find(self, reach: Reach) -> tuple[Target, ...]:
@@ -94,20 +109,28 @@ class TargetFinder:
         """
         grid = self._territory.grid
         kinds = sorted(self._territory.kinds)
-        frontier = self.frontier()
-        approaches = {name: self._approaches(name, reach.by_type[name], frontier) for name in kinds}
-        cells = np.unique(np.concatenate([near for near, _ in approaches.values()]))
+        frontiers = self.frontiers(reach)
+        cells = np.unique(np.concatenate([frontier.cells for frontier in frontiers.values()]))
         access = np.zeros(len(cells), dtype=np.int64)
         for bit, name in enumerate(kinds):
-            access[np.searchsorted(cells, approaches[name][0])] |= 1 << bit
+            access[np.searchsorted(cells, frontiers[name].cells)] |= 1 << bit
         targets: list[Target] = []
         for code in np.unique(access).tolist():
             explorers = [name for bit, name in enumerate(kinds) if code >> bit & 1]
             range_cells = min(self._territory.kinds[n].sensor_range_m for n in explorers) / grid.resolution_m
             for seed, members in self._clusters(cells[access == code], range_cells):
-                viewpoints = {n: _approach(approaches[n], seed, grid.width) for n in explorers}
-                targets.append(self._target(seed, members, viewpoints))
+                viewpoints = {n: frontiers[n].approach(seed, grid.width) for n in explorers}
+                targets.append(self.target(seed, members, viewpoints))
         return tuple(targets)
+
+    def frontiers(self, reach: Reach) -> Mapping[str, Frontier]:
+        """Return what each type can explore, by name, for a team with that reach."""
+        cells = self.frontier()
+        return {name: self._frontier_of(name, reach.by_type[name], cells) for name in sorted(self._territory.kinds)}
+
+    def at_unknown(self, cells: Ints) -> Flags:
+        """Say which cells (n,), row-major indices, some type can drive on and have an unknown neighbour."""
+        return _at_unknown(self._territory.grid.cells, self._drivable, cells)
 
     def refused(self, targets: Sequence[Target], reach: Reach) -> tuple[Remaining, ...]:
         """Return the groups of frontier cells that belong to no target, each with the reason.
@@ -121,20 +144,17 @@ class TargetFinder:
         left = np.setdiff1d(self.frontier(), covered)
         return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
 
-    def _approaches(self, name: str, reach: Mask, frontier: Ints) -> tuple[Ints, Ints]:
-        """Return the cells a type can explore, ascending, and the viewpoint nearest to each.
-
-        They are the frontier cells near a viewpoint or, where there is none, the viewpoints themselves.
-        """
+    def _frontier_of(self, name: str, reach: Mask, cells: Ints) -> Frontier:
+        """Return what a type can explore from its reach, of all frontier cells."""
         footprint = self._territory.footprints[name]
         count = _viewpoints(reach, footprint.standable, footprint.possible, self._territory.known, self._viewpoints)
         viewpoints = self._viewpoints[:count]
-        nearest = self._nearest[name].once(viewpoints, frontier)
+        nearest = self._nearest[name].once(viewpoints, cells)
         near = nearest >= 0
         if not near.any():
             lone = viewpoints.copy()
-            return lone, lone
-        return frontier[near], nearest[near]
+            return Frontier(cells=lone, viewpoints=lone)
+        return Frontier(cells=cells[near], viewpoints=nearest[near])
 
     def _clusters(self, cells: Ints, range_cells: float) -> list[tuple[int, Ints]]:
         """Split cells into clusters whose members all see the cluster's seed; return (seed, members) of each."""
@@ -142,9 +162,10 @@ class TargetFinder:
         # the unknown between two cells is no reason to keep them apart; known walls are
         return self._sight.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
 
-    def _target(self, seed: int, members: Ints, viewpoints: Mapping[str, Cell]) -> Target:
+    def target(self, seed: int, members: Ints, viewpoints: Mapping[str, Cell]) -> Target:
+        """Return the target of these frontier cells, named after `seed`."""
         grid = self._territory.grid
-        cell = _cell(seed, grid.width)
+        cell = cell_at(seed, grid.width)
         best = max(viewpoints, key=lambda name: (self._territory.kinds[name].sensor_range_m, name))
         range_cells = self._territory.kinds[best].sensor_range_m / grid.resolution_m
         hidden = self._sight.count(UNKNOWN, viewpoints[best], range_cells)
@@ -168,10 +189,11 @@ class TargetFinder:
         else:
             reason = "too narrow for every robot type of the team"
         seed = _middle(group, grid.width)
-        return Remaining(cell=_cell(seed, grid.width), frontier_cells=len(group), reason=reason)
+        return Remaining(cell=cell_at(seed, grid.width), frontier_cells=len(group), reason=reason)
 
 
-def _cell(index: int, width: int) -> Cell:
+def cell_at(index: int, width: int) -> Cell:
+    """Return the cell of a row-major index."""
     return Cell(index % width, index // width)
 
 
@@ -187,12 +209,6 @@ def _middle(group: Ints, width: int) -> int:
     """Return the member nearest to the centre of gravity of a group (the first of several)."""
     x, y = group % width, group // width
     return int(group[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))])
-
-
-def _approach(approaches: tuple[Ints, Ints], cell: int, width: int) -> Cell:
-    """Return the viewpoint from which a cell is explored."""
-    cells, viewpoints = approaches
-    return _cell(int(viewpoints[np.searchsorted(cells, cell)]), width)
 
 
 @native

@@ -60,7 +60,7 @@ class Mission:
     kinds
         Robot types by name.
     replanning
-        When new plans are made, and from what; None for `OnNews`.
+        When new plans are made, and from what; None for what the strategy brings along, or else `OnNews`.
     """
 
     def __init__(
@@ -78,7 +78,8 @@ class Mission:
         self._order = order
         self._observer = observer
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
-        self._replanning = replanning or OnNews(world, kinds, self._homes, order.goal)
+        made: Callable[..., Replanning] = getattr(strategy, "replanning", OnNews)
+        self._replanning = replanning or made(world, kinds, self._homes, order.goal)
         self._executor = Executor(world, self._replanning.route, observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None

@@ -21,10 +21,9 @@ import numpy as np
 from marsupial.arrays import Cells, Floats, Ints
 from marsupial.errors import UsageError
 from marsupial.model.grid import Cell, Mask
-from marsupial.model.robots import RobotType
+from marsupial.model.robots import SQRT2, RobotType
 from marsupial.paths import energy_kernels as kernels
 from marsupial.paths.headings import heading_of, turn_between
-from marsupial.paths.kernels import SQRT2
 from marsupial.paths.routes import Route, route_length, route_of
 from marsupial.paths.workspace import NOWHERE, Frame
 
@@ -81,12 +80,14 @@ def costs_of(kind: RobotType, resolution_m: float) -> MotionCosts:
     return MotionCosts(distance=metre_j * resolution_m, stop=energy.stop_j, turn=energy.turn_j)
 
 
-def route_energy(route: Sequence[Cell], costs: MotionCosts, heading: int | None = None) -> float:
+def route_energy(
+    route: Sequence[Cell], costs: MotionCosts, heading: int | None = None, diagonal: float = SQRT2
+) -> float:
     """Return the energy of driving a route, for a robot that faces `heading` at first; None for any way it likes."""
     headings = [heading_of(a, b) for a, b in pairwise(route)]
     before = headings if heading is None else [heading, *headings]
     turns = [turn_between(a, b) for a, b in pairwise(before)]
-    return costs.distance * route_length(route) + math.fsum(map(costs.changing, turns))
+    return costs.distance * route_length(route, diagonal) + math.fsum(map(costs.changing, turns))
 
 
 class EnergySearch:
@@ -99,14 +100,20 @@ class EnergySearch:
     ----------
     passable
         Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
+    diagonal
+        The length of a diagonal step in straight ones, 1 to sqrt 2.
+    cuts_corners
+        Whether diagonal steps need not have both cells beside them passable: the rule of the paper.
     """
 
-    def __init__(self, passable: Mask, costs: MotionCosts) -> None:
+    def __init__(
+        self, passable: Mask, costs: MotionCosts, *, diagonal: float = SQRT2, cuts_corners: bool = False
+    ) -> None:
         self.passable = passable
         self.motion = costs
+        self._diagonal = diagonal
         self._frame = Frame(*passable.shape)
         turning = np.array([costs.changing(turn_between(0, turn)) for turn in range(8)]) / costs.distance
-        self._gain = _gain(turning)
         size = self._frame.size
         # Most of them never filled: only the pages a search writes to take up memory.
         self._work = kernels.EnergyBuffers(
@@ -119,6 +126,9 @@ class EnergySearch:
             touched=np.empty(size, dtype=np.uint32),
             ends=np.zeros(kernels.BUCKETS + 1, dtype=np.uint64),
             turning=turning,
+            gain=_gain(turning),
+            diagonal=diagonal,
+            cuts_corners=cuts_corners,
         )
 
     def field(self, source: Cell, heading: int | None = None) -> Floats:
@@ -133,13 +143,13 @@ class EnergySearch:
         """Return the least energy of driving from `source` to each wanted cell; inf where there is no way."""
         counts, reached = self._walked(source, wanted, heading)
         changing = [self.motion.changing(turn) for turn in (1, 2, 3, 4)]
-        weights = np.array([self.motion.distance, self.motion.distance * SQRT2, *changing])
+        weights = np.array([self.motion.distance, self.motion.distance * self._diagonal, *changing])
         return np.where(reached, counts @ weights, np.inf)
 
     def lengths(self, source: Cell, wanted: Sequence[Cell], heading: int | None = None) -> Floats:
         """Return the length in cells of the way of least energy to each wanted cell; inf where there is none."""
         counts, reached = self._walked(source, wanted, heading)
-        return np.where(reached, counts[:, 0] + counts[:, 1] * SQRT2, np.inf)
+        return np.where(reached, counts[:, 0] + counts[:, 1] * self._diagonal, np.inf)
 
     def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
         """Return the lengths in cells of the ways of least energy from each of `cells` to each, float64 (k, k).
@@ -177,7 +187,7 @@ class EnergySearch:
         self._frame.inside(self._work.passable)[:] = self.passable
         goals = start = self._frame.indices([source])
         goals = NOWHERE if wanted is None else np.append(start, wanted[self._work.passable[wanted] > 0])
-        kernels.spread(self._work, np.uint64(start[0]), _FREE if heading is None else heading, goals, self._gain)
+        kernels.spread(self._work, np.uint64(start[0]), _FREE if heading is None else heading, goals)
 
     def _least(self, at: Cells | slice = slice(None)) -> Floats:
         """Return the least energy at which the last search reached each of these framed cells, in straight steps."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from marsupial.arrays import Bytes, Cells, Floats, Ints, Words
 from marsupial.native import inlined, native
-from marsupial.paths.kernels import ONE, SOURCE, SQRT2, ZERO
+from marsupial.paths.kernels import ONE, SOURCE, ZERO
 
 BUCKETS = 8
 HEADINGS = np.uint64(8)
@@ -27,7 +27,7 @@ than a turn on any route, far more than the rounding of its sum."""
 
 
 class EnergyBuffers(NamedTuple):
-    """The arrays that a search works in, all flat and framed but for `offsets`, `ends` and `turning`.
+    """The arrays that a search works in, flat and framed but for `offsets`, `ends` and `turning`; and its rules.
 
     Attributes
     ----------
@@ -46,6 +46,12 @@ class EnergyBuffers(NamedTuple):
         (`BUCKETS` + 1,): the end of each bucket in `queue`, and of `touched`.
     turning
         (8,): energy of a stop and a turn by as many times 45 degrees, in straight steps; 0 for going on.
+    gain
+        The most that turning twice may save over turning once: 0 where turning twice never pays.
+    diagonal
+        Energy of a diagonal step, 1 to sqrt 2.
+    cuts_corners
+        Whether a diagonal step needs no cells beside it.
     """
 
     passable: Bytes
@@ -57,10 +63,13 @@ class EnergyBuffers(NamedTuple):
     touched: Cells
     ends: Words
     turning: Floats
+    gain: float
+    diagonal: float
+    cuts_corners: bool
 
 
 @native
-def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells, gain: float) -> None:
+def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells) -> None:
     """Settle states outward from a passable cell.
 
     Parameters
@@ -69,9 +78,6 @@ def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells, 
         The way the robot faces at first; -1 if its first step needs no turn, whichever way it goes.
     wanted
         The search ends once the least costs of these cells are final. Empty for all cells.
-    gain
-        The most that turning twice may save over turning once: 0 where turning twice never pays.
-
     """
     size = np.uint64(work.passable.size)
     _begin(work, source, heading)
@@ -83,7 +89,7 @@ def spread(work: EnergyBuffers, source: np.uint64, heading: int, wanted: Cells, 
             left -= ONE
         if left == ZERO and wanted.size > 0:
             break
-        _settle(work, slot, level, gain)
+        _settle(work, slot, level)
         work.ends[slot] = np.uint64(slot) * size
         slot = (slot + 1) % BUCKETS
         level += 1.0
@@ -118,9 +124,9 @@ def _begin(work: EnergyBuffers, source: np.uint64, heading: int) -> None:
 
 
 @inlined
-def _settle(work: EnergyBuffers, slot: int, level: float, gain: float) -> None:
+def _settle(work: EnergyBuffers, slot: int, level: float) -> None:
     """Settle the states of a bucket."""
-    passable, cost, came, offsets, queue, queued, touched, ends, turning = work
+    passable, cost, came, offsets, queue, queued, touched, ends, turning, gain, diagonal, cuts_corners = work
     size = np.uint64(passable.size)
     others = np.uint8(255 ^ (1 << slot))
     for k in range(np.uint64(slot) * size, ends[slot]):
@@ -141,9 +147,10 @@ def _settle(work: EnergyBuffers, slot: int, level: float, gain: float) -> None:
                 continue
             step = TIE
             if ahead & 1:
-                if not (passable[cell + offsets[turn - ONE]] and passable[cell + offsets[turn + ONE]]):
+                beside = passable[cell + offsets[turn - ONE]] and passable[cell + offsets[turn + ONE]]
+                if not (beside or cuts_corners):
                     continue
-                step = SQRT2 * TIE
+                step = diagonal * TIE
             there = side * HEADINGS
             arrival, before = reached + step, cost[there + np.uint64(ahead)]
             if arrival >= before + gain:

@@ -63,9 +63,11 @@ class Workspace:
     ----------
     height, width
         Shape of the grid, in cells.
+    diagonal
+        The length of a diagonal step in straight ones, 1 to sqrt 2.
     """
 
-    def __init__(self, height: int, width: int) -> None:
+    def __init__(self, height: int, width: int, diagonal: float) -> None:
         self._frame = Frame(height, width)
         size = self._frame.size
         # Most of them never filled: only the pages a search writes to take up memory.
@@ -76,6 +78,7 @@ class Workspace:
             offsets=self._frame.offsets,
             queue=np.empty(3 * size, dtype=np.uint32),
             touched=np.empty(size, dtype=np.uint32),
+            diagonal=diagonal,
         )
         self._stale = 0
         self.indices = self._frame.indices

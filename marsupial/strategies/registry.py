@@ -2,24 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from marsupial import extensions
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.extensions import Extension
 from marsupial.model.planning import Budget, Engine
+from marsupial.model.robots import Role
 from marsupial.model.strategy import Strategy
 from marsupial.planning.engines import mission_engine
+from marsupial.strategies.frontier.closest import ClosestFrontier
+from marsupial.strategies.frontier.exploration import FrontierStrategy
+from marsupial.strategies.frontier.parameters import with_parameters
+from marsupial.strategies.frontier.rule import FrontierRule
 from marsupial.strategies.heuristic import Heuristic
 from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.one_step import OneStep
 from marsupial.strategies.temporal import Temporal
+
+RULES: Mapping[str, type[FrontierRule]] = {rule.name: rule for rule in (ClosestFrontier,)}
+"""Those that send robots to frontiers; they lead carriers without rovers."""
+
+
+def _frontier(rule: type[FrontierRule], planner: str | Engine, budget: Budget) -> Strategy:
+    return FrontierStrategy(rule())
+
 
 STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Strategy]] = {
     "temporal": lambda planner, budget: Temporal(mission_engine(planner, budget), budget),
     "heuristic": lambda planner, budget: Heuristic(),
     "heuristic-plus": lambda planner, budget: HeuristicPlus(),
     "assignment": lambda planner, budget: OneStep(),
+    **{name: partial(_frontier, rule) for name, rule in RULES.items()},
 }
 
 FORMER_NAMES: Mapping[str, str] = {"greedy": "assignment"}
@@ -32,6 +47,11 @@ PLANNING_STRATEGIES = frozenset({"temporal"})
 def current_name(name: str) -> str:
     """Return what the strategy that has or had this name is called now."""
     return FORMER_NAMES.get(name, name)
+
+
+def is_strategy(name: str) -> bool:
+    """Say whether there is a strategy of that name, parameters left out."""
+    return current_name(name).split("/")[0] in strategy_names()
 
 
 def strategy_names() -> tuple[str, ...]:
@@ -57,23 +77,35 @@ def asks_planner(name: str) -> bool:
 def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
     """Return a fresh strategy, by its name or former name; those that ask no planner ignore `planner` and `budget`.
 
+    A name may be followed by values of the parameters of a paper: ``bidding/W_n=1/W_p=0.5``.
+
     What an installed package names is called without arguments, or with engine and budget where it has a true attribute
     `asks_planner`.
 
     Raises
     ------
     UsageError
-        If there is no strategy of that name.
+        If there is no strategy of that name, or no such parameter of it.
     EngineUnavailable
         If it is of an installed package and can't be used, or its planner can't.
     """
     name = current_name(name)
     if name in STRATEGIES:
         return STRATEGIES[name](planner, budget)
+    base, _, parameters = name.partition("/")
+    if base in RULES:
+        return FrontierStrategy(with_parameters(RULES[base], parameters), name)
     found = _extension(name)
     if found is None:
         raise UsageError(f"unknown strategy {name!r}; there are {', '.join(strategy_names())}")
     return _made(found, planner, budget)
+
+
+def check_suits(strategy: object, roles: Iterable[Role]) -> None:
+    """Raise a `ScenarioError` if a strategy is not made for a team of robots with these roles."""
+    suits = getattr(strategy, "suits", None)
+    if suits is not None:
+        suits(roles)
 
 
 def _extension(name: str) -> Extension | None:

@@ -26,9 +26,10 @@ from marsupial.model.robots import TeamMember, uniform_team
 from marsupial.model.scenario import Goal, Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import STRATEGIES
+from marsupial.strategies.registry import RULES, STRATEGIES
 
-EVERYBODY = [*STRATEGIES, CLAIRVOYANT]
+WITH_ROVERS = [name for name in STRATEGIES if name not in RULES]
+EVERYBODY = [*WITH_ROVERS, CLAIRVOYANT]
 
 LOG = """
 import sys
@@ -120,13 +121,21 @@ def test_the_same_mission_is_the_same_bytes_in_the_same_process(strategy: str) -
     assert first == second
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("strategy", WITH_ROVERS)
 @pytest.mark.parametrize("name", ["lobby", "rooms", "cave"])
 def test_robots_do_what_robots_can_do(name: str, strategy: str) -> None:
     ended, watcher = watched(builtin_scenario(name), strategy, 5)
     assert watcher.faults == []
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0)
     assert len(ended.aboard) == 4
+
+
+@pytest.mark.parametrize("strategy", RULES)
+@pytest.mark.parametrize("name", ["lobby", "rooms", "cave"])
+def test_robots_without_rovers_do_what_robots_can_do(name: str, strategy: str) -> None:
+    ended, watcher = watched(builtin_scenario(name, RULES[strategy].most_robots or 4, 0), strategy, 5)
+    assert watcher.faults == []
+    assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0)
 
 
 @pytest.mark.parametrize("strategy", EVERYBODY)

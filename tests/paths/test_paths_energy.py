@@ -36,7 +36,15 @@ def changing(motion: MotionCosts, before: int, after: int) -> float:
     return 0.0 if turn == 0 else motion.stop + motion.turn[turn - 1]
 
 
-def least_energies(passable: Mask, motion: MotionCosts, source: Cell, heading: int | None) -> np.ndarray:
+def least_energies(
+    passable: Mask,
+    motion: MotionCosts,
+    source: Cell,
+    heading: int | None,
+    *,
+    diagonal: float = SQRT2,
+    cuts_corners: bool = False,
+) -> np.ndarray:
     """Return scipy's least energies from `source` to all cells, by the graph of the paper with a node per state."""
     height, width = passable.shape
     if not is_open(passable, source):
@@ -54,9 +62,10 @@ def least_energies(passable: Mask, motion: MotionCosts, source: Cell, heading: i
     for a in (Cell(x, y) for y in range(height) for x in range(width)):
         for ahead, (dx, dy) in enumerate(STEPS):
             b = Cell(a.x + dx, a.y + dy)
-            if is_legal(passable, a, b):
+            ends_open = is_open(passable, a) and is_open(passable, b)
+            if is_legal(passable, a, b) or (cuts_corners and ends_open):
                 for after in range(8):
-                    drive = motion.distance * math.hypot(dx, dy)
+                    drive = motion.distance * (diagonal if ahead & 1 else 1.0)
                     add(node(a, ahead), node(b, after), drive + changing(motion, ahead, after))
     for ahead in range(8):
         add(0, node(source, ahead), 0.0 if heading is None else changing(motion, heading, ahead))
@@ -72,9 +81,11 @@ def least_energies(passable: Mask, motion: MotionCosts, source: Cell, heading: i
 @given(st.data())
 def test_fields_are_those_of_the_graph_of_states(data: st.DataObject) -> None:
     passable, motion, heading = data.draw(masks()), data.draw(motions), data.draw(facing)
-    source = data.draw(cells_of(passable, margin=1))
-    field = EnergySearch(passable, motion).field(source, heading)
-    assert field == pytest.approx(least_energies(passable, motion, source, heading), rel=1e-8, abs=1e-8)
+    source, cuts = data.draw(cells_of(passable, margin=1)), data.draw(st.booleans())
+    diagonal = data.draw(st.sampled_from((1.0, 1.2, SQRT2)))
+    field = EnergySearch(passable, motion, diagonal=diagonal, cuts_corners=cuts).field(source, heading)
+    expected = least_energies(passable, motion, source, heading, diagonal=diagonal, cuts_corners=cuts)
+    assert field == pytest.approx(expected, rel=1e-8, abs=1e-8)
 
 
 @settings(max_examples=150, deadline=None)

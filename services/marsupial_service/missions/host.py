@@ -15,6 +15,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
+from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn, Wish
@@ -71,6 +72,8 @@ class Desk(Observer):
         self._brief = brief
         self._inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
         self.name = self._inner.name
+        if isinstance(self._inner, FrontierStrategy):
+            self.replanning = self._inner.replanning
         self._channel = channel
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []

@@ -11,7 +11,7 @@ from marsupial.formats.fields import Notes
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
-from marsupial.strategies.registry import current_name, strategy, strategy_names
+from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
 from marsupial_service.intake.situations import budget_of, check_count, refuse
 from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
@@ -50,14 +50,18 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     )
     notes.check(ScenarioError)
     try:
-        strategy(brief.strategy, planner=engine, budget=budget)
+        decider = strategy(brief.strategy, planner=engine, budget=budget)
     except (UsageError, EngineUnavailable) as error:
         raise refuse("planner", brief.without_command(str(error))) from error
+    try:
+        check_suits(decider, [types[robot.type].role for robot in brief.robots])
+    except ScenarioError as error:
+        raise refuse("strategy", str(error)) from error
     return brief
 
 
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
-    if current_name(body.strategy) not in strategy_names():
+    if not is_strategy(body.strategy):
         raise refuse("strategy", f"unknown strategy {body.strategy!r}; there are {', '.join(strategy_names())}")
     if ":" in body.planner and body.planner not in commands:
         raise refuse("planner", "command lines are not taken from clients")

@@ -1,0 +1,230 @@
+"""Exploring by a rule of frontiers: robots are sent to the cells that the rule picks.
+
+The cells become the targets of a situation, so that the plan that leads there is checked, followed and logged as any
+other. A mission that is explored this way ends when no robot can explore anything any more, by the same rules as with
+every other strategy; carriers then drive home if they are asked to.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from marsupial.arrays import Floats, Ints
+from marsupial.errors import ScenarioError
+from marsupial.maps.survey import Survey, Surveyor
+from marsupial.maps.targets import Target, cell_at
+from marsupial.maps.territory import Territory
+from marsupial.model.grid import Cell
+from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
+from marsupial.model.plan import Action, Plan
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Goal
+from marsupial.model.strategy import Briefing, Decision, PlanProgress
+from marsupial.model.world import News, RobotReport, World
+from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.strategies.frontier.rule import FrontierRule
+from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.rules import decide_by
+
+LOOK_MS = 1000
+"""Least simulated time between two looks whether anything is left to explore while robots drive."""
+
+
+class FrontierStrategy:
+    """A strategy that sends robots where a rule says.
+
+    Parameters
+    ----------
+    name
+        What it is called in logs; the rule's name with the parameters that were asked for.
+    """
+
+    def __init__(self, rule: FrontierRule, name: str = "") -> None:
+        self.name = name or rule.name
+        self._rule = rule
+        self._pace: FrontierPace | None = None
+
+    def suits(self, team: Iterable[Role]) -> None:
+        """Refuse a team, given by the roles of its robots, that the strategy makes no sense for.
+
+        Raises
+        ------
+        ScenarioError
+            If robots carry others, or there are more than it can lead.
+        """
+        roles = Counter(team)
+        rovers, most = roles[Role.ROVER], self._rule.most_robots
+        if rovers:
+            raise ScenarioError(f"strategy {self.name} leads carriers without rovers, the team has {rovers}")
+        if most is not None and roles.total() > most:
+            raise ScenarioError(f"strategy {self.name} leads {most} at most, the team has {roles.total()} robots")
+
+    def replanning(
+        self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
+    ) -> FrontierPace:
+        """Return when the rule is asked in a mission, and what its answers mean."""
+        self._pace = FrontierPace(self._rule, world, kinds, homes, goal)
+        return self._pace
+
+    def decide(self, briefing: Briefing) -> Decision:
+        """Return the plan by which each robot drives to its frontier."""
+        return decide_by(self.name, self._explore, briefing)
+
+    def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
+        timeline = Timeline.of(briefing.situation)
+        for robot, target in ({} if self._pace is None else self._pace.ways).items():
+            timeline.explore(robot, target)
+        return timeline.plan, frozenset()
+
+
+class FrontierPace:
+    """Asks the rule whenever that is due.
+
+    Attributes
+    ----------
+    ways
+        The target that each robot with a goal is sent to.
+    """
+
+    explored = "no reachable target is left"
+
+    def __init__(
+        self,
+        rule: FrontierRule,
+        world: World,
+        kinds: Mapping[str, RobotType],
+        homes: Mapping[str, Cell],
+        goal: Goal,
+    ) -> None:
+        self._rule = rule
+        self._world = world
+        self._territory = Territory(world.grid, tuple(kinds.values()))
+        self._surveyor = Surveyor(self._territory, homes, goal)
+        starts = [value for robot in world.robots() if robot.cell is not None for value in robot.cell]
+        self._rng = np.random.default_rng(starts)
+        self._goals: dict[str, int] = {}
+        self._fresh = False
+        self._looked_ms = -LOOK_MS
+        self.ways: dict[str, str] = {}
+        self.exploration_ms: int | None = None
+        self.route = self._surveyor.route
+
+    @property
+    def wake_ms(self) -> int | None:
+        """When what was seen since the last look is to be looked at."""
+        return self._looked_ms + LOOK_MS if self._fresh else None
+
+    def take_in(self, news: News) -> None:
+        """Enter the cells that were revealed in the map."""
+        for _, indices in news.revealed:
+            self._territory.reveal(indices)
+            self._fresh = True
+
+    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
+        """Ask for another decision when a robot has arrived, failed, or drives to what has been seen by now."""
+        told = {Cause.FAILED: [name for name, _ in news.failed], Cause.LOST: [name for name, _ in news.lost]}
+        if not self._rule.each_step:
+            for action in done:
+                self._goals.pop(action.robot, None)
+        told[Cause.ROBOT_FREE] = sorted({action.robot for action in done})
+        if self._rule.gives_up and news.revealed:
+            told[Cause.GONE] = self._seen_through()
+        triggers = tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
+        if triggers or work.idle:
+            return triggers or (Trigger(Cause.CARRIED_OUT),)
+        if self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS:
+            self._fresh, self._looked_ms = False, self._world.now_ms
+            if not self._surveyor.targets(self._world.robots()):
+                return (Trigger(Cause.EXPLORED),)
+        return ()
+
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+        """Ask the rule, and return the situation whose targets are the frontier cells that robots go to."""
+        robots = self._world.robots()
+        left = self._surveyor.targets(robots)
+        if not late:
+            if left and self.exploration_ms is not None:
+                self.exploration_ms = None
+            elif not left and self.exploration_ms is None:
+                self.exploration_ms = self._world.now_ms
+        targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
+        return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
+
+    def follow(self, survey: Survey, since: Survey | None = None) -> None:
+        """Take in that robots drive to where they were sent."""
+        self._fresh, self._looked_ms = since is not None, self._world.now_ms
+
+    def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
+        """Return the targets that are left, and the frontiers that are none."""
+        targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
+        return self._surveyor.remaining(targets, reason)
+
+    def _seen_through(self) -> list[str]:
+        """Return the robots with a frontier cell that is none any more, and take it from them."""
+        cells = np.array(list(self._goals.values()), dtype=np.int64)
+        left = self._surveyor.finder.at_unknown(cells)
+        gone = [name for name, still in zip(list(self._goals), left.tolist(), strict=True) if not still]
+        for name in gone:
+            del self._goals[name]
+        return gone
+
+    def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
+        """Let the rule pick frontier cells; return them as targets, and enter who goes to which."""
+        view = self._view(robots)
+        chosen = {**self._goals, **self._rule.choose(view)}
+        self._goals, self.ways = {}, {}
+        targets: dict[str, Target] = {}
+        for robot in view.robots:
+            if robot.name not in chosen:
+                continue
+            stop = self._stop(view, robot, chosen[robot.name])
+            if stop is None:
+                continue
+            name = f"t_{stop.x}_{stop.y}"
+            self._goals[robot.name], self.ways[robot.name] = chosen[robot.name], name
+            viewpoints = {**(targets[name].viewpoints if name in targets else {}), robot.kind.name: stop}
+            seed = np.array([stop.y * view.grid.width + stop.x])
+            targets[name] = self._surveyor.finder.target(int(seed[0]), seed, viewpoints)
+        return tuple(targets.values())
+
+    def _stop(self, view: FrontierView, robot: Explorer, goal: int) -> Cell | None:
+        """Return where a robot is to drive now on its way to a frontier cell, or None if it can't get there."""
+        frontier = view.frontier(robot)
+        place = np.searchsorted(frontier.cells, goal)
+        if place == len(frontier.cells) or frontier.cells[place] != goal:
+            return None
+        viewpoint = cell_at(int(frontier.viewpoints[place]), view.grid.width)
+        if not self._rule.each_step:
+            return viewpoint
+        route = self._surveyor.route(robot.kind.name, robot.cell, viewpoint)
+        return None if route is None else route[min(1, len(route) - 1)]
+
+    def _view(self, robots: Sequence[RobotReport]) -> FrontierView:
+        kinds = self._territory.kinds
+        explorers = tuple(
+            Explorer(
+                name=robot.name,
+                kind=kinds[robot.type],
+                cell=robot.cell,
+                heading=robot.heading or 0,
+                goal=self._goals.get(robot.name),
+            )
+            for robot in robots
+            if robot.cell is not None
+        )
+
+        def lengths(robot: Explorer, cells: Ints) -> Floats:
+            wanted = [cell_at(cell, self._territory.grid.width) for cell in cells.tolist()]
+            return self._surveyor.lengths(robot.kind.name, robot.cell, wanted)
+
+        return FrontierView(
+            grid=self._territory.grid,
+            robots=explorers,
+            frontiers=self._surveyor.frontiers(robots),
+            standable={name: footprint.standable for name, footprint in self._territory.footprints.items()},
+            lengths=lengths,
+            rng=self._rng,
+        )

@@ -1,0 +1,79 @@
+"""What a strategy of frontiers sees when it decides: the map, its frontiers, the robots and their ways."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from marsupial.arrays import Floats, Ints
+from marsupial.maps.reach import groups
+from marsupial.maps.targets import Frontier
+from marsupial.model.grid import Cell, Grid, Mask
+from marsupial.model.robots import RobotType
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explorer:
+    """A robot that is sent to frontiers.
+
+    Parameters
+    ----------
+    cell
+        Where it is; while it drives the next cell it passes.
+    heading
+        Step digit of its last move (`marsupial.paths.routes`), 0 before the first.
+    goal
+        The frontier cell (row-major index) that it is on its way to, or None.
+    """
+
+    name: str
+    kind: RobotType
+    cell: Cell
+    heading: int
+    goal: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FrontierView:
+    """The moment of a decision; cells are row-major indices (y * width + x).
+
+    Parameters
+    ----------
+    grid
+        The known map.
+    robots
+        Those that are not lost, in the order of the team.
+    frontiers
+        What each robot type can explore, by its name.
+    standable
+        Where each robot type can stand (height, width), by its name.
+    lengths
+        Gives the lengths (n,) in cells of a robot's shortest ways to n cells, inf where there is none.
+    rng
+        For whatever is drawn by chance; the same in each mission with the same starts.
+    """
+
+    grid: Grid
+    robots: tuple[Explorer, ...]
+    frontiers: Mapping[str, Frontier]
+    standable: Mapping[str, Mask]
+    lengths: Callable[[Explorer, Ints], Floats]
+    rng: np.random.Generator
+
+    def frontier(self, robot: Explorer) -> Frontier:
+        """Return what a robot can explore."""
+        return self.frontiers[robot.kind.name]
+
+    def groups(self, robot: Explorer) -> list[Ints]:
+        """Return the frontiers as a whole: the groups of frontier cells that touch, corners included."""
+        return groups(self.frontier(robot).cells, self.grid.cells.shape)
+
+    def ways(self, robot: Explorer) -> Floats:
+        """Return the lengths (n,) of a robot's ways to where it can see behind each of its frontier cells."""
+        return self.lengths(robot, self.frontier(robot).viewpoints)
+
+    def xy(self, cells: Ints) -> tuple[Ints, Ints]:
+        """Return columns and rows of cells."""
+        return cells % self.grid.width, cells // self.grid.width
