@@ -137,7 +137,10 @@ class EnergySearch:
         It is exact but for one part in 10^9.
         """
         self._search(source, None, heading)
-        return self._frame.inside(self._least()) * self.motion.distance
+        energies = np.full(self._frame.size, np.inf)
+        kernels.least_of_all(self._work, energies)
+        energies *= self.motion.distance
+        return self._frame.inside(energies)
 
     def costs(self, source: Cell, wanted: Sequence[Cell], heading: int | None = None) -> Floats:
         """Return the least energy of driving from `source` to each wanted cell; inf where there is no way."""
@@ -189,10 +192,11 @@ class EnergySearch:
         goals = NOWHERE if wanted is None else np.append(start, wanted[self._work.passable[wanted] > 0])
         kernels.spread(self._work, np.uint64(start[0]), _FREE if heading is None else heading, goals)
 
-    def _least(self, at: Cells | slice = slice(None)) -> Floats:
+    def _least(self, at: Cells) -> Floats:
         """Return the least energy at which the last search reached each of these framed cells, in straight steps."""
-        least: Floats = self._work.cost.reshape(-1, 8)[at].min(axis=1)
-        return least
+        energies = np.empty(at.size)
+        kernels.least(self._work, at, energies)
+        return energies
 
     def _walked(self, source: Cell, wanted: Sequence[Cell], heading: int | None) -> tuple[Ints, Mask]:
         """Search; return what the ways are made of (`kernels.tally`), and which of the wanted cells are reached."""

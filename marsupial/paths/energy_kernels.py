@@ -189,6 +189,20 @@ def _least(cost: Floats, cell: np.uint32) -> float:
     return least
 
 
+@native
+def least(work: EnergyBuffers, cells: Cells, energies: Floats) -> None:
+    """Enter at what energy the last search reached each of these cells, inf where it did not."""
+    for k in range(cells.size):
+        energies[k] = _least(work.cost, cells[k])
+
+
+@native
+def least_of_all(work: EnergyBuffers, energies: Floats) -> None:
+    """Enter at what energy the last search reached each cell that it did."""
+    for k in range(work.ends[BUCKETS]):
+        energies[work.touched[k]] = _least(work.cost, work.touched[k])
+
+
 @inlined
 def _arrived(work: EnergyBuffers, cell: np.uint64) -> int:
     """Return the heading by which a cell is reached at the least energy; `SOURCE` at the source."""
