@@ -136,9 +136,15 @@ class Fields(Notes):
             self.wrong(key, f"must be {' or '.join(options)}, got {shown(value)}")
         return ""
 
-    def numbers(self, key: str, count: int, default: tuple[float, ...] | None = None) -> tuple[float, ...]:
-        """Take a list of `count` finite numbers; empty where it is wrong."""
-        return tuple(float(number) for number in self._take(key, default, (), lambda v: _numbers_fault(v, count)))
+    def numbers(
+        self, key: str, count: int, default: tuple[float, ...] | None = None, bound: Bound = FINITE
+    ) -> tuple[float, ...]:
+        """Take a list of `count` finite numbers, each within the bound; empty where it is wrong."""
+        numbers = self._take(key, default, (), lambda v: _numbers_fault(v, count))
+        faults = [(i, fault) for i, number in enumerate(numbers) if (fault := bound.fault(number)) is not None]
+        for i, fault in faults:
+            self.wrong(f"{key}[{i}]", fault)
+        return () if faults else tuple(float(number) for number in numbers)
 
     def texts(self, key: str) -> list[str]:
         """Take a list of texts that is not empty; empty where it is wrong."""

@@ -188,7 +188,7 @@ class Summary:
         text=_digits(3, "m2/m"), better=1, digits=3, decimals=6,
     )  # fmt: skip
     energy_j: float = _metric(
-        "energy", "J", "idle power times mission time plus drive power times the time driven, of all robots",
+        "energy", "J", "of all robots: idle power by mission time, drive power by time driven; metres, stops, turns",
         text=lambda joules: f"{joules / 1000:.1f} kJ", better=-1, decimals=3,
     )  # fmt: skip
     energy_j_per_robot: Mapping[str, float]

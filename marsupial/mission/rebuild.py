@@ -86,9 +86,11 @@ def _cut(events: Sequence[log.MissionEvent], t_ms: int) -> int:
 
 def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
     track = tracks[name]
-    cell, free_at_ms, carrier = None, t_ms, track.where.carrier
+    cell, free_at_ms, carrier, heading = None, t_ms, track.where.carrier, None
     if carrier is None and track.where.at is not None:
         cell, passed_ms = track.where.at.ahead(t_ms)
+        heading = track.where.at.heading(t_ms)
+        heading = track.heading if heading is None else heading
         free_at_ms = max(t_ms, passed_ms)
     action = None if track.running is None else track.running.action
     if track.running is not None and action is not None and action.carrier is not None:
@@ -96,7 +98,15 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
         took_ms = rover.dock_ms if action.name is ActionName.DOCK else rover.undock_ms
         free_at_ms = max(t_ms, track.running.t_ms + took_ms)
     lost = track.lost or (carrier is not None and tracks[carrier].lost)
-    return RobotReport(name=name, type=track.kind.name, cell=cell, carrier=carrier, free_at_ms=free_at_ms, lost=lost)
+    return RobotReport(
+        name=name,
+        type=track.kind.name,
+        cell=cell,
+        carrier=carrier,
+        free_at_ms=free_at_ms,
+        lost=lost,
+        heading=heading,
+    )
 
 
 def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[log.MapMeeting, ...]:

@@ -18,6 +18,7 @@ from marsupial.model.grid import UNKNOWN, Cell, CellArray
 from marsupial.model.plan import Action
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
+from marsupial.paths.headings import heading_of
 from marsupial.paths.routes import passing_times_ms, route_of
 
 
@@ -63,6 +64,11 @@ class Leg:
         step = min(bisect_right(self.times_ms, t_ms), len(self.cells) - 1)
         return self.cells[step], self.times_ms[step]
 
+    def heading(self, t_ms: int) -> int | None:
+        """Return the digit of the step to that cell; None for a robot that stands."""
+        step = min(bisect_right(self.times_ms, t_ms), len(self.cells) - 1)
+        return heading_of(self.cells[step - 1], self.cells[step]) if step else None
+
     def at(self, t_ms: int) -> tuple[float, float]:
         """Return the point between two cells."""
         x, y = (float(np.interp(t_ms, self.times_ms, [cell[axis] for cell in self.cells])) for axis in (0, 1))
@@ -71,10 +77,19 @@ class Leg:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Track:
-    """One robot after an event; `running` is the start of the action it takes part in."""
+    """One robot after an event.
+
+    Parameters
+    ----------
+    heading
+        Which way it faces while it stands; None if no way in particular.
+    running
+        The start of the action it takes part in.
+    """
 
     kind: RobotType
     where: Whereabouts[Leg]
+    heading: int | None = None
     running: log.ActionStarted | None = None
     lost: bool = False
 
@@ -114,9 +129,9 @@ class MissionTracker(Observer):
             case log.Planned():
                 self.plan = event
             case log.DriveStarted():
-                self._put(event.robot, self._drive(event))
+                self._put(event.robot, self._drive(event), self.tracks[event.robot].heading)
             case log.DriveEnded():
-                self._put(event.robot, Leg((event.cell,)))
+                self._put(event.robot, Leg((event.cell,)), self._faced(event))
             case log.ActionStarted():
                 self._action_started(event)
             case log.ActionEnded():
@@ -141,6 +156,15 @@ class MissionTracker(Observer):
         times = passing_times_ms(route, self._resolution_m, self.tracks[event.robot].kind.speed_mps)
         return Leg(tuple(route), tuple((event.t_ms + times).tolist()))
 
+    def _faced(self, event: log.DriveEnded) -> int | None:
+        """Return which way a robot faces at the end of a drive."""
+        track = self.tracks[event.robot]
+        leg = track.where.at
+        if leg is None or event.cell not in leg.cells[1:]:
+            return track.heading
+        step = leg.cells.index(event.cell, 1)
+        return heading_of(leg.cells[step - 1], leg.cells[step])
+
     def _action_started(self, event: log.ActionStarted) -> None:
         action = event.action
         for name in action.robots:
@@ -148,7 +172,7 @@ class MissionTracker(Observer):
         if action.carrier is not None:
             track = self.tracks[action.robot]
             where = track.where.begun(action.name, Leg((event.cell,)), action.carrier)
-            self._change(action.robot, replace(track, where=where))
+            self._change(action.robot, replace(track, where=where, heading=None))
 
     def _action_ended(self, event: log.ActionEnded) -> None:
         action = event.action
@@ -158,8 +182,8 @@ class MissionTracker(Observer):
             track = self.tracks[action.robot]
             self._change(action.robot, replace(track, where=track.where.ended(action.name, event.end)))
 
-    def _put(self, name: str, leg: Leg) -> None:
-        self._change(name, replace(self.tracks[name], where=Whereabouts(leg)))
+    def _put(self, name: str, leg: Leg, heading: int | None) -> None:
+        self._change(name, replace(self.tracks[name], where=Whereabouts(leg), heading=heading))
 
     def _change(self, name: str, track: Track) -> None:
         self.tracks = {**self.tracks, name: track}

@@ -21,10 +21,29 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnergyModel:
-    """Power a robot type draws, in watts: always (`idle_w`) and on top of it while driving (`drive_w`)."""
+    """What a robot type uses: power by time, and energy by distance and manoeuvre.
+
+    Parameters
+    ----------
+    idle_w, drive_w
+        Power in W drawn always, and on top of it while driving.
+    metre_j
+        Energy in J per metre driven.
+    stop_j
+        Energy in J per stop on the way: wherever it turns, or stands before it goes on.
+    turn_j
+        Energy in J per turn of 45, 90, 135 and 180 degrees.
+
+    References
+    ----------
+    Mei, Lu, Lee and Hu, Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-A.
+    """
 
     idle_w: float = 0.0
     drive_w: float = 0.0
+    metre_j: float = 0.0
+    stop_j: float = 0.0
+    turn_j: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

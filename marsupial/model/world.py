@@ -29,7 +29,8 @@ class RobotReport:
     free_at_ms
         Mission time from which it can be given a new command if it is told to stop now.
     heading
-        Step digit of its last move (`marsupial.paths.routes`); None before the first, or where that is not known.
+        Digit of the step to `cell` (0 is +x, 2 is +y; `marsupial.paths.routes`); None before its first step and after
+        it was carried.
     """
 
     name: str
@@ -39,6 +40,14 @@ class RobotReport:
     free_at_ms: int
     lost: bool = False
     heading: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manoeuvres:
+    """How often a robot has stopped on its way, and turned by 45, 90, 135 and 180 degrees."""
+
+    stops: int
+    turns: tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -99,3 +108,6 @@ class World(Protocol):
 
     def driving_ms(self, robot: str) -> int:
         """Return how long a robot has been driving."""
+
+    def manoeuvres(self, robot: str) -> Manoeuvres:
+        """Return how often a robot has stopped and turned."""

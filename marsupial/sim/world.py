@@ -21,8 +21,9 @@ from marsupial.maps.footprint import disc
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
-from marsupial.model.world import News, RobotReport
+from marsupial.model.world import Manoeuvres, News, RobotReport
 from marsupial.native import native
+from marsupial.paths.headings import Odometer
 from marsupial.paths.kernels import SQRT2
 from marsupial.paths.routes import passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
@@ -51,6 +52,7 @@ class _Robot:
     lost: bool = False
     distance_cells: float = 0.0
     driving_ms: int = 0
+    odometer: Odometer = field(default_factory=Odometer)
 
 
 class SimulatedWorld:
@@ -120,6 +122,10 @@ class SimulatedWorld:
         """Return how long a robot has been driving."""
         return self._robots[robot].driving_ms
 
+    def manoeuvres(self, robot: str) -> Manoeuvres:
+        """Return how often a robot has stopped and turned."""
+        return self._robots[robot].odometer.manoeuvres
+
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         """Send a free robot along `route`, which starts at its cell."""
         mover = self._free(robot)
@@ -128,6 +134,7 @@ class SimulatedWorld:
         mover.doing = _Doing.DRIVING
         mover.route, mover.step = tuple(route), 0
         mover.times_ms = self._now_ms + passing_times_ms(mover.route, self._grid.resolution_m, mover.kind.speed_mps)
+        mover.odometer.set_off(self._now_ms)
         self._next_step(mover)
 
     def stop(self, robot: str) -> None:
@@ -143,6 +150,7 @@ class SimulatedWorld:
         if guest.cell is None or host.cell is None or load >= host.kind.capacity:
             raise InternalError(f"{rover} can't dock on {carrier}")
         guest.cell, guest.carrier = None, carrier
+        guest.odometer.lift()
         self._together(guest, host, _Doing.DOCKING, guest.kind.dock_ms)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
@@ -187,6 +195,7 @@ class SimulatedWorld:
             carrier=robot.carrier,
             free_at_ms=int(robot.times_ms[robot.step]) if driving else max(robot.free_at_ms, self._now_ms),
             lost=robot.lost,
+            heading=robot.odometer.heading,
         )
 
     def _push(self, t_ms: int, name: str, errand: int) -> None:
@@ -201,7 +210,9 @@ class SimulatedWorld:
 
     def _next_step(self, robot: _Robot) -> None:
         robot.errand += 1
-        robot.step = min(robot.step + 1, len(robot.route) - 1)
+        before, robot.step = robot.step, min(robot.step + 1, len(robot.route) - 1)
+        if robot.step > before:
+            robot.odometer.step(robot.route[before], robot.route[robot.step])
         self._push(int(robot.times_ms[robot.step]), robot.name, robot.errand)
 
     def _together(self, rover: _Robot, carrier: _Robot, doing: _Doing, duration_ms: int) -> None:
@@ -223,6 +234,7 @@ class SimulatedWorld:
             robot.driving_ms += int(robot.times_ms[robot.step] - robot.times_ms[robot.step - 1])
         robot.cell = there
         if robot.step == len(robot.route) - 1:
+            robot.odometer.arrive(self._now_ms)
             return True
         self._next_step(robot)
         return False

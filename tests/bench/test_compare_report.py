@@ -4,20 +4,19 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from scipy import stats
 
-from marsupial.bench.compare import wurm2010
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, tally
-from marsupial.bench.compare.documents import documents
 from marsupial.bench.compare.figures import mean_coverage
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row
-from marsupial.bench.compare.statements import StatementVerdict, share_verdict
+from marsupial.bench.compare.statements import StatementVerdict, Terms, share_verdict
 from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
     failure_table,
@@ -28,6 +27,8 @@ from marsupial.bench.compare.tables import (
     status_table,
     tables,
 )
+from marsupial.bench.documents import documents
+from marsupial.bench.papers import wurm2010
 from marsupial.model.planning import Budget
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
@@ -248,7 +249,7 @@ def test_one_number_of_carriers_is_shown_by_the_number_of_rovers() -> None:
 
 @pytest.fixture(scope="module")
 def paper() -> Comparison:
-    return wurm2010.comparison(2, "greedy", Budget(steps=1))
+    return wurm2010.comparison(Terms(runs=2, planner="greedy", budget=Budget(steps=1), maps=Path()))
 
 
 def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 2, better: float = 0.5) -> ComparisonOutcome:

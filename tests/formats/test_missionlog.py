@@ -103,7 +103,14 @@ types = st.builds(
     capacity=times,
     dock_ms=times,
     undock_ms=times,
-    energy=st.builds(EnergyModel, idle_w=numbers, drive_w=numbers),
+    energy=st.builds(
+        EnergyModel,
+        idle_w=numbers,
+        drive_w=numbers,
+        metre_j=numbers,
+        stop_j=numbers,
+        turn_j=st.tuples(numbers, numbers, numbers, numbers),
+    ),
 )
 starts = st.builds(
     lambda kind, terrains, goal, resolution_m, origin_m, name: replace(

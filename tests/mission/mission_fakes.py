@@ -13,7 +13,7 @@ from marsupial.model.mission import MissionEvent
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
-from marsupial.model.world import News, RobotReport
+from marsupial.model.world import Manoeuvres, News, RobotReport
 
 
 class Recorder(Observer):
@@ -71,6 +71,9 @@ class FakeWorld:
 
     def driving_ms(self, robot: str) -> int:
         return 0
+
+    def manoeuvres(self, robot: str) -> Manoeuvres:
+        return Manoeuvres(stops=0, turns=(0, 0, 0, 0))
 
 
 class Scripted:

@@ -22,7 +22,7 @@ from small_missions import (
 )
 
 from marsupial.formats.triggers import trigger_text
-from marsupial.mission.loop import MAX_FRUITLESS, runs_of
+from marsupial.mission.loop import MAX_FRUITLESS, energy_j, runs_of
 from marsupial.mission.replanning import LOOK_MS
 from marsupial.model.grid import Cell
 from marsupial.model.mission import (
@@ -37,8 +37,10 @@ from marsupial.model.mission import (
     Status,
 )
 from marsupial.model.plan import Action, ActionName, Plan
+from marsupial.model.robots import EnergyModel
 from marsupial.model.scenario import Goal, PlanningTime
 from marsupial.model.strategy import Briefing, Decision
+from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.heuristic import Heuristic
 from marsupial.strategies.temporal import Temporal
 
@@ -69,6 +71,20 @@ def _timed(action: Action, start_ms: int, took_ms: int) -> Action:
 
 def plans_of(watcher: Watcher) -> list[Planned]:
     return [event for event in watcher.events if isinstance(event, Planned)]
+
+
+def test_energy_is_that_of_time_distance_stops_and_turns() -> None:
+    kinds = kinds_of()
+    energy = EnergyModel(idle_w=1.0, drive_w=10.0, metre_j=100.0, stop_j=1e3, turn_j=(1e4, 1e5, 1e6, 1e7))
+    kinds["carrier"] = replace(kinds["carrier"], energy=energy)
+    world = SimulatedWorld(drawn_grid(*ANNEX), kinds, [carrier_at(4, 3), rover_at(8, 3)])
+    world.advance(0)
+    for route in ([(4, 3), (5, 3), (6, 3)], [(6, 3), (5, 3)]):
+        world.drive("c1", [Cell(*cell) for cell in route])
+        while not world.advance(60_000).finished:
+            pass
+    world.advance(10_000)
+    assert energy_j(world, kinds) == (("c1", 10.0 + 30.0 + 300.0 + 1e3 + 1e7), ("r1", 0.0))
 
 
 def test_a_carrier_alone_explores_a_hall() -> None:

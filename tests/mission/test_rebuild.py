@@ -148,7 +148,19 @@ UNDOCK = Action(
 def test_a_driving_robot_is_at_the_next_cell_and_free_when_it_gets_there() -> None:
     events = [START, DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(1, 1), steps="000"), end_at(9000)]
     robot = moment_at(events, 2500).robots[0]
-    assert (robot.cell, robot.free_at_ms) == (Cell(3, 1), 3000)
+    assert (robot.cell, robot.free_at_ms, robot.heading) == (Cell(3, 1), 3000, 0)
+
+
+def test_a_robot_that_stands_faces_as_it_came_and_one_that_is_set_down_no_way() -> None:
+    events = [
+        START,
+        DriveStarted(t_ms=1000, robot="carrier1", cell=Cell(1, 1), steps="0002"),
+        end_at(4000),
+        ActionStarted(t_ms=5000, revision=1, action=UNDOCK, cell=Cell(5, 1)),
+        end_at(20_000),
+    ]
+    carrier, rover = moment_at(events, 5000).robots
+    assert (carrier.cell, carrier.heading, rover.heading) == (Cell(4, 1), 0, None)
 
 
 def test_a_robot_that_passes_a_cell_is_on_its_way_to_the_next() -> None:

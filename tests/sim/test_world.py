@@ -306,3 +306,59 @@ def test_a_cell_is_revealed_once_by_whoever_saw_it_first() -> None:
     world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(3, 1, 1), carrier_at(4, 1, 2)])
     indices = np.concatenate([seen for _, seen in world.advance(0).revealed])
     assert len(np.unique(indices)) == len(indices) == len(known_cells(world))
+
+
+def facing(world: SimulatedWorld, name: str) -> int | None:
+    return report_of(world, name).heading
+
+
+def test_a_robot_faces_along_its_last_step_or_the_one_under_way() -> None:
+    world = world_of(carrier_at(1, 1))
+    assert facing(world, "c1") is None
+    world.drive("c1", EAST[:3])
+    assert facing(world, "c1") == 0
+    until_finished(world)
+    world.drive("c1", EAST[2:0:-1])
+    assert facing(world, "c1") == 4
+    until_finished(world)
+    world.drive("c1", EAST[1:2])
+    until_finished(world)
+    assert facing(world, "c1") == 4
+
+
+def test_a_carried_robot_faces_no_way() -> None:
+    world = world_of(carrier_at(3, 1), rover_at(1, 1))
+    world.drive("r1", EAST[:2])
+    until_finished(world)
+    assert facing(world, "r1") == 0
+    world.dock("r1", "c1")
+    assert facing(world, "r1") is None
+
+
+def test_stops_and_turns_are_counted_where_the_way_bends() -> None:
+    world = world_of(carrier_at(1, 1), lines=("######", "#....#", "#....#", "######"))
+    world.drive("c1", (Cell(1, 1), Cell(2, 2), Cell(3, 2), Cell(4, 2), Cell(4, 1), Cell(3, 2)))
+    until_finished(world)
+    made = world.manoeuvres("c1")
+    assert (made.stops, made.turns) == (3, (1, 1, 1, 0))
+
+
+def test_going_on_at_once_is_no_stop_and_going_on_later_is_one() -> None:
+    world = world_of(carrier_at(1, 1))
+    world.advance(500)
+    for k in range(3):
+        world.drive("c1", EAST[k : k + 2])
+        until_finished(world)
+        if k == 1:
+            world.advance(world.now_ms + 1)
+    assert (world.manoeuvres("c1").stops, world.manoeuvres("c1").turns) == (1, (0, 0, 0, 0))
+
+
+def test_to_turn_back_at_once_is_a_stop_and_half_a_turn() -> None:
+    world = world_of(carrier_at(1, 1))
+    world.drive("c1", EAST)
+    world.stop("c1")
+    news = until_finished(world)
+    assert (news.t_ms, report_of(world, "c1").cell) == (1000, Cell(2, 1))
+    world.drive("c1", EAST[1::-1])
+    assert (world.manoeuvres("c1").stops, world.manoeuvres("c1").turns) == (1, (0, 0, 0, 1))

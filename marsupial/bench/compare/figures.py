@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, filterwarnings
 
@@ -93,6 +93,33 @@ def measure_figure(
     title = f"{measure.heading}: {where}"
     place = f"{of_paper} with our data. " if of_paper else ""
     return _figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
+
+
+def gain_figure(
+    outcome: ComparisonOutcome, measure: Metric, scenarios: Sequence[str], *, name: str, of_paper: str = ""
+) -> Figure:
+    """Return by team size what the rivals of the base gain over it, in per cent of its mean: a row for each scenario.
+
+    `of_paper` says which figure of a paper it is.
+    """
+
+    def value(case: Case, contender: Contender) -> Estimate | None:
+        found = outcome.pairing(case, contender, measure)
+        if found.ahead is None or not found.gain:
+            return None
+        scale = 100 * found.gain / found.ahead.mean
+        half = None if found.ahead.half is None else scale * found.ahead.half
+        return replace(found.ahead, mean=100 * found.gain, half=half)
+
+    cases = [case for scenario in scenarios for case in outcome.cases_of(scenario)]
+    drawing = _by_team_size(cases, outcome.rivals, value, f"gain in {measure.title} [%]")
+    title = f"Gain in {measure.title} over {outcome.base}: {' and '.join(scenarios)}"
+    place = f"{of_paper} with our data. " if of_paper else ""
+    caption = (
+        f"{place}{title}, by team size, in per cent of the mean of {outcome.base}. Error bars are 95 % confidence "
+        "intervals of the paired differences of complete missions."
+    )
+    return _figure(drawing, name, title, caption)
 
 
 def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import Figure
 from marsupial.bench.compare.plan import Comparison
+from marsupial.bench.compare.tables import ReportTable
 from marsupial.library.metrics import counted
 from marsupial.model.planning import Budget
 
@@ -43,20 +45,55 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Terms:
+    """On which terms an experiment is carried out.
+
+    Parameters
+    ----------
+    runs
+        Missions for each case and contender.
+    maps
+        The folder with the maps of real buildings that some papers use.
+    """
+
+    runs: int
+    planner: str
+    budget: Budget
+    maps: Path
+
+
+def _no_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
+    return []
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
     """An experiment of a paper: how to make its comparison, its figures, and what is found of its statements.
 
-    `runs` and `planner` are the number of missions for each case and the planner unless others are asked for; `setting`
-    says what is simulated.
+    Parameters
+    ----------
+    setting
+        Says what is simulated.
+    runs, planner
+        The number of missions for each case, and the planner, unless others are asked for.
+    tables
+        The paper's tables with our data beside the printed numbers.
+    overview
+        Whether the usual tables and figures of a comparison are shown as well.
+    parts
+        Further experiments of the paper by the folder within its own that they are kept in, by their names.
     """
 
     title: str
     setting: str
     runs: int
     planner: str
-    comparison: Callable[[int, str, Budget], Comparison]
+    comparison: Callable[[Terms], Comparison]
     figures: Callable[[ComparisonOutcome], Iterator[Figure]]
     findings: Callable[[ComparisonOutcome], list[Finding]]
+    tables: Callable[[ComparisonOutcome], list[ReportTable]] = _no_tables
+    overview: bool = True
+    parts: Mapping[str, str] = field(default_factory=dict)
 
 
 def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:

@@ -9,38 +9,54 @@ import typer
 
 from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, Workers
 
+MAPS = Path("../shared/maps")
+
 
 def reproduce(
-    paper: Annotated[str, typer.Argument(help="Which paper: wurm2010.")],
+    paper: Annotated[str, typer.Argument(help="Which paper: wurm2010, wurm2008, alkhawaldah or mei.")],
     out: Annotated[Path, typer.Option(help="Folder to write to; a comparison in it is resumed.")],
-    runs: Annotated[int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: 30].")] = None,
+    runs: Annotated[
+        int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: the paper's].")
+    ] = None,
     planner: Annotated[
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
+    maps: Annotated[Path, typer.Option(help="Folder with maps of real buildings, for wurm2008.")] = MAPS,
     workers: Workers = None,
     ray: RayAddress = None,
     retry_failed: RetryFailed = False,
 ) -> None:
     """Carry out the experiment of a paper.
 
-    Its figures are drawn with our data, and each of its statements gets a verdict.
+    Its tables and figures are made with our data, and each of its statements gets a verdict.
 
     wurm2010: office and maze, 1-6 carriers with 1-3 rovers each, 30 runs, temporal planning against the heuristic.
 
+    wurm2008: two real offices, 2-6 and 2-8 robots, 20 runs, segments of the map against the closest frontier.
+
+    alkhawaldah: two robots in worlds of cells with 0-40 obstacles, 10 runs, two bidding functions; sweeps of weights.
+
+    mei: one robot on floor plans and among random obstacles, 10 runs, energy and distance; energy-aware routes.
+
     Example: marsupial reproduce wurm2010 --out wurm2010
     """
-    from marsupial.bench.compare.papers import PAPERS
+    from marsupial.bench.compare.statements import Terms
+    from marsupial.bench.papers.catalogue import PAPERS, paper_names
     from marsupial.cli import comparing
     from marsupial.errors import UsageError
     from marsupial.model.planning import Budget
     from marsupial.planning.engines import mission_engine
 
-    if paper not in PAPERS:
-        raise UsageError(f"unknown paper {paper!r}; there are {', '.join(sorted(PAPERS))}")
+    if paper not in paper_names():
+        raise UsageError(f"unknown paper {paper!r}; there are {', '.join(paper_names())}")
     budget = Budget(steps=steps)
     experiment = PAPERS[paper]
     planner = planner or experiment.planner
     mission_engine(planner, budget)  # refuses what can't be used before anything is started
-    comparison = experiment.comparison(runs or experiment.runs, planner, budget)
-    comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)
+    parts = {name: PAPERS[part] for name, part in experiment.parts.items()}
+    for folder, part in {"": experiment, **parts}.items():
+        asked = runs if part is experiment else None
+        terms = Terms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps)
+        comparison = part.comparison(terms)
+        comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

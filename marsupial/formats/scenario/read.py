@@ -202,9 +202,16 @@ def drivable(names: Sequence[str], terrains: tuple[Terrain, ...], notes: Notes) 
 
 
 def _read_energy(fields: Fields) -> EnergyModel:
-    energy = fields.part("energy", required=False)
-    power = BOUNDS["power_w"]
-    model = EnergyModel(idle_w=energy.number("idle_w", 0.0, power), drive_w=energy.number("drive_w", 0.0, power))
+    energy, default = fields.part("energy", required=False), EnergyModel()
+    power, joules = BOUNDS["power_w"], BOUNDS["energy_j"]
+    turns = energy.numbers("turn_j", 4, default.turn_j, joules) or default.turn_j
+    model = EnergyModel(
+        idle_w=energy.number("idle_w", default.idle_w, power),
+        drive_w=energy.number("drive_w", default.drive_w, power),
+        metre_j=energy.number("metre_j", default.metre_j, joules),
+        stop_j=energy.number("stop_j", default.stop_j, joules),
+        turn_j=(turns[0], turns[1], turns[2], turns[3]),
+    )
     energy.finish()
     return model
 

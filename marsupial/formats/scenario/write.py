@@ -18,7 +18,7 @@ from marsupial.formats.scenario.map import SYMBOLS
 from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN, numbered_team
 from marsupial.model.grid import TERRAINS, Grid, Terrain
-from marsupial.model.robots import RobotType, Role, TeamMember
+from marsupial.model.robots import EnergyModel, RobotType, Role, TeamMember
 from marsupial.model.scenario import Scenario
 
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
@@ -111,7 +111,14 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
         fields["capacity"] = kind.capacity
     else:
         fields |= {"dock_s": kind.dock_ms / 1000, "undock_s": kind.undock_ms / 1000}
-    return fields | {"energy": {"idle_w": kind.energy.idle_w, "drive_w": kind.energy.drive_w}}
+    return fields | {"energy": _energy_fields(kind.energy)}
+
+
+def _energy_fields(energy: EnergyModel) -> dict[str, Any]:
+    """Return the fields of an energy model; what distance and manoeuvres use only where that is something."""
+    fields: dict[str, Any] = {"idle_w": energy.idle_w, "drive_w": energy.drive_w}
+    fields |= {key: value for key in ("metre_j", "stop_j") if (value := getattr(energy, key))}
+    return fields | ({"turn_j": _Line(energy.turn_j)} if any(energy.turn_j) else {})
 
 
 def _team_fields(scenario: Scenario) -> dict[str, Any] | list[dict[str, Any]]:

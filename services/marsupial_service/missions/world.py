@@ -21,7 +21,8 @@ from marsupial.model.mission import ActionEnd, PlacedRobot
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
-from marsupial.model.world import News, RobotReport
+from marsupial.model.world import Manoeuvres, News, RobotReport
+from marsupial.paths.headings import Odometer
 from marsupial.paths.routes import passing_times_ms
 from marsupial_service.missions.values import Brief, Input, Report, RobotNote, Wish, expand
 
@@ -41,8 +42,8 @@ class RobotCommand:
 
     Parameters
     ----------
-    route
-        Of a drive.
+    route, passed
+        Of a drive: its cells, and the index of the one the robot is at or next at.
     cell
         Where the rover docks, or where it is put by an undocking.
     stopped, halted
@@ -55,6 +56,7 @@ class RobotCommand:
     carrier: str | None = None
     route: tuple[Cell, ...] = ()
     cell: Cell | None = None
+    passed: int = 0
     stopped: bool = False
     halted: bool = False
 
@@ -86,6 +88,7 @@ class _Robot:
     failures: int = 0
     distance_m: float = 0.0
     driving_ms: int = 0
+    odometer: Odometer = field(default_factory=Odometer)
 
     @property
     def cell(self) -> Cell | None:
@@ -94,6 +97,18 @@ class _Robot:
     @property
     def carrier(self) -> str | None:
         return self.where.carrier
+
+    def passes(self, cell: Cell) -> None:
+        """Count the turns of the route up to a cell of it; off the route nobody knows which way the robot faces."""
+        order = self.order
+        if order is None or not order.route or cell == order.route[order.passed]:
+            return
+        if cell not in order.route[order.passed :]:
+            self.odometer.heading = None
+            return
+        while order.route[order.passed] != cell:
+            self.odometer.step(order.route[order.passed], order.route[order.passed + 1])
+            order.passed += 1
 
 
 @dataclass(slots=True)
@@ -160,6 +175,7 @@ class RemoteWorld:
                 carrier=robot.carrier,
                 free_at_ms=max(robot.free_at_ms, self._now_ms),
                 lost=robot.lost,
+                heading=robot.odometer.heading,
             )
             for name, robot in self._robots.items()
         )
@@ -176,13 +192,19 @@ class RemoteWorld:
         """Return how long a robot has been driving."""
         return self._robots[robot].driving_ms
 
+    def manoeuvres(self, robot: str) -> Manoeuvres:
+        """Return how often a robot has stopped and turned, as far as it kept to its routes."""
+        return self._robots[robot].odometer.manoeuvres
+
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         """Send a free robot along `route`."""
         mover = self._free(robot)
         times = passing_times_ms(route, self._grid.resolution_m, mover.kind.speed_mps)
         step = min(1, len(route) - 1)
         mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
+        mover.odometer.set_off(self._now_ms)
         self._give(RobotCommand(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
+        mover.passes(route[step])
 
     def stop(self, robot: str) -> None:
         """Let a driving robot stop."""
@@ -243,6 +265,8 @@ class RemoteWorld:
         if cell is None:
             raise InternalError(f"{rover} is aboard {guest.carrier}")
         guest.where = guest.where.begun(name, cell, carrier)
+        if name is ActionName.DOCK:
+            guest.odometer.lift()
         took_ms = guest.kind.dock_ms if name is ActionName.DOCK else guest.kind.undock_ms
         guest.free_at_ms = host.free_at_ms = self._now_ms + took_ms
         self._give(RobotCommand(id=self._count + 1, name=name, robot=rover, carrier=carrier, cell=cell))
@@ -311,6 +335,7 @@ class RemoteWorld:
         if note.cell is not None and robot.cell is not None:
             moved_m = math.dist(robot.cell, note.cell) * self._grid.resolution_m
             robot.where, robot.free_at_ms = replace(robot.where, at=note.cell), self._now_ms
+            robot.passes(note.cell)
         if note.free_at_ms is not None:
             robot.free_at_ms = note.free_at_ms
         robot.distance_m = robot.distance_m + moved_m if note.distance_m is None else note.distance_m
@@ -353,6 +378,8 @@ class RemoteWorld:
             for name in order.robots:
                 self._robots[name].order = None
                 self._robots[name].free_at_ms = self._now_ms
+            if order.name == "drive":
+                self._robots[order.robot].odometer.arrive(self._now_ms)
         return order
 
     def _lose(self, name: str, reason: str) -> None:

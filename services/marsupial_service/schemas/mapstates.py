@@ -36,6 +36,10 @@ Share = Annotated[float, within("share")]
 Grey = Annotated[int, within("grey")]
 Seconds = Annotated[float, within("remaining_s")]
 Power = Annotated[float, within("power_w")]
+Joules = Annotated[float, within("energy_j")]
+TurnsJ = Annotated[
+    tuple[float, float, float, float], made_of(Annotated[list[Joules], Field(min_length=4, max_length=4)], tuple)
+]
 Docking = Annotated[float, within("dock_s")]
 
 
@@ -105,10 +109,13 @@ class TerrainBody(RequestBody):
 
 
 class EnergyBody(RequestBody):
-    """Power drawn always, and on top of it while driving."""
+    """Power drawn always and on top of it while driving; energy per metre, stop, and turn of 45 to 180 degrees."""
 
     idle_w: Power = 0
     drive_w: Power = 0
+    metre_j: Joules = 0.0
+    stop_j: Joules = 0.0
+    turn_j: TurnsJ = (0.0, 0.0, 0.0, 0.0)
 
 
 class _RobotType(RequestBody):

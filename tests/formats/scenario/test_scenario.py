@@ -41,6 +41,7 @@ def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
         limits={"time_s": 90.5},
         planning_time="charged",
         robot_types__0__energy={"idle_w": 20, "drive_w": 60.5},
+        robot_types__1__energy={"metre_j": 1, "stop_j": 0.5, "turn_j": [0.4, 0.6, 0.8, 1]},
     )
     scenario = read_scenario(stored(tmp_path, data))
     carrier, rover = scenario.robot_types
@@ -48,6 +49,7 @@ def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
     assert scenario.grid.cells[1].tolist() == [0, FLOOR, FLOOR, FLOOR, FLOOR, ROUGH, ROUGH, 0]
     assert (carrier.role, carrier.capacity, carrier.terrains) == (Role.CARRIER, 2, {FLOOR})
     assert carrier.energy == EnergyModel(idle_w=20.0, drive_w=60.5)
+    assert rover.energy == EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0))
     assert (rover.role, rover.dock_ms, rover.undock_ms) == (Role.ROVER, 10_000, 5_000)
     assert (rover.speed_mps, rover.sensor_range_m, rover.radius_m) == (0.5, 5.0, 0.1)
     assert scenario.team == (
@@ -160,7 +162,7 @@ def test_everything_a_scenario_can_hold_survives_writing_and_reading(tmp_path: P
         robot_types=(
             rover,
             replace(rover, name="crab", terrains=frozenset({3, 254}), dock_ms=1, undock_ms=12_345, radius_m=0.05),
-            replace(carrier, radius_m=0.0, capacity=7),
+            replace(carrier, radius_m=0.0, capacity=7, energy=EnergyModel(metre_j=1.5, turn_j=(0.0, 0.0, 0.25, 1.0))),
         ),
         team=(
             TeamMember(name="b", type="crab", start=Cell(3, 0)),

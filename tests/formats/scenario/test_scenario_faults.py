@@ -40,6 +40,17 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"robot_types__1__dock_s": float("inf")},
         ["robot_types[1].dock_s: must be finite, got inf"],
     ),
+    "energies that are none": (
+        {
+            "robot_types__0__energy": {"stop_j": -1, "turn_j": [0, 1]},
+            "robot_types__1__energy": {"turn_j": [0, 1, -2, 3]},
+        },
+        [
+            "robot_types[0].energy.turn_j: must be a list of 4 numbers, got [0, 1]",
+            "robot_types[0].energy.stop_j: must be 0 or more, got -1",
+            "robot_types[1].energy.turn_j[2]: must be 0 or more, got -2",
+        ],
+    ),
     "half a rover": ({"robot_types__0__capacity": 1.5}, ["robot_types[0].capacity: must be an integer, got 1.5"]),
     "a boolean for an integer": (
         {"robot_types__0__capacity": True},

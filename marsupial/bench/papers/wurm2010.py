@@ -19,11 +19,10 @@ from statistics import fmean
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing, tally
 from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, Finding, share_verdict
+from marsupial.bench.compare.statements import Experiment, Finding, Terms, share_verdict
 from marsupial.bench.compare.tables import interval_text, percent
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Metric
-from marsupial.model.planning import Budget
 
 NAME = "wurm2010"
 MAZE, OFFICE = "maze", "office"
@@ -37,8 +36,8 @@ FLAT = 0.05
 """How much less time one more carrier has to take at least to be of use."""
 
 
-def comparison(runs: int, planner: str, budget: Budget) -> Comparison:
-    """Return the comparison: `runs` missions for each team, environment and method."""
+def comparison(terms: Terms) -> Comparison:
+    """Return the comparison: for each team, environment and method."""
     scenarios = {}
     for name in (OFFICE, MAZE):
         grid = builtin_scenario(name).grid  # one for all teams: it travels to each worker once
@@ -48,9 +47,9 @@ def comparison(runs: int, planner: str, budget: Budget) -> Comparison:
                 scenarios[Case(name, carriers, rovers)] = prepared(scenario)
     return Comparison(
         scenarios=scenarios,
-        contenders=(Contender("temporal", planner), Contender("heuristic")),
-        runs=runs,
-        budget=budget,
+        contenders=(Contender("temporal", terms.planner), Contender("heuristic")),
+        runs=terms.runs,
+        budget=terms.budget,
         paper=NAME,
     )
 
