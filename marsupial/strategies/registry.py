@@ -16,12 +16,13 @@ from marsupial.strategies.frontier.closest import ClosestFrontier
 from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.frontier.parameters import with_parameters
 from marsupial.strategies.frontier.rule import FrontierRule
+from marsupial.strategies.frontier.segmentation import Segments
 from marsupial.strategies.heuristic import Heuristic
 from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.one_step import OneStep
 from marsupial.strategies.temporal import Temporal
 
-RULES: Mapping[str, type[FrontierRule]] = {rule.name: rule for rule in (ClosestFrontier,)}
+RULES: Mapping[str, type[FrontierRule]] = {rule.name: rule for rule in (ClosestFrontier, Segments)}
 """Those that send robots to frontiers; they lead carriers without rovers."""
 
 
