@@ -1,0 +1,264 @@
+"""Segments of a partly known map: rooms, corridors, or parts of them, that lead into the unknown.
+
+The Voronoi graph is cut at its critical points, and each known drivable cell belongs to the part of the graph that is
+nearest on the ground. A critical point is where the clearance along the graph is least, such as in a doorway, if
+
+- it has degree 2,
+- its neighbour along the graph, of all narrow points, junctions and ends, is a junction, and
+- it leads from there into the unknown: what lies beyond has something to explore that can be reached without passing
+  another such point.
+
+Where there is none, what is connected is one segment.
+
+References
+----------
+Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
+section IV, Eq. 3, Fig. 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from marsupial.arrays import Flags, Floats, Ints, Ints32
+from marsupial.maps.reach import parts
+from marsupial.maps.voronoi import Blocks, VoronoiGraph, voronoi_graph
+from marsupial.model.grid import Grid, Mask
+from marsupial.native import native
+from marsupial.paths.nearest import Nearest
+
+RISE = 1.3
+"""A point is narrow if the clearance rises by this factor on both sides of it: less is the unevenness of walls."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Segmentation:
+    """The segments of a map, and what they were made of.
+
+    Attributes
+    ----------
+    labels
+        (height, width): the segment of each known drivable cell, from 1 on in the order of their first cells; else 0.
+    count
+        How many segments there are.
+    blocks, graph
+        The map in blocks and its Voronoi graph.
+    critical, dismissed
+        Blocks (row-major) of the critical points; of those that were none for leading to nothing unknown.
+    """
+
+    labels: Ints32
+    count: int
+    blocks: Blocks
+    graph: VoronoiGraph
+    critical: Ints
+    dismissed: Ints
+
+
+class _Cuts(NamedTuple):
+    """Candidates for critical points, ascending.
+
+    Attributes
+    ----------
+    place
+        (c,) Position in the graph's `inner`.
+    edge
+        (c,) The edge that each lies on.
+    from_start, from_end
+        (c,) Whether it is next to a junction at the first, at the second end of its edge.
+    """
+
+    place: Ints
+    edge: Ints
+    from_start: Flags
+    from_end: Flags
+
+
+def segment(grid: Grid, drivable: Mask, frontier: Ints | None = None) -> Segmentation:
+    """Return the segments of a map.
+
+    Parameters
+    ----------
+    drivable
+        Which cells (height, width) are known ground for robots; other known ones are obstacles.
+    frontier
+        The cells (row-major indices) from which there is something left to explore. If None, a point need not lead
+        into the unknown to be critical: all rooms are segments.
+    """
+    space = Blocks.of(grid, drivable)
+    graph = voronoi_graph(space)
+    cuts = _narrow(graph, space.clearance)
+    sources, pieces = _sources(graph, cuts, space, drivable)
+    ground = np.flatnonzero(drivable)
+    piece = np.full(drivable.size, -1, dtype=np.int64)
+    piece[ground] = _nearest(drivable, ground, sources, pieces)
+    links = np.concatenate([_links(graph, cuts), _bridges(graph, cuts, ground, piece, drivable.shape[1])])
+    critical = np.ones(len(cuts.place), dtype=np.bool_)
+    if frontier is not None:
+        component = _components(graph, cuts, links)
+        leads = np.zeros(component.max(initial=0) + 1, dtype=np.bool_)
+        reached = piece[frontier]
+        leads[component[reached[reached >= 0]]] = True
+        before, after = leads[component[_beside(graph, cuts)]].T
+        critical = (cuts.from_start & after) | (cuts.from_end & before)
+    component = _components(graph, cuts, np.concatenate([links, _beside(graph, cuts)[~critical]]))
+    labels, count = _labelled(drivable, sources, pieces, piece, component)
+    points = graph.inner[cuts.place]
+    return Segmentation(
+        labels=labels, count=count, blocks=space, graph=graph, critical=points[critical], dismissed=points[~critical]
+    )
+
+
+def _narrow(graph: VoronoiGraph, clearance: Floats) -> _Cuts:
+    """Return the narrow points next to junctions."""
+    first, last = _narrowest(graph.ends, graph.bounds, clearance.ravel()[graph.nodes], clearance.ravel()[graph.inner])
+    junction = graph.degrees[graph.ends] >= 3
+    starts, ends = first[junction[:, 0] & (first >= 0)], last[junction[:, 1] & (last >= 0)]
+    place = np.union1d(starts, ends)
+    return _Cuts(
+        place=place,
+        edge=np.searchsorted(graph.bounds, place, side="right") - 1,
+        from_start=np.isin(place, starts),
+        from_end=np.isin(place, ends),
+    )
+
+
+def _sources(graph: VoronoiGraph, cuts: _Cuts, space: Blocks, drivable: Mask) -> tuple[Ints, Ints]:
+    """Return a drivable cell of each block of the graph that has one, and the piece of the graph that it is of.
+
+    Pieces are the nodes, then for each edge what its cuts leave of it, in order.
+    """
+    nodes, inner = len(graph.nodes), np.arange(len(graph.inner))
+    edge = np.repeat(np.arange(len(graph.ends)), np.diff(graph.bounds))
+    pieces = np.concatenate([np.arange(nodes), nodes + edge + np.searchsorted(cuts.place, inner, side="right")])
+    cells = space.cells(np.concatenate([graph.nodes, graph.inner]), drivable.shape[1])
+    free = drivable.ravel()[np.clip(cells, 0, drivable.size - 1)]
+    some = free.any(axis=1)
+    return cells[some, free[some].argmax(axis=1)], pieces[some]
+
+
+def _nearest(drivable: Mask, ground: Ints, sources: Ints, pieces: Ints) -> Ints:
+    """Return the piece of the nearest source for cells of the ground, -1 where there is none."""
+    piece = np.full(drivable.size + 1, -1, dtype=np.int64)
+    piece[sources] = pieces
+    nearest = Nearest(drivable, np.inf)
+    nearest.add(sources)
+    found: Ints = piece[nearest.origins(ground)]
+    return found
+
+
+def _links(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
+    """Return the pairs (n, 2) of pieces that nodes link: an edge's ends with its first and its last piece."""
+    edges = np.arange(len(graph.ends))
+    first, last = (edges + np.searchsorted(cuts.edge, edges, side=side) for side in ("left", "right"))
+    beside = len(graph.nodes) + np.stack([first, last], axis=1)
+    return np.stack([graph.ends.ravel(), beside.ravel()], axis=1)
+
+
+def _beside(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
+    """Return the pieces (c, 2) before and behind each cut."""
+    before = len(graph.nodes) + cuts.edge + np.arange(len(cuts.place))
+    return np.stack([before, before + 1], axis=1)
+
+
+def _components(graph: VoronoiGraph, cuts: _Cuts, links: Ints) -> Ints:
+    """Return the number of the connected component of each piece."""
+    count = len(graph.nodes) + len(graph.ends) + len(cuts.place)
+    pairs = coo_array((np.ones(len(links), dtype=np.int8), (links[:, 0], links[:, 1])), shape=(count, count))
+    component: Ints = connected_components(pairs, directed=False)[1].astype(np.int64)
+    return component
+
+
+def _bridges(graph: VoronoiGraph, cuts: _Cuts, ground: Ints, piece: Ints, width: int) -> Ints:
+    """Return the pairs (n, 2) of pieces that hold together what no narrow point parts.
+
+    Parts of the graph that only the unknown links are joined where the ground nearest to them has the longest border.
+    """
+    links = _links(graph, cuts)
+    room = _components(graph, cuts, links)
+    _, member = np.unique(room, return_index=True)
+    whole = _components(graph, cuts, np.concatenate([links, _beside(graph, cuts)]))[member]
+    borders = _borders(ground, np.append(room, -1)[piece], np.append(whole, -1), width)
+    pairs, lengths = np.unique(borders, axis=0, return_counts=True)
+    bridges = []
+    for a, b in pairs[np.argsort(-lengths, kind="stable")].tolist():
+        if whole[a] != whole[b]:
+            whole[whole == whole[b]] = whole[a]
+            bridges.append((member[a], member[b]))
+    return np.array(bridges, dtype=np.int64).reshape(-1, 2)
+
+
+def _labelled(drivable: Mask, sources: Ints, pieces: Ints, piece: Ints, component: Ints) -> tuple[Ints32, int]:
+    """Return the segment of each cell (height, width) and their number.
+
+    Connected ground is a segment if the graph has no part there, and none reaches from one connected part to another.
+    """
+    part, most = parts(drivable)
+    component = np.append(component, -1)
+    keys = np.unique(component[pieces] * (most + 1) + part.ravel()[sources])
+    cell_keys = component[piece] * (most + 1) + part.ravel()
+    labels = np.where(piece >= 0, np.searchsorted(keys, cell_keys) + 1, 0).astype(np.int32).reshape(drivable.shape)
+    rest, more = parts(drivable & (labels == 0))
+    return np.where(rest > 0, rest + len(keys), labels).astype(np.int32), len(keys) + more
+
+
+@native
+def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> tuple[Ints, Ints]:
+    """Return the first and the last narrow point of each edge as places in `inner`, -1 where there is none.
+
+    Of equally narrow places side by side the middle one counts. `at_nodes` and `at_inner` are clearances.
+    """
+    first = np.full(len(ends), -1, dtype=np.int64)
+    last = first.copy()
+    for edge in range(len(ends)):
+        begin, end = bounds[edge], bounds[edge + 1]
+        falls = False
+        extreme = at_nodes[ends[edge, 0]]
+        left = right = begin
+        for place in range(begin, end + 1):
+            value = at_inner[place] if place < end else at_nodes[ends[edge, 1]]
+            if not falls:
+                extreme = max(extreme, value)
+                if value * RISE < extreme:
+                    falls, extreme, left, right = True, value, place, place
+            elif value < extreme:
+                extreme, left, right = value, place, place
+            elif value == extreme:
+                right = place
+            elif value > RISE * extreme:
+                last[edge] = (left + right) // 2
+                if first[edge] < 0:
+                    first[edge] = last[edge]
+                falls, extreme = False, value
+    return first, last
+
+
+@native
+def _borders(ground: Ints, room: Ints, whole: Ints, width: int) -> Ints:
+    """Return a pair (n, 2) of rooms for each pair of cells side by side that belong to different wholes, lower first.
+
+    Parameters
+    ----------
+    ground
+        Cells, row-major on a map of that width.
+    room
+        Room of each cell of the map, -1 for none.
+    whole
+        Whole that each room belongs to; its last entry is that of no room.
+    """
+    found = np.empty((2 * len(ground), 2), dtype=np.int64)
+    count = 0
+    for cell in ground:
+        here = room[cell]
+        if here < 0:
+            continue
+        for other in ((cell + 1) if (cell + 1) % width else -1, cell + width):
+            if 0 <= other < room.size and room[other] >= 0 and whole[room[other]] != whole[here]:
+                found[count, 0], found[count, 1] = min(here, room[other]), max(here, room[other])
+                count += 1
+    return found[:count].copy()
