@@ -19,8 +19,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from marsupial.model.grid import Cell, Mask
+from marsupial.model.robots import SQRT2
 from marsupial.paths.fields import PathSearch
-from marsupial.paths.kernels import SQRT2
 from marsupial.paths.routes import route_length
 
 Lengths = npt.NDArray[np.float64]

@@ -89,7 +89,10 @@ class Surveyor:
         self._growing = GrowingReach(territory)
         self._reach = self._growing.reach(())
         self._targets: tuple[Target, ...] = ()
-        self._searches = {name: PathSearch(footprint.standable) for name, footprint in territory.footprints.items()}
+        self._searches = {
+            name: PathSearch(footprint.standable, territory.kinds[name].diagonal)
+            for name, footprint in territory.footprints.items()
+        }
         self._all_ground = PathSearch(np.zeros_like(territory.see_through))
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:

@@ -153,7 +153,8 @@ class MissionTracker(Observer):
 
     def _drive(self, event: log.DriveStarted) -> Leg:
         route = route_of(event.cell, event.steps)
-        times = passing_times_ms(route, self._resolution_m, self.tracks[event.robot].kind.speed_mps)
+        kind = self.tracks[event.robot].kind
+        times = passing_times_ms(route, self._resolution_m, kind.speed_mps, kind.diagonal)
         return Leg(tuple(route), tuple((event.t_ms + times).tolist()))
 
     def _faced(self, event: log.DriveEnded) -> int | None:

@@ -72,7 +72,7 @@ class DriveStarted:
     """`robot` sets out from the centre of `cell` along `steps`.
 
     A step is a digit: 0 east (+x), 1 north-east, 2 north (+y), ... 7 south-east. The centre of the k-th cell is
-    passed at ``t_ms + round(1000 * length_m / speed_mps)``, length along the steps (diagonals sqrt 2).
+    passed at ``t_ms + round(1000 * length_m / speed_mps)``, along the steps (diagonals: `RobotType`).
     """
 
     t_ms: int

@@ -6,10 +6,13 @@ A robot type holds metres and seconds, as scenario files do; planning works on i
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
 from marsupial.model.grid import FLOOR, ROUGH, Cell
+
+SQRT2 = math.sqrt(2.0)
 
 
 class Role(StrEnum):
@@ -64,6 +67,9 @@ class RobotType:
         Carriers: how many rovers it carries. Rovers: 0.
     dock_ms, undock_ms
         Rovers: how long docking on a carrier and undocking from it take. Carriers: 0.
+    diagonal
+        How long a diagonal step is in straight ones: sqrt 2, or down to 1 where robots hop from cell to cell and each
+        move takes as long as any other.
     """
 
     name: str
@@ -76,6 +82,7 @@ class RobotType:
     dock_ms: int = 0
     undock_ms: int = 0
     energy: EnergyModel = EnergyModel()
+    diagonal: float = SQRT2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

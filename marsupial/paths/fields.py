@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from marsupial.arrays import Cells, Floats
 from marsupial.model.grid import Cell, Mask
+from marsupial.model.robots import SQRT2
 from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, Workspace
 
@@ -31,12 +32,14 @@ class PathSearch:
     ----------
     passable
         Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
+    diagonal
+        The length of a diagonal step in straight ones, 1 to sqrt 2.
     """
 
-    def __init__(self, passable: Mask) -> None:
+    def __init__(self, passable: Mask, diagonal: float = SQRT2) -> None:
         self.passable = passable
         height, width = passable.shape
-        self._work = Workspace(height, width)
+        self._work = Workspace(height, width, diagonal)
 
     def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
         """Return the distance of every cell from `source`.

@@ -9,7 +9,6 @@ counters: each of these costs a multiple under numba.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,6 @@ import numpy as np
 from marsupial.arrays import Bytes, Cells, Floats, Words
 from marsupial.native import inlined, native
 
-SQRT2 = math.sqrt(2.0)
 TOLERANCE = 1e-9
 """Lengths that differ by less are equal: sums of the same steps in another order."""
 
@@ -40,6 +38,8 @@ class Buffers(NamedTuple):
         (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
     queue, touched
         Three times and once the size of the grid. `touched` receives every cell given a cost.
+    diagonal
+        The length of a diagonal step, 1 to sqrt 2.
     """
 
     passable: Bytes
@@ -48,6 +48,7 @@ class Buffers(NamedTuple):
     offsets: Words
     queue: Cells
     touched: Cells
+    diagonal: float
 
 
 @native
@@ -109,7 +110,7 @@ def _settle(
     ----------
     Harabor and Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011, section 3.
     """
-    passable, cost, arrival, offsets, queue, touched = work
+    passable, cost, arrival, offsets, queue, touched, diagonal = work
     near_end, far_end, seen = ends
     for k in range(bucket[0], bucket[1]):
         cell = np.uint64(queue[k])
@@ -126,7 +127,7 @@ def _settle(
                 end = ahead + 11 - 2 * np.int64(passable[cell + offsets[ahead + 3]])
         for turn in range(first, end):
             side = cell + offsets[turn]
-            step = _step(passable, offsets, cell, turn)
+            step = _step(passable, offsets, diagonal, cell, turn)
             length, before = reached + step, cost[side]
             if step == 0.0 or length > limit or length >= before:
                 continue
@@ -146,13 +147,13 @@ def _settle(
 
 
 @inlined
-def _step(passable: Bytes, offsets: Words, cell: np.uint64, turn: int) -> float:
+def _step(passable: Bytes, offsets: Words, diagonal: float, cell: np.uint64, turn: int) -> float:
     """Return the length of a step, 0 where there is none."""
     if not passable[cell + offsets[turn]]:
         return 0.0
     if not turn & 1:
         return 1.0
-    return SQRT2 if passable[cell + offsets[turn - 1]] and passable[cell + offsets[turn + 1]] else 0.0
+    return diagonal if passable[cell + offsets[turn - 1]] and passable[cell + offsets[turn + 1]] else 0.0
 
 
 @native
@@ -203,7 +204,7 @@ def descend(work: Buffers, start: np.uint64, steps: Bytes) -> np.uint64:
     while cost[cell] > 0.0:
         best = 0
         for turn in range(8, 16):
-            step = _step(work.passable, offsets, cell, turn)
+            step = _step(work.passable, offsets, work.diagonal, cell, turn)
             fits = step > 0.0 and cost[cell + offsets[turn]] + step <= cost[cell] + TOLERANCE
             if fits and (best == 0 or turn == last):
                 best = turn

@@ -13,8 +13,9 @@ import numpy as np
 
 from marsupial.arrays import Bytes, Floats, Ints, Ints32
 from marsupial.model.grid import Mask
+from marsupial.model.robots import SQRT2
 from marsupial.native import native
-from marsupial.paths.kernels import SQRT2, TOLERANCE
+from marsupial.paths.kernels import TOLERANCE
 
 _NONE: Ints = np.empty(0, dtype=np.int64)
 _QUEUED, _CHANGED = np.uint8(1), np.uint8(2)

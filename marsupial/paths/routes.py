@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.model.grid import Cell
+from marsupial.model.robots import SQRT2
 from marsupial.model.situation import UNREACHABLE
-from marsupial.paths.kernels import SQRT2
 
 STEPS = ((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))
 """(dx, dy) of each step digit."""
@@ -58,19 +58,19 @@ def travel_table_ms(lengths: npt.NDArray[np.float64], resolution_m: float, speed
     return np.where(reached, _times(np.where(reached, lengths, 0.0), resolution_m, speed_mps), UNREACHABLE)
 
 
-def passing_times_ms(route: Sequence[Cell], resolution_m: float, speed_mps: float) -> Times:
+def passing_times_ms(route: Sequence[Cell], resolution_m: float, speed_mps: float, diagonal: float = SQRT2) -> Times:
     """Return when the centre of each cell of `route` is passed, in ms after setting out.
 
-    Element k is `travel_ms` of the length of the first k steps.
+    Element k is `travel_ms` of the length of the first k steps; `diagonal` is that of a diagonal one.
     """
-    return _times(_lengths(route), resolution_m, speed_mps)
+    return _times(_lengths(route, diagonal), resolution_m, speed_mps)
 
 
-def _lengths(route: Sequence[Cell]) -> npt.NDArray[np.float64]:
+def _lengths(route: Sequence[Cell], diagonal: float = SQRT2) -> npt.NDArray[np.float64]:
     """Return the length up to each cell, from counts of straight and diagonal steps: free of summation order."""
     moved = np.abs(np.diff(np.array(route, dtype=np.int64), axis=0)).sum(axis=1)
     slanted = np.concatenate(([0], np.cumsum(moved == 2)))
-    return np.arange(len(route)) - slanted + slanted * SQRT2
+    return np.arange(len(route)) - slanted + slanted * diagonal
 
 
 def _times(lengths: npt.NDArray[np.float64] | np.float64, resolution_m: float, speed_mps: float) -> Times:

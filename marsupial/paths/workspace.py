@@ -28,9 +28,11 @@ class Workspace:
     ----------
     height, width
         Shape of the grid, in cells.
+    diagonal
+        The length of a diagonal step in straight ones, 1 to sqrt 2.
     """
 
-    def __init__(self, height: int, width: int) -> None:
+    def __init__(self, height: int, width: int, diagonal: float) -> None:
         self._height, self._width = height, width
         self._row = row = width + 2
         size = (height + 2) * row
@@ -43,6 +45,7 @@ class Workspace:
             offsets=np.tile(around, 3).astype(np.uint64),
             queue=np.empty(3 * size, dtype=np.uint32),
             touched=np.empty(size, dtype=np.uint32),
+            diagonal=diagonal,
         )
         self._stale = 0
 

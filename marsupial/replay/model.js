@@ -61,7 +61,7 @@ class Mission {
     };
     for (const [t, where] of told.legs) {
       if (typeof where === "string") robot.legs.add(t, { aboard: where });
-      else if (events[where].event === "drive") robot.legs.add(t, driving(events[where], this.resolution, kind.speed_mps));
+      else if (events[where].event === "drive") robot.legs.add(t, driving(events[where], this.resolution, kind));
       else robot.legs.add(t, standing(events[where].cell || placed.cell));
     }
     for (const [number, to, end] of told.actions) {
@@ -123,7 +123,7 @@ class Mission {
 
 function standing(cell) { return { x: cell[0], y: cell[1] }; }
 
-function driving(event, resolution, speed) {
+function driving(event, resolution, kind) {
   const n = event.steps.length + 1;
   const leg = { times: new Float64Array(n), xs: new Int32Array(n), ys: new Int32Array(n), lengths: new Float64Array(n) };
   let straight = 0, slanted = 0;
@@ -132,8 +132,8 @@ function driving(event, resolution, speed) {
   for (let i = 1; i < n; i++) {
     const digit = event.steps.charCodeAt(i - 1) - 48;
     if (digit % 2) slanted++; else straight++;
-    leg.lengths[i] = (straight + slanted * Math.SQRT2) * resolution;
-    leg.times[i] = event.t_ms + Math.round(1000 * leg.lengths[i] / speed);
+    leg.lengths[i] = (straight + slanted * (kind.diagonal ?? Math.SQRT2)) * resolution;
+    leg.times[i] = event.t_ms + Math.round(1000 * leg.lengths[i] / kind.speed_mps);
     leg.xs[i] = leg.xs[i - 1] + STEPS[digit][0];
     leg.ys[i] = leg.ys[i - 1] + STEPS[digit][1];
   }

@@ -24,7 +24,6 @@ from marsupial.model.robots import RobotType
 from marsupial.model.world import Manoeuvres, News, RobotReport
 from marsupial.native import native
 from marsupial.paths.headings import Odometer
-from marsupial.paths.kernels import SQRT2
 from marsupial.paths.routes import passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
 
@@ -133,7 +132,9 @@ class SimulatedWorld:
             raise InternalError(f"{robot} can't drive from {route[0]}: it is at {mover.cell}")
         mover.doing = _Doing.DRIVING
         mover.route, mover.step = tuple(route), 0
-        mover.times_ms = self._now_ms + passing_times_ms(mover.route, self._grid.resolution_m, mover.kind.speed_mps)
+        kind, resolution_m = mover.kind, self._grid.resolution_m
+        times_ms = passing_times_ms(mover.route, resolution_m, kind.speed_mps, kind.diagonal)
+        mover.times_ms = self._now_ms + times_ms
         mover.odometer.set_off(self._now_ms)
         self._next_step(mover)
 
@@ -230,7 +231,7 @@ class SimulatedWorld:
             return True
         there = robot.route[robot.step]
         if robot.cell is not None and there != robot.cell:
-            robot.distance_cells += 1.0 if there.x == robot.cell.x or there.y == robot.cell.y else SQRT2
+            robot.distance_cells += 1.0 if there.x == robot.cell.x or there.y == robot.cell.y else robot.kind.diagonal
             robot.driving_ms += int(robot.times_ms[robot.step] - robot.times_ms[robot.step - 1])
         robot.cell = there
         if robot.step == len(robot.route) - 1:

@@ -46,7 +46,7 @@ def is_legal(passable: Mask, a: Cell, b: Cell) -> bool:
     return near and all(is_open(passable, cell) for cell in (a, b, *beside))
 
 
-def all_lengths(passable: Mask) -> npt.NDArray[np.float64]:
+def all_lengths(passable: Mask, diagonal: float = SQRT2) -> npt.NDArray[np.float64]:
     """Return scipy's distances between all cells, row-major; inf from and to impassable ones."""
     height, width = passable.shape
     starts, ends, lengths = [], [], []
@@ -55,7 +55,7 @@ def all_lengths(passable: Mask) -> npt.NDArray[np.float64]:
             if is_legal(passable, a, b):
                 starts.append(a.y * width + a.x)
                 ends.append(b.y * width + b.x)
-                lengths.append(math.hypot(b.x - a.x, b.y - a.y))
+                lengths.append(1.0 if b.x == a.x or b.y == a.y else diagonal)
     table = np.asarray(dijkstra(csr_array((lengths, (starts, ends)), shape=(passable.size, passable.size))))
     table[~passable.ravel()] = np.inf
     return table

@@ -26,6 +26,18 @@ def test_straight_steps_cost_one_and_diagonals_root_two():
     assert field == pytest.approx(np.array([[0, 1, 2], [1, SQRT2, 1 + SQRT2]]))
 
 
+@settings(max_examples=150, deadline=None)
+@given(masks(), st.sampled_from((1.0, 1.2, SQRT2)), st.data())
+def test_diagonals_of_any_length_up_to_root_two_give_the_lengths_scipy_finds(
+    passable: Mask, diagonal: float, data: st.DataObject
+) -> None:
+    source = data.draw(cells_of(passable))
+    field = PathSearch(passable, diagonal).field(source)
+    row = all_lengths(passable, diagonal)[source.y * passable.shape[1] + source.x]
+    expected = row.reshape(passable.shape) if is_open(passable, source) else np.full(passable.shape, np.inf)
+    assert field == pytest.approx(expected)
+
+
 def test_a_corner_is_not_cut():
     assert PathSearch(drawn("..", "#.")).costs(Cell(0, 1), [Cell(1, 0)]) == pytest.approx([2.0])
     assert PathSearch(drawn("#.", ".#")).costs(Cell(0, 0), [Cell(1, 1)]) == pytest.approx([np.inf])

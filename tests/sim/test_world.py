@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -94,6 +95,15 @@ def test_cells_are_passed_at_the_times_of_the_route() -> None:
     assert set(passed) <= set(times)  # at other times there is no news
     assert world.now_ms == times[-1]
     assert report_of(world, "c1").cell == Cell(4, 3)
+
+
+def test_each_move_of_a_robot_that_hops_takes_as_long() -> None:
+    kinds = {name: replace(kind, diagonal=1.0, speed_mps=1.0) for name, kind in kinds_of().items()}
+    world = SimulatedWorld(drawn_grid("....", "....", "...."), kinds, [carrier_at(0, 0)])
+    world.advance(0)
+    world.drive("c1", (Cell(0, 0), Cell(1, 1), Cell(2, 1), Cell(3, 2)))
+    assert until_finished(world).t_ms == 3000
+    assert world.distance_m("c1") == 3.0
 
 
 def test_time_passes_no_further_than_asked() -> None:

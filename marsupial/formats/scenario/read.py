@@ -20,7 +20,7 @@ from marsupial.formats.scenario.map import read_grid, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Terrain
-from marsupial.model.robots import EnergyModel, RobotType, Role
+from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 
 try:
@@ -171,6 +171,7 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
         radius_m=fields.quantity("radius_m"),
         terrains=drivable(fields.texts("terrains"), terrains, fields),
         energy=_read_energy(fields),
+        diagonal=fields.number("diagonal", SQRT2, BOUNDS["diagonal"]),
         **_read_role_fields(fields, role),
     )
     fields.finish(also=() if role else ("capacity", "dock_s", "undock_s"))

@@ -68,7 +68,10 @@ class Ground:
         self.width = truth.width
         self._sight = Sight(truth.cells, truth.opaque_codes())
         self._contact = {k.name: disc(k.radius_m / truth.resolution_m + 1.0 + 1e-6) for k in types}
-        self._search = {name: PathSearch(self.territory.footprints[name].standable) for name in self.kinds}
+        self._search = {
+            name: PathSearch(self.territory.footprints[name].standable, kind.diagonal)
+            for name, kind in self.kinds.items()
+        }
         self._views: dict[tuple[str, Cell], Cells] = {}
         self._rows: dict[tuple[str, Cell], Floats] = {}
         self._routes: dict[tuple[str, Cell, Cell], Route] = {}

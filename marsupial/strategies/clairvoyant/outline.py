@@ -196,7 +196,8 @@ class Outline:
             kind = types[action.robot]
             if action.origin is not None:
                 route = ground.route(kind, poses[action.origin][kind], poses[action.place][kind])
-                times = passing_times_ms(route, ground.territory.grid.resolution_m, ground.kinds[kind].speed_mps)
+                robot = ground.kinds[kind]
+                times = passing_times_ms(route, ground.territory.grid.resolution_m, robot.speed_mps, robot.diagonal)
                 looks += [(action.start_ms + t, kind, c) for t, c in zip(times.tolist(), route, strict=True)]
             elif action.name is ActionName.UNDOCK:
                 looks.append((action.end_ms, kind, poses[action.place][kind]))

@@ -199,7 +199,8 @@ class RemoteWorld:
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         """Send a free robot along `route`."""
         mover = self._free(robot)
-        times = passing_times_ms(route, self._grid.resolution_m, mover.kind.speed_mps)
+        kind = mover.kind
+        times = passing_times_ms(route, self._grid.resolution_m, kind.speed_mps, kind.diagonal)
         step = min(1, len(route) - 1)
         mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
         mover.odometer.set_off(self._now_ms)
