@@ -10,6 +10,7 @@ from marsupial.maps.reach import parts
 from marsupial.maps.segmentation import Segmentation, segment
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid
 
+FLOORS = frozenset({FLOOR})
 CODES = (OBSTACLE, FLOOR, FLOOR, FLOOR, UNKNOWN)
 
 
@@ -21,7 +22,7 @@ def frontier_of(cells: CellArray) -> np.ndarray:
 
 def segments_of(cells: CellArray, resolution_m: float = 0.1, *, explored: bool = False) -> Segmentation:
     grid = Grid(cells=cells, resolution_m=resolution_m)
-    return segment(grid, cells == FLOOR, None if explored else frontier_of(cells))
+    return segment(grid, FLOORS, None if explored else frontier_of(cells))
 
 
 def floor_plan() -> CellArray:

@@ -8,11 +8,12 @@ from scipy import ndimage
 from marsupial.maps.voronoi import Blocks, VoronoiGraph, _traced, voronoi_graph
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 
+FLOORS = frozenset({FLOOR})
 EIGHT = np.ones((3, 3))
 
 
 def graph_of(grid: Grid) -> tuple[Blocks, VoronoiGraph]:
-    space = Blocks.of(grid, grid.cells == FLOOR)
+    space = Blocks.of(grid, FLOORS)
     return space, voronoi_graph(space)
 
 
@@ -65,12 +66,11 @@ def test_a_ring_without_a_junction_is_one_node_with_an_edge_to_itself() -> None:
 
 
 def test_the_graph_of_a_room_with_a_door_leads_through_the_door_and_not_into_corners() -> None:
-    grid = draw(*["#" * 61, *["#" + "." * 59 + "#"] * 20, "#" * 27 + "." * 8 + "#" * 26, *["#" + "." * 59 + "#"] * 30, "#" * 61],
-                resolution_m=0.1)  # fmt: skip
+    floor, wall, door = "#" + "." * 59 + "#", "#" * 61, "#" * 27 + "." * 8 + "#" * 26
+    grid = draw(wall, *[floor] * 20, door, *[floor] * 30, wall, resolution_m=0.1)
     space, graph = graph_of(grid)
     mask = drawn(graph, space.known.shape)
-    door = 31 - space.row
-    assert mask[door].sum() == 1
+    assert mask[31 - space.row].sum() == 1
     corners = [(1, 1), (1, 59), (51, 1), (51, 59)]
     for y, x in corners:
         near = mask[max(0, y - space.row - 3) : y - space.row + 4, max(0, x - space.column - 3) : x - space.column + 4]
@@ -82,7 +82,7 @@ def test_the_unknown_is_no_wall() -> None:
     whole = draw(*known, resolution_m=0.1)
     half = draw(*[row[:30] + "?" * 30 for row in known], resolution_m=0.1)
     space, _ = graph_of(half)
-    ours, theirs = space.clearance, Blocks.of(whole, whole.cells == FLOOR)
+    ours, theirs = space.clearance, Blocks.of(whole, FLOORS)
     columns = slice(15 - space.column, 30 - space.column)
     rows = slice(-space.row, 21 - space.row)
     expected = theirs.clearance[-theirs.row : 21 - theirs.row, 15 - theirs.column : 30 - theirs.column]
