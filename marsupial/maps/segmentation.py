@@ -28,7 +28,7 @@ from scipy.sparse.csgraph import connected_components
 from marsupial.arrays import Flags, Floats, Ints, Ints32
 from marsupial.maps.reach import parts
 from marsupial.maps.voronoi import Blocks, VoronoiGraph, voronoi_graph
-from marsupial.model.grid import Grid, Mask
+from marsupial.model.grid import Grid, Mask, code_table
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
@@ -43,7 +43,7 @@ class Segmentation:
     Attributes
     ----------
     labels
-        (height, width): the segment of each known drivable cell, from 1 on in the order of their first cells; else 0.
+        (height, width): the segment of each known drivable cell, from 1 on else 0.
     count
         How many segments there are.
     blocks, graph
@@ -79,35 +79,37 @@ class _Cuts(NamedTuple):
     from_end: Flags
 
 
-def segment(grid: Grid, drivable: Mask, frontier: Ints | None = None) -> Segmentation:
+def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) -> Segmentation:
     """Return the segments of a map.
 
     Parameters
     ----------
-    drivable
-        Which cells (height, width) are known ground for robots; other known ones are obstacles.
+    terrains
+        Codes of the terrain that robots drive on; other known cells are obstacles.
     frontier
         The cells (row-major indices) from which there is something left to explore. If None, a point need not lead
         into the unknown to be critical: all rooms are segments.
     """
-    space = Blocks.of(grid, drivable)
+    space = Blocks.of(grid, terrains)
+    drivable = code_table(terrains)[grid.cells[space.window.cut]]
     graph = voronoi_graph(space)
     cuts = _narrow(graph, space.clearance)
     sources, pieces = _sources(graph, cuts, space, drivable)
-    ground = np.flatnonzero(drivable)
-    piece = np.full(drivable.size, -1, dtype=np.int64)
-    piece[ground] = _nearest(drivable, ground, sources, pieces)
-    links = np.concatenate([_links(graph, cuts), _bridges(graph, cuts, ground, piece, drivable.shape[1])])
+    source = _nearest(drivable, sources)
+    piece = np.append(pieces, -1)[source]
+    links = np.concatenate([_links(graph, cuts), _bridges(graph, cuts, piece, drivable.shape[1])])
     critical = np.ones(len(cuts.place), dtype=np.bool_)
     if frontier is not None:
         component = _components(graph, cuts, links)
-        leads = np.zeros(component.max(initial=0) + 1, dtype=np.bool_)
-        reached = piece[frontier]
+        leads = np.zeros(len(component) + 1, dtype=np.bool_)
+        reached = piece[space.window.inside(frontier, grid.width)]
         leads[component[reached[reached >= 0]]] = True
         before, after = leads[component[_beside(graph, cuts)]].T
         critical = (cuts.from_start & after) | (cuts.from_end & before)
     component = _components(graph, cuts, np.concatenate([links, _beside(graph, cuts)[~critical]]))
-    labels, count = _labelled(drivable, sources, pieces, piece, component)
+    found, count = _labels(drivable, sources, source, component[pieces])
+    labels = np.zeros(grid.cells.shape, dtype=np.int32)
+    labels[space.window.cut] = found
     points = graph.inner[cuts.place]
     return Segmentation(
         labels=labels, count=count, blocks=space, graph=graph, critical=points[critical], dismissed=points[~critical]
@@ -136,19 +138,20 @@ def _sources(graph: VoronoiGraph, cuts: _Cuts, space: Blocks, drivable: Mask) ->
     nodes, inner = len(graph.nodes), np.arange(len(graph.inner))
     edge = np.repeat(np.arange(len(graph.ends)), np.diff(graph.bounds))
     pieces = np.concatenate([np.arange(nodes), nodes + edge + np.searchsorted(cuts.place, inner, side="right")])
-    cells = space.cells(np.concatenate([graph.nodes, graph.inner]), drivable.shape[1])
-    free = drivable.ravel()[np.clip(cells, 0, drivable.size - 1)]
+    cells = space.cells(np.concatenate([graph.nodes, graph.inner]))
+    free = drivable.ravel()[cells]
     some = free.any(axis=1)
     return cells[some, free[some].argmax(axis=1)], pieces[some]
 
 
-def _nearest(drivable: Mask, ground: Ints, sources: Ints, pieces: Ints) -> Ints:
-    """Return the piece of the nearest source for cells of the ground, -1 where there is none."""
-    piece = np.full(drivable.size + 1, -1, dtype=np.int64)
-    piece[sources] = pieces
+def _nearest(drivable: Mask, sources: Ints) -> Ints:
+    """Return for each cell, row-major, the position in `sources` of the nearest of them on the ground, -1 for none."""
+    place = np.full(drivable.size + 1, -1, dtype=np.int64)
+    place[sources] = np.arange(len(sources))
     nearest = Nearest(drivable, np.inf)
-    nearest.add(sources)
-    found: Ints = piece[nearest.origins(ground)]
+    reached = nearest.add(sources)
+    found = np.full(drivable.size, -1, dtype=np.int64)
+    found[reached] = place[nearest.origins(reached)]
     return found
 
 
@@ -174,7 +177,7 @@ def _components(graph: VoronoiGraph, cuts: _Cuts, links: Ints) -> Ints:
     return component
 
 
-def _bridges(graph: VoronoiGraph, cuts: _Cuts, ground: Ints, piece: Ints, width: int) -> Ints:
+def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
     """Return the pairs (n, 2) of pieces that hold together what no narrow point parts.
 
     Parts of the graph that only the unknown links are joined where the ground nearest to them has the longest border.
@@ -183,7 +186,7 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, ground: Ints, piece: Ints, width:
     room = _components(graph, cuts, links)
     _, member = np.unique(room, return_index=True)
     whole = _components(graph, cuts, np.concatenate([links, _beside(graph, cuts)]))[member]
-    borders = _borders(ground, np.append(room, -1)[piece], np.append(whole, -1), width)
+    borders = _borders(piece, room, whole, width)
     pairs, lengths = np.unique(borders, axis=0, return_counts=True)
     bridges = []
     for a, b in pairs[np.argsort(-lengths, kind="stable")].tolist():
@@ -193,18 +196,18 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, ground: Ints, piece: Ints, width:
     return np.array(bridges, dtype=np.int64).reshape(-1, 2)
 
 
-def _labelled(drivable: Mask, sources: Ints, pieces: Ints, piece: Ints, component: Ints) -> tuple[Ints32, int]:
+def _labels(drivable: Mask, sources: Ints, source: Ints, component: Ints) -> tuple[Ints32, int]:
     """Return the segment of each cell (height, width) and their number.
 
-    Connected ground is a segment if the graph has no part there, and none reaches from one connected part to another.
+    Segments are the components of the graph, by source, and connected ground where the graph has no part; none
+    reaches from one connected part of the ground to another.
     """
     part, most = parts(drivable)
-    component = np.append(component, -1)
-    keys = np.unique(component[pieces] * (most + 1) + part.ravel()[sources])
-    cell_keys = component[piece] * (most + 1) + part.ravel()
-    labels = np.where(piece >= 0, np.searchsorted(keys, cell_keys) + 1, 0).astype(np.int32).reshape(drivable.shape)
+    keys, label = np.unique(component * (most + 1) + part.ravel()[sources], return_inverse=True)
+    labels: Ints32 = np.append(label + 1, 0).astype(np.int32)[source].reshape(drivable.shape)
     rest, more = parts(drivable & (labels == 0))
-    return np.where(rest > 0, rest + len(keys), labels).astype(np.int32), len(keys) + more
+    labels[rest > 0] = rest[rest > 0] + len(keys)
+    return labels, len(keys) + more
 
 
 @native
@@ -239,26 +242,28 @@ def _narrowest(ends: Ints, bounds: Ints, at_nodes: Floats, at_inner: Floats) -> 
 
 
 @native
-def _borders(ground: Ints, room: Ints, whole: Ints, width: int) -> Ints:
+def _borders(piece: Ints, room: Ints, whole: Ints, width: int) -> Ints:
     """Return a pair (n, 2) of rooms for each pair of cells side by side that belong to different wholes, lower first.
 
     Parameters
     ----------
-    ground
-        Cells, row-major on a map of that width.
-    room
-        Room of each cell of the map, -1 for none.
-    whole
-        Whole that each room belongs to; its last entry is that of no room.
+    piece
+        Piece of the graph of each cell, row-major on a map of that width; -1 for none.
+    room, whole
+        Room of each piece, whole of each room.
     """
-    found = np.empty((2 * len(ground), 2), dtype=np.int64)
+    found = np.empty((2 * len(piece), 2), dtype=np.int64)
     count = 0
-    for cell in ground:
-        here = room[cell]
-        if here < 0:
+    for cell in range(len(piece)):
+        if piece[cell] < 0:
             continue
-        for other in ((cell + 1) if (cell + 1) % width else -1, cell + width):
-            if 0 <= other < room.size and room[other] >= 0 and whole[room[other]] != whole[here]:
-                found[count, 0], found[count, 1] = min(here, room[other]), max(here, room[other])
+        here = room[piece[cell]]
+        for step in (1, width):
+            other = cell + step
+            if other >= len(piece) or piece[other] < 0 or (step == 1 and other % width == 0):
+                continue
+            there = room[piece[other]]
+            if whole[here] != whole[there]:
+                found[count, 0], found[count, 1] = min(here, there), max(here, there)
                 count += 1
     return found[:count].copy()

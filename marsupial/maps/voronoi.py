@@ -22,7 +22,8 @@ import numpy as np
 from scipy import ndimage
 
 from marsupial.arrays import Flags, Floats, Ints
-from marsupial.model.grid import UNKNOWN, Grid, Mask
+from marsupial.maps.window import Window
+from marsupial.model.grid import UNKNOWN, Grid, Mask, code_table
 from marsupial.native import inlined, native
 
 BLOCK_M = 0.1
@@ -45,7 +46,7 @@ _TOUCHING: Mask = np.ones((3, 3), dtype=np.bool_)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Blocks:
-    """The part of a map around what is known, in square blocks of cells; masks are (rows, columns) of blocks.
+    """The part of a map around what is known, in square blocks of cells; arrays are (rows, columns) of blocks.
 
     Attributes
     ----------
@@ -53,6 +54,8 @@ class Blocks:
         Cells along the edge of a block.
     row, column
         Which row and column of blocks of the map the first ones are; -1 where they are the obstacle all around it.
+    window
+        The cells of the map that lie in blocks.
     known
         Blocks of known ground: without a wall, and at least half drivable or with clutter.
     open
@@ -64,48 +67,50 @@ class Blocks:
     scale: int
     row: int
     column: int
+    window: Window
     known: Mask
     open: Mask
     clearance: Floats
 
     @classmethod
-    def of(cls, grid: Grid, drivable: Mask) -> Blocks:
-        """Return the blocks of a map.
-
-        Parameters
-        ----------
-        drivable
-            Which cells (height, width) are known ground for robots; other known ones are obstacles.
-        """
+    def of(cls, grid: Grid, terrains: frozenset[int]) -> Blocks:
+        """Return the blocks of a map; known cells that are not of these terrain codes are obstacles."""
         scale = max(1, round(BLOCK_M / grid.resolution_m))
         block_m = scale * grid.resolution_m
         margin = max(1, round(UNSEEN_M / block_m))
-        seen = grid.cells != UNKNOWN
-        cut = _Cut.around(seen, scale, margin + 1)
-        blocked = cut.count(seen & ~drivable, outside=True) > 0
+        cut = _Cut.around(grid.cells != UNKNOWN, scale, margin + 1)
+        window = cut.window(grid)
+        cells = grid.cells[window.cut]
+        drivable = code_table(terrains)[cells]
+        blocked = cut.count((cells != UNKNOWN) & ~drivable, window, outside=True) > 0
         wall = blocked & ~_clutter(blocked, CLUTTER_M / block_m)
-        ground = 2 * cut.count(drivable, outside=False) >= scale * scale
+        ground = 2 * cut.count(drivable, window, outside=False) >= scale * scale
         known = (blocked | ground) & ~wall
+        extent = float(max(wall.shape))
         return cls(
             scale=scale,
             row=cut.bottom,
             column=cut.left,
+            window=window,
             known=known,
             open=ndimage.binary_dilation(known, _TOUCHING, iterations=margin, mask=~wall),
-            clearance=ndimage.distance_transform_edt(~wall)
-            if wall.any()
-            else np.full(wall.shape, float(max(wall.shape))),
+            clearance=ndimage.distance_transform_edt(~wall) if wall.any() else np.full(wall.shape, extent),
         )
 
-    def cells(self, blocks: Ints, width: int) -> Ints:
-        """Return the cells (row-major, on a map of that width) of blocks, (n, scale * scale), the middle one first."""
+    def cells(self, blocks: Ints) -> Ints:
+        """Return the cells (row-major in the window) of known blocks, (n, scale * scale), the middle ones first."""
         y, x = np.divmod(blocks, self.known.shape[1])
         v, u = np.divmod(np.arange(self.scale**2), self.scale)
         middle = (self.scale - 1) / 2
         order = np.argsort(np.hypot(v - middle, u - middle), kind="stable")
-        rows = ((y + self.row) * self.scale)[:, None] + v[order]
-        columns = ((x + self.column) * self.scale)[:, None] + u[order]
-        return rows * width + columns
+        rows = ((y + self.row) * self.scale - self.window.bottom)[:, None] + v[order]
+        columns = ((x + self.column) * self.scale - self.window.left)[:, None] + u[order]
+        return rows * (self.window.right - self.window.left) + columns
+
+    def xy(self, blocks: Ints) -> tuple[Floats, Floats]:
+        """Return the centres of blocks, in cells from the lower left corner of the map."""
+        y, x = np.divmod(blocks, self.known.shape[1])
+        return (x + self.column + 0.5) * self.scale, (y + self.row + 0.5) * self.scale
 
 
 class _Cut(NamedTuple):
@@ -129,18 +134,23 @@ class _Cut(NamedTuple):
             ends += [max(-1, int(lines[0]) - margin), min(most, int(lines[-1]) + margin) + 1]
         return cls(*ends, scale)
 
-    def count(self, mask: Mask, *, outside: bool) -> Ints:
-        """Return how many cells of each block a mask holds; cells beyond the map are `outside`."""
+    def window(self, grid: Grid) -> Window:
+        """Return the cells of a map that lie in these blocks."""
+        return Window(
+            max(0, self.bottom) * self.scale, min(grid.height, self.top * self.scale),
+            max(0, self.left) * self.scale, min(grid.width, self.right * self.scale),
+        )  # fmt: skip
+
+    def count(self, mask: Mask, window: Window, *, outside: bool) -> Ints:
+        """Return how many cells of each block a mask of the window holds; cells beyond the map are `outside`."""
         rows, columns = (self.top - self.bottom) * self.scale, (self.right - self.left) * self.scale
-        up, over = max(0, -self.bottom) * self.scale, max(0, -self.left) * self.scale
-        piece = mask[max(0, self.bottom) * self.scale : self.top * self.scale,
-                     max(0, self.left) * self.scale : self.right * self.scale]  # fmt: skip
+        y, x = window.bottom - self.bottom * self.scale, window.left - self.left * self.scale
         cells = np.full((rows, columns), outside, dtype=np.bool_)
-        cells[up : up + piece.shape[0], over : over + piece.shape[1]] = piece
+        cells[y : y + mask.shape[0], x : x + mask.shape[1]] = mask
         total = np.zeros((rows // self.scale, columns // self.scale), dtype=np.int64)
-        for y in range(self.scale):
-            for x in range(self.scale):
-                total += cells[y :: self.scale, x :: self.scale]
+        for v in range(self.scale):
+            for u in range(self.scale):
+                total += cells[v :: self.scale, u :: self.scale]
         return total
 
 

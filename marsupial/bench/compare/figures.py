@@ -92,7 +92,7 @@ def measure_figure(
     better = "Less" if measure.better < 0 else "More"
     title = f"{measure.heading}: {where}"
     place = f"{of_paper} with our data. " if of_paper else ""
-    return _figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
+    return as_figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
 
 
 def gain_figure(
@@ -119,7 +119,7 @@ def gain_figure(
         f"{place}{title}, by team size, in per cent of the mean of {outcome.base}. Error bars are 95 % confidence "
         "intervals of the paired differences of complete missions."
     )
-    return _figure(drawing, name, title, caption)
+    return as_figure(drawing, name, title, caption)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,7 +151,7 @@ def lines_figure(lines: Sequence[Series], labels: tuple[str, str], *, name: str,
     panel.set_ylabel(labels[1])
     panel.set_ylim(bottom=0)
     _legend(drawing, axes)
-    return _figure(drawing, name, title, caption)
+    return as_figure(drawing, name, title, caption)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -184,7 +184,7 @@ def squares_figure(maps: Sequence[SquareMap], *, name: str, title: str, caption:
         panel.set_title(shown.title, fontsize=9, color=INK)
         panel.set_xlabel(shown.x_label)
         panel.set_ylabel(shown.y_label)
-    return _figure(drawing, name, title, caption)
+    return as_figure(drawing, name, title, caption)
 
 
 def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
@@ -202,7 +202,7 @@ def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> 
         f"{title}: wall-clock time of the median planning of each mission, averaged over missions, on a logarithmic "
         "scale; it depends on the machine. Error bars are 95 % confidence intervals of that mean."
     )
-    return _figure(drawing, name, title, caption, scenario)
+    return as_figure(drawing, name, title, caption, scenario)
 
 
 def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
@@ -224,7 +224,7 @@ def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> 
         f"{title}: known share of the reachable area, mean over all missions, complete or not; a panel for each team, "
         "carriers x rovers of each. Bands are 95 % confidence intervals of the mean."
     )
-    return _figure(drawing, name, title, caption, scenario)
+    return as_figure(drawing, name, title, caption, scenario)
 
 
 def mean_coverage(curves: Sequence[Curve]) -> tuple[Floats, Floats, Floats]:
@@ -348,7 +348,7 @@ def _legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
         drawing.legend(named.values(), named.keys(), loc="outside upper left", ncols=len(named), **look)
 
 
-def _figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
+def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
     """Write a drawing as SVG and PNG; both are the same bytes for the same data."""
     from matplotlib import rc_context
 

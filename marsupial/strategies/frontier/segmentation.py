@@ -20,7 +20,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from marsupial.arrays import Flags, Floats, Ints
+from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
 from marsupial.maps.segmentation import segment
 from marsupial.strategies.frontier.view import FrontierView
@@ -47,7 +47,7 @@ class Segments:
         """Return the nearest cell of a frontier in the segment of each robot that can get to one."""
         cells = np.unique(np.concatenate([frontier.cells for frontier in view.frontiers.values()]))
         ways = _ways(view, cells)
-        labels = segment(view.grid, _ground(view), cells).labels.ravel()
+        labels = segment(view.grid, _terrains(view), cells).labels.ravel()
         costs, segments = _cheapest(ways, labels[cells])
         here = np.array([labels[robot.cell.y * view.grid.width + robot.cell.x] for robot in view.robots])
         costs[here[:, None] == segments] *= self.discount
@@ -92,9 +92,9 @@ def _ways(view: FrontierView, cells: Ints) -> Floats:
     return lengths
 
 
-def _ground(view: FrontierView) -> Flags:
-    """Return the cells (height, width) that some robot can drive on."""
-    return view.grid.mask_of(frozenset[int]().union(*(robot.kind.terrains for robot in view.robots)))
+def _terrains(view: FrontierView) -> frozenset[int]:
+    """Return the codes of the terrain that some robot can drive on."""
+    return frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
 
 
 def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:
