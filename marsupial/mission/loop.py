@@ -78,8 +78,9 @@ class Mission:
         self._order = order
         self._observer = observer
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
-        made: Callable[..., Replanning] = getattr(strategy, "replanning", OnNews)
-        self._replanning = replanning or made(world, kinds, self._homes, order.goal)
+        own: Callable[..., Replanning | None] = getattr(strategy, "replanning", lambda *_: None)
+        circumstances = world, kinds, self._homes, order.goal
+        self._replanning = replanning or own(*circumstances) or OnNews(*circumstances)
         self._executor = Executor(world, self._replanning.route, observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None

@@ -71,8 +71,8 @@ class Strategy(Protocol):
     """Decides, at each replanning, what every robot does next.
 
     One that is to be asked at other moments than the usual ones, or about other targets, also has a method
-    ``replanning(world, kinds, homes, goal)`` that returns its policy (`marsupial.mission.replanning`); one that is not
-    made for every team has a method ``suits(roles)`` that raises a `ScenarioError`.
+    ``replanning(world, kinds, homes, goal)`` that returns its policy (`marsupial.mission.replanning`) or None; one that
+    is not made for every team has a method ``suits(roles)`` that raises a `ScenarioError`.
     """
 
     @property

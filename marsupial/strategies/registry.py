@@ -14,6 +14,7 @@ from marsupial.model.strategy import Strategy
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.frontier.bidding import Bidding, Sheng
 from marsupial.strategies.frontier.closest import ClosestFrontier
+from marsupial.strategies.frontier.covering import Covering
 from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.frontier.parameters import with_parameters
 from marsupial.strategies.frontier.rule import FrontierRule
@@ -23,7 +24,9 @@ from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.one_step import OneStep
 from marsupial.strategies.temporal import Temporal
 
-RULES: Mapping[str, type[FrontierRule]] = {rule.name: rule for rule in (ClosestFrontier, Segments, Bidding, Sheng)}
+RULES: Mapping[str, type[FrontierRule]] = {
+    rule.name: rule for rule in (ClosestFrontier, Segments, Bidding, Sheng, Covering)
+}
 """Those that send robots to frontiers; they lead carriers without rovers."""
 
 

@@ -11,6 +11,10 @@ the guess. The others are asked for the shortest plan for the targets known: by 
 longer rather than shorter (docs/strategies.md). No robot waits for a planner: without an answer in time one of the
 other plans is the best.
 
+On small maps teams without rovers follow ways that see everything instead, the unknown taken for free ground
+(`marsupial.strategies.frontier.covering`); the search for them plans with the same annealing. On larger ones that takes
+too long.
+
 Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
 References
@@ -20,24 +24,37 @@ Wurm et al. 2010, sections III-A (the loop) and III-C (the planning problem).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
-from marsupial.model.objective import MAKESPAN, Objective, PricedArrival, Value
+from marsupial.model.grid import Cell
+from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival, Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Outcome
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Goal
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport
+from marsupial.model.world import World
 from marsupial.planning.checker import check
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import Listing
+from marsupial.strategies.frontier.covering import Covering
+from marsupial.strategies.frontier.exploration import FrontierPace, FrontierStrategy
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 
 MAKESPAN_SHARE, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
 """The prices of a ms of the makespan (as a share of what all targets are worth), of a ms of driving, of setting a
 rover down, where a ms until a target is reached costs 1."""
+
+MOST_CELLS = 12_000
+"""Of a map on which ways are searched for that see everything."""
+
+ROUNDS_PER_STEP = 0.5
+"""Of that search, for each step of the budget of a planning."""
 
 Served = tuple[Plan, frozenset[str]]
 """A plan and the targets it leaves out."""
@@ -59,9 +76,28 @@ class Temporal:
     def __init__(self, engine: Engine, budget: Budget) -> None:
         self._engine = engine
         self._budget = budget
+        self._covering: FrontierStrategy | None = None
+
+    def replanning(
+        self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
+    ) -> FrontierPace | None:
+        """Return when ways that see everything are looked at again, if the team follows such; else None."""
+        rovers = any(kinds[robot.type].role is Role.ROVER for robot in world.robots())
+        able = ObjectiveName.PRICED_ARRIVAL in self._engine.info.objectives
+        if rovers or not able or world.grid.cells.size > MOST_CELLS:
+            return None
+        steps, seconds = self._budget.steps, self._budget.seconds
+        covering = Covering(
+            rounds=math.inf if steps is None else max(1.0, ROUNDS_PER_STEP * steps),
+            seconds=math.inf if seconds is None else seconds,
+        )
+        self._covering = FrontierStrategy(covering, self.name)
+        return self._covering.replanning(world, kinds, homes, goal)
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the best plan: the engine's, what is left of the previous one, the heuristic or the greedy one."""
+        if self._covering is not None:
+            return self._covering.decide(briefing)
         began = perf_counter()
         decide = self._explore if briefing.situation.targets else self._finish
         plan, unserved, answer = decide(briefing)

@@ -31,6 +31,8 @@ V = TypeVar("V")
 Cells = int
 """A set of cells to be seen, one bit for each."""
 
+NOTHING: Ints = np.empty(0, dtype=np.int64)
+
 MOST_SITES = 6000
 """Of one robot type, but for those that must be, and fewer on large maps; the lattice is chosen accordingly."""
 
@@ -47,6 +49,8 @@ class Ground:
         The whole map.
     robots
         The team at its start: what it sees from there need not be seen any more.
+    seen
+        Row-major indices of other cells that need not be seen any more.
 
     Attributes
     ----------
@@ -58,7 +62,9 @@ class Ground:
         Per type the row-major indices of its sites, ascending.
     """
 
-    def __init__(self, grid: Grid, types: Sequence[RobotType], robots: Sequence[PlacedRobot]) -> None:
+    def __init__(
+        self, grid: Grid, types: Sequence[RobotType], robots: Sequence[PlacedRobot], seen: Ints = NOTHING
+    ) -> None:
         truth = grid.solid()
         self.robots = tuple(robots)
         self.territory = Territory(truth, types)
@@ -82,7 +88,7 @@ class Ground:
         self._set_bytes = len(self._bit) // 8
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
-        self.wanted: Cells = (1 << len(self._bit)) - 1
+        self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)
         for robot in robots:
             if robot.cell is not None:
                 self.wanted &= ~self.view(robot.type, robot.cell)

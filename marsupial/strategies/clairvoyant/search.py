@@ -95,6 +95,21 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
     return best
 
 
+def fitted(outline: Outline, used: Callable[[int], float], seed: int) -> Outline:
+    """Return an outline made for other ground changed so that all is seen again, and then as the search improves it.
+
+    The parameters are those of `best_outline`.
+    """
+    rng = np.random.default_rng(seed)
+    best = shortened(repaired(shortened(outline), rng, max(1, outline.complete_ms)))
+    done = 0
+    while best.stops and used(done) < 1:
+        found = _round(best, round((1 - AMBITION) * best.complete_ms), rng, done)
+        best = min(best, found, key=rate)
+        done += 1
+    return best
+
+
 def _tolerated(top: Rate, share: float) -> Rate:
     return top[0], top[1] * (1 + TOLERANCE * (1 - share))
 

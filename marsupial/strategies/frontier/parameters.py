@@ -17,7 +17,7 @@ def with_parameters(rule: type[FrontierRule], text: str) -> FrontierRule:
     UsageError
         If a value is no finite number, 0 or more, or the rule has no such parameter.
     """
-    known = [each.name for each in fields(rule)]  # type: ignore[arg-type]
+    known = [each.name for each in fields(rule) if each.init]  # type: ignore[arg-type]
     values: dict[str, float] = {}
     for part in text.split("/"):
         name, _, number = part.partition("=")

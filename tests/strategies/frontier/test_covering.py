@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import pytest
+
+from marsupial.bench.papers.worlds import cell_world
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.metrics import Summary
+from marsupial.library.missions import simulate
+from marsupial.model.mission import Status
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import Scenario
+
+
+def explored(scenario: Scenario, strategy: str, seed: int = 1) -> Summary:
+    summary = simulate(scenario, strategy=strategy, planner="anytime", budget=Budget(steps=2), seed=seed)
+    assert (summary.status, summary.coverage, summary.plans_invalid) == (Status.COMPLETE, 1.0, 0), summary.reason
+    return summary
+
+
+@pytest.mark.parametrize(("obstacles", "most"), [(0, 58), (12, 72)])
+def test_two_robots_see_hardly_anything_twice(obstacles: int, most: float) -> None:
+    summary = explored(cell_world("cells", 18, 18, obstacles, 2), "covering/rounds=1")
+    assert summary.exploration_time_s is not None
+    assert summary.exploration_time_s <= most  # 54 steps at three new cells each
+
+
+def test_temporal_planning_covers_small_maps_without_rovers_that_way() -> None:
+    scenario = cell_world("cells", 12, 12, 6, 2)
+    ways = explored(scenario, "covering/rounds=1")
+    assert explored(scenario, "temporal").exploration_time_s == ways.exploration_time_s
+    assert explored(scenario, "temporal").planner == "anytime"
+
+
+def test_teams_with_rovers_and_other_planners_are_not_concerned() -> None:
+    scenario = builtin_scenario("lobby", 2, 0)
+    assert (
+        explored(scenario, "temporal").exploration_time_s == explored(scenario, "covering/rounds=1").exploration_time_s
+    )
+    with_rovers = explored(builtin_scenario("lobby", 2, 1), "temporal")
+    assert with_rovers.deployments > 0
