@@ -23,7 +23,8 @@ from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import NO_PLANNER, Budget
-from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario
+from marsupial.model.robots import Routes
+from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, with_routes
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.registry import current_name
 
@@ -42,6 +43,7 @@ class MissionRequest:
     steps: int | None = None
     log: Path | None = None
     planning_time: str | None = None
+    routes: str | None = None
     time_limit_s: float | None = None
     server: str | None = None
 
@@ -84,6 +86,15 @@ def strategy_name(asked: str) -> str:
     return name
 
 
+def routed(scenario: Scenario, routes: str | None) -> Scenario:
+    """Return the scenario with the routes that ``--routes`` asks for; None for those of its robot types."""
+    if routes is None:
+        return scenario
+    if routes not in list(Routes):
+        raise UsageError(f"--routes: must be {' or '.join(Routes)}, got {routes!r}")
+    return with_routes(scenario, Routes(routes))
+
+
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     """Return the limits that ``--time-limit`` asks for, which must be positive and finite; None for the scenario's."""
     if time_limit_s is None:
@@ -115,6 +126,7 @@ def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:
         if request.planning_time not in list(PlanningTime):
             raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")
         scenario = replace(scenario, planning_time=PlanningTime(request.planning_time))
+    scenario = routed(scenario, request.routes)
     limits = limits_of(request.time_limit_s)
     return scenario if limits is None else replace(scenario, limits=limits)
 

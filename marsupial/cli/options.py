@@ -11,6 +11,9 @@ Planner = Annotated[
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Draws the starts.")]
 PlanningBudget = Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")]
+RouteChoice = Annotated[
+    str | None, typer.Option("--routes", help="shortest, or energy: those of least energy [default: the scenario's].")
+]
 TimeLimit = Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")]
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]

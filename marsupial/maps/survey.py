@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from marsupial.arrays import Floats
 from marsupial.maps.growth import GrowingReach
@@ -36,6 +35,7 @@ from marsupial.model.unseen import Unseen
 from marsupial.model.world import RobotReport
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import travel_table_ms
+from marsupial.paths.ways import ways_of
 
 Poses = Mapping[str, Mapping[str, Cell]]
 """Cell of each place, per robot type that has one there."""
@@ -89,8 +89,8 @@ class Surveyor:
         self._growing = GrowingReach(territory)
         self._reach = self._growing.reach(())
         self._targets: tuple[Target, ...] = ()
-        self._searches = {
-            name: PathSearch(footprint.standable, territory.kinds[name].diagonal)
+        self._ways = {
+            name: ways_of(territory.kinds[name], footprint.standable, territory.grid.resolution_m)
             for name, footprint in territory.footprints.items()
         }
         self._all_ground = PathSearch(np.zeros_like(territory.see_through))
@@ -108,18 +108,18 @@ class Surveyor:
         left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
         return left + self.finder.refused(targets, self._reach)
 
-    def route(self, kind: str, start: Cell, goal: Cell) -> tuple[Cell, ...] | None:
-        """Return the cheapest route of a robot type over the known map."""
-        return self._searches[kind].route(start, goal)
+    def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
+        """Return the way that a robot of a type takes over the known map, facing `heading` at first."""
+        return self._ways[kind].route(start, goal, heading)
 
     def frontiers(self, robots: Sequence[RobotReport]) -> Mapping[str, Frontier]:
         """Return what each robot type can explore now, by name."""
         self._look(placed(robots))
         return self.finder.frontiers(self._reach)
 
-    def lengths(self, kind: str, start: Cell, cells: Sequence[Cell]) -> Floats:
-        """Return the lengths (n,) in cells of a robot type's cheapest ways to n cells, inf where there is none."""
-        return self._searches[kind].costs(start, cells)
+    def lengths(self, kind: str, start: Cell, cells: Sequence[Cell], heading: int | None = None) -> Floats:
+        """Return the lengths (n,) in cells of the ways of a robot type to n cells, inf where there is none."""
+        return self._ways[kind].lengths(start, cells, heading)
 
     def survey(
         self,
@@ -136,7 +136,8 @@ class Surveyor:
         meetings = find_meetings(self._territory, reach, targets, where, keep)
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
-        situation = self._situation(states, targets, meetings, poses)
+        headings = {f"s_{robot.name}": robot.heading for robot in active}
+        situation = self._situation(states, targets, meetings, poses, headings)
         return Survey(
             situation=situation,
             targets=targets,
@@ -211,6 +212,7 @@ class Surveyor:
         targets: Sequence[Target],
         meetings: Meetings,
         poses: Poses,
+        headings: Mapping[str, int | None],
     ) -> Situation:
         kinds = tuple(planning_type(kind) for kind in self._territory.kinds.values())
         homes = tuple(state.home for state in states if state.home is not None)
@@ -231,8 +233,8 @@ class Surveyor:
             meetings=tuple(point.name for point in meetings.points),
             homes=homes,
             travel_ms={
-                name: travel_times(kind, names, poses, self._searches[name].matrix, self._territory.grid.resolution_m)
-                for name, kind in self._territory.kinds.items()
+                name: travel_times(kind, names, poses, ways.matrix, self._territory.grid.resolution_m, headings)
+                for (name, kind), ways in zip(self._territory.kinds.items(), self._ways.values(), strict=True)
             },
             goal=goal,
         )
@@ -267,14 +269,24 @@ def travel_times(
     kind: RobotType,
     names: Sequence[str],
     poses: Poses,
-    lengths_between: Callable[[Sequence[Cell]], npt.NDArray[np.float64]],
+    lengths_between: Callable[[Sequence[Cell], Sequence[int | None]], Floats],
     resolution_m: float,
+    headings: Mapping[str, int | None] | None = None,
 ) -> TravelTable:
-    """Return the travel times (ms) of a robot type between places; the lengths between cells are in cells."""
+    """Return the travel times (ms) of a robot type between places.
+
+    Parameters
+    ----------
+    lengths_between
+        Returns the lengths in cells from each of k cells to each (k, k), by cells and headings there.
+    headings
+        Which way the robot faces that stands at a place, where one does.
+    """
     rows = [i for i, name in enumerate(names) if kind.name in poses[name]]
     table = np.full((len(names), len(names)), UNREACHABLE, dtype=np.int64)
     if rows:
-        lengths = lengths_between([poses[names[i]][kind.name] for i in rows])
+        cells = [poses[names[i]][kind.name] for i in rows]
+        lengths = lengths_between(cells, [(headings or {}).get(names[i]) for i in rows])
         table[np.ix_(rows, rows)] = travel_table_ms(lengths, resolution_m, kind.speed_mps)
     return table
 

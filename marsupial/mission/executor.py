@@ -20,8 +20,8 @@ from marsupial.model.team import Deployments
 from marsupial.model.world import RobotReport, World
 from marsupial.paths.routes import steps_of
 
-Router = Callable[[str, Cell, Cell], Sequence[Cell] | None]
-"""Finds the route of a robot type between two cells of the known map."""
+Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
+"""Finds the route of a robot type between two cells of the known map, by the way it faces at first."""
 
 
 class Executor:
@@ -161,7 +161,7 @@ class Executor:
         cell = self._poses[action.place].get(robot.type)
         route: Sequence[Cell] | None = None
         if action.carrier is None and cell is not None and robot.cell is not None:
-            route = self._route(robot.type, robot.cell, cell)
+            route = self._route(robot.type, robot.cell, cell, robot.heading)
         if cell is None or (action.carrier is None and route is None):
             self._queues[robot.name].clear()
             self._end(action, self._revision, ActionEnd.BLOCKED)

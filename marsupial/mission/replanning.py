@@ -52,8 +52,8 @@ class Replanning(Protocol):
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Take in that a plan made from `survey` is followed; what has turned up `since` another one is news to it."""
 
-    def route(self, kind: str, start: Cell, goal: Cell) -> Sequence[Cell] | None:
-        """Return the route of a robot type between two cells, or None where there is none."""
+    def route(self, kind: str, start: Cell, goal: Cell, heading: int | None, /) -> Sequence[Cell] | None:
+        """Return the route of a robot type that faces `heading` at first, or None where there is none."""
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
         """Return every frontier that is left at the end of the mission, and why."""

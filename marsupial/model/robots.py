@@ -22,6 +22,14 @@ class Role(StrEnum):
     ROVER = "rover"
 
 
+class Routes(StrEnum):
+    """Which of the ways to a place robots take."""
+
+    SHORTEST = "shortest"
+    ENERGY = "energy"
+    """Those of least energy, by the energy model of their type."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnergyModel:
     """What a robot type uses: power by time, and energy by distance and manoeuvre.
@@ -70,6 +78,8 @@ class RobotType:
     diagonal
         How long a diagonal step is in straight ones: sqrt 2, or down to 1 where robots hop from cell to cell and each
         move takes as long as any other.
+    routes
+        Which ways it takes; those of least energy only if driving takes it some (`driving_j`).
     """
 
     name: str
@@ -83,6 +93,19 @@ class RobotType:
     undock_ms: int = 0
     energy: EnergyModel = EnergyModel()
     diagonal: float = SQRT2
+    routes: Routes = Routes.SHORTEST
+
+    @property
+    def driving_j(self) -> float:
+        """Energy in J of driving a metre, beyond what is used anyway."""
+        return self.energy.metre_j + self.energy.drive_w / self.speed_mps
+
+    @property
+    def routes_fault(self) -> str | None:
+        """What is wrong with the ways it takes, or None."""
+        if self.routes is Routes.ENERGY and not self.driving_j > 0:
+            return "no way takes less energy than another: driving takes none (energy.metre_j, energy.drive_w)"
+        return None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

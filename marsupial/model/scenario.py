@@ -6,11 +6,12 @@ that a mission needs beside a strategy, a planner, a seed and a budget.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from marsupial.errors import Problem, ScenarioError
 from marsupial.model.grid import Grid
-from marsupial.model.robots import RobotType, TeamMember
+from marsupial.model.robots import RobotType, Routes, TeamMember
 
 
 class PlanningTime(StrEnum):
@@ -64,3 +65,19 @@ class Scenario:
     def type_of(self, member: TeamMember) -> RobotType:
         """Return the robot type of a member of the team."""
         return next(kind for kind in self.robot_types if kind.name == member.type)
+
+
+def with_routes(scenario: Scenario, routes: Routes) -> Scenario:
+    """Return the scenario with all robot types taking such routes.
+
+    Raises
+    ------
+    ScenarioError
+        If routes of least energy are asked for and driving takes a type none.
+    """
+    kinds = tuple(replace(kind, routes=routes) for kind in scenario.robot_types)
+    faults = [(kind.name, kind.routes_fault) for kind in kinds]
+    problems = [Problem("routes", f"robot type {name!r}: {fault}") for name, fault in faults if fault is not None]
+    if problems:
+        raise ScenarioError(problems)
+    return replace(scenario, robot_types=kinds)

@@ -76,8 +76,7 @@ def costs_of(kind: RobotType, resolution_m: float) -> MotionCosts:
         If driving takes it no energy.
     """
     energy = kind.energy
-    metre_j = energy.metre_j + energy.drive_w / kind.speed_mps
-    return MotionCosts(distance=metre_j * resolution_m, stop=energy.stop_j, turn=energy.turn_j)
+    return MotionCosts(distance=kind.driving_j * resolution_m, stop=energy.stop_j, turn=energy.turn_j)
 
 
 def route_energy(
@@ -142,14 +141,14 @@ class EnergySearch:
         energies *= self.motion.distance
         return self._frame.inside(energies)
 
-    def costs(self, source: Cell, wanted: Sequence[Cell], heading: int | None = None) -> Floats:
+    def costs(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the least energy of driving from `source` to each wanted cell; inf where there is no way."""
         counts, reached = self._walked(source, wanted, heading)
         changing = [self.motion.changing(turn) for turn in (1, 2, 3, 4)]
         weights = np.array([self.motion.distance, self.motion.distance * self._diagonal, *changing])
         return np.where(reached, counts @ weights, np.inf)
 
-    def lengths(self, source: Cell, wanted: Sequence[Cell], heading: int | None = None) -> Floats:
+    def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the length in cells of the way of least energy to each wanted cell; inf where there is none."""
         counts, reached = self._walked(source, wanted, heading)
         return np.where(reached, counts[:, 0] + counts[:, 1] * self._diagonal, np.inf)
@@ -198,7 +197,7 @@ class EnergySearch:
         kernels.least(self._work, at, energies)
         return energies
 
-    def _walked(self, source: Cell, wanted: Sequence[Cell], heading: int | None) -> tuple[Ints, Mask]:
+    def _walked(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None) -> tuple[Ints, Mask]:
         """Search; return what the ways are made of (`kernels.tally`), and which of the wanted cells are reached."""
         at = self._frame.indices(wanted)
         self._search(source, at, heading)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.arrays import Cells, Floats
+from marsupial.arrays import Cells, Floats, Ints
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import SQRT2
 from marsupial.paths.routes import Route, route_of
@@ -65,7 +65,7 @@ class PathSearch:
         goals = goals[self._work.passable(goals)]
         return self._work.field(self._work.search(start, goals, limit))
 
-    def costs(self, source: Cell, wanted: Sequence[Cell]) -> Floats:
+    def costs(self, source: Cell, wanted: Sequence[Cell] | Ints) -> Floats:
         """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
         start = self._load([source])
         return self._costs(start, self._work.indices(wanted))
@@ -89,7 +89,7 @@ class PathSearch:
             return None
         return route_of(start, self._work.descent(ends[0]))
 
-    def _load(self, cells: Sequence[Cell]) -> Cells:
+    def _load(self, cells: Sequence[Cell] | Ints) -> Cells:
         self._work.load(self.passable)
         return self._work.indices(cells)
 

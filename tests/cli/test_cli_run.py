@@ -248,3 +248,12 @@ def children(pid: int) -> list[int]:
     import psutil
 
     return [child.pid for child in psutil.Process(pid).children(recursive=True)]
+
+
+def test_routes_of_least_energy_are_asked_for_by_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "lobby.jsonl"
+    assert main(["run", "lobby", *QUICK, "--routes", "energy", "--log", str(log)]) == 0
+    assert {str(kind.routes) for kind in read_log(log).mission.types} == {"energy"}
+    capsys.readouterr()
+    assert main(["run", "lobby", *QUICK, "--routes", "scenic"]) == 2
+    assert "--routes: must be shortest or energy, got 'scenic'" in capsys.readouterr().err

@@ -24,7 +24,7 @@ def robot(name: str, cell: Cell | None = None, carrier: str | None = None) -> Ro
     return RobotReport(name=name, type=kind, cell=cell, carrier=carrier, free_at_ms=0)
 
 
-def straight(_kind: str, start: Cell, goal: Cell) -> Route:
+def straight(_kind: str, start: Cell, goal: Cell, _heading: int | None) -> Route:
     step = 1 if goal.x >= start.x else -1
     return tuple(Cell(x, 1) for x in range(start.x, goal.x + step, step))
 
@@ -174,7 +174,7 @@ def test_a_blocked_way_is_reported_once_and_drops_what_the_robot_was_to_do() -> 
 def test_one_blocked_robot_does_not_keep_the_others_from_starting() -> None:
     stage = Stage(robot("c1", Cell(0, 1)), robot("c2", Cell(1, 1)), robot("r1", Cell(2, 1)))
     stage.executor = Executor(
-        stage.world, lambda kind, a, b: None if a == Cell(1, 1) else straight(kind, a, b), stage.seen
+        stage.world, lambda kind, a, b, h: None if a == Cell(1, 1) else straight(kind, a, b, h), stage.seen
     )
     plan = plan_of([drive(EXPLORE, name, "t1", f"s_{name}") for name in ("c1", "c2", "r1")])
     stage.executor.adopt(plan, POSES, 1)

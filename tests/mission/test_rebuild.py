@@ -27,8 +27,8 @@ from marsupial.model.mission import (
 )
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget
-from marsupial.model.robots import default_types
-from marsupial.model.scenario import Goal, MissionLimits, Scenario
+from marsupial.model.robots import EnergyModel, Routes, default_types
+from marsupial.model.scenario import Goal, MissionLimits, Scenario, with_routes
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.greedy import Greedy
@@ -110,6 +110,13 @@ def test_every_situation_of_a_mission_is_rebuilt_from_its_events() -> None:
 def test_a_mission_that_comes_home_is_rebuilt() -> None:
     scenario = replace(builtin_scenario("lobby", 1, 2), goal=Goal(recover_rovers=True, return_home=True))
     assert_rebuilt(*fly(scenario))
+
+
+def test_a_mission_on_routes_of_least_energy_is_rebuilt() -> None:
+    scenario = builtin_scenario("lobby", 2, 2)
+    energy = EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0))
+    kinds = tuple(replace(kind, energy=energy) for kind in scenario.robot_types)
+    assert_rebuilt(*fly(with_routes(replace(scenario, robot_types=kinds), Routes.ENERGY)))
 
 
 def test_a_mission_with_lost_robots_is_rebuilt() -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, TimeLimit, Workers
+from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, RouteChoice, TimeLimit, Workers
 
 
 def compare(
@@ -28,6 +28,7 @@ def compare(
         int | None, typer.Option(help=f"Steps for each planning: reproducible [default: {COMPARE_STEPS}].")
     ] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds for each planning instead: not reproducible.")] = None,
+    routes: RouteChoice = None,
     time_limit: TimeLimit = None,
     workers: Workers = None,
     ray: RayAddress = None,
@@ -45,7 +46,7 @@ def compare(
     """
     from marsupial.bench.compare.plan import Comparison
     from marsupial.cli import comparing
-    from marsupial.cli.missions import limits_of
+    from marsupial.cli.missions import limits_of, routed
     from marsupial.errors import UsageError
     from marsupial.library.missions import budget_of
 
@@ -63,5 +64,6 @@ def compare(
     contenders = comparing.contenders(strategies, planner, chosen)
     teams = comparing.numbers(carriers, "--carriers", at_least=1), comparing.numbers(rovers, "--rovers", at_least=0)
     cases = comparing.cases(scenarios, *teams, limits)
+    cases = {case: routed(scenario, routes) for case, scenario in cases.items()}
     comparison = Comparison(contenders=contenders, scenarios=cases, runs=runs, budget=chosen)
     comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
-from marsupial.cli.options import Json, Planner, PlanningBudget, Seed, TimeLimit
+from marsupial.cli.options import Json, Planner, PlanningBudget, RouteChoice, Seed, TimeLimit
 
 
 def run(
@@ -34,6 +34,7 @@ def run(
     planning_time: Annotated[
         str | None, typer.Option(help="instant, or charged to the clock of the mission [default: the scenario's].")
     ] = None,
+    routes: RouteChoice = None,
     time_limit: TimeLimit = None,
     server: Annotated[
         str | None,
@@ -59,6 +60,7 @@ def run(
         steps=steps,
         log=log,
         planning_time=planning_time,
+        routes=routes,
         time_limit_s=time_limit,
         server=server,
     )

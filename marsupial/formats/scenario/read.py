@@ -20,7 +20,7 @@ from marsupial.formats.scenario.map import read_grid, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Terrain
-from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role
+from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 
 try:
@@ -172,13 +172,16 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
         terrains=drivable(fields.texts("terrains"), terrains, fields),
         energy=_read_energy(fields),
         diagonal=fields.number("diagonal", SQRT2, BOUNDS["diagonal"]),
+        routes=Routes(fields.choice("routes", list(Routes), Routes.SHORTEST) or Routes.SHORTEST),
         **_read_role_fields(fields, role),
     )
+    if kind.speed_mps > 0 and kind.routes_fault is not None:
+        fields.wrong("routes", kind.routes_fault)
     fields.finish(also=() if role else ("capacity", "dock_s", "undock_s"))
     return kind
 
 
-def _read_role_fields(fields: Fields, role: str) -> dict[str, int]:
+def _read_role_fields(fields: Fields, role: str) -> dict[str, Any]:
     """Read what only carriers or only rovers have; nothing where the role is wrong."""
     if not role:
         return {}

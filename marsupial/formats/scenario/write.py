@@ -18,7 +18,7 @@ from marsupial.formats.scenario.map import SYMBOLS
 from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN, numbered_team
 from marsupial.model.grid import TERRAINS, Grid, Terrain
-from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, TeamMember
+from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes, TeamMember
 from marsupial.model.scenario import Scenario
 
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
@@ -112,7 +112,9 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
     else:
         fields |= {"dock_s": kind.dock_ms / 1000, "undock_s": kind.undock_ms / 1000}
     fields["energy"] = _energy_fields(kind.energy)
-    return fields if kind.diagonal == SQRT2 else fields | {"diagonal": kind.diagonal}
+    if kind.diagonal != SQRT2:
+        fields["diagonal"] = kind.diagonal
+    return fields if kind.routes is Routes.SHORTEST else fields | {"routes": str(kind.routes)}
 
 
 def _energy_fields(energy: EnergyModel) -> dict[str, Any]:

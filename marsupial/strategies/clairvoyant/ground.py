@@ -22,8 +22,8 @@ from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
-from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route
+from marsupial.paths.ways import ways_of
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -74,8 +74,8 @@ class Ground:
         self.width = truth.width
         self._sight = Sight(truth.cells, truth.opaque_codes())
         self._contact = {k.name: disc(k.radius_m / truth.resolution_m + 1.0 + 1e-6) for k in types}
-        self._search = {
-            name: PathSearch(self.territory.footprints[name].standable, kind.diagonal)
+        self._ways = {
+            name: ways_of(kind, self.territory.footprints[name].standable, truth.resolution_m)
             for name, kind in self.kinds.items()
         }
         self._views: dict[tuple[str, Cell], Cells] = {}
@@ -143,7 +143,11 @@ class Ground:
     def distances(self, kind: str, cell: Cell) -> Floats:
         """Return the length in cells of the way from a cell to each site of a type, inf where there is none."""
         sites = self.sites[kind]
-        return self._kept(self._rows, (kind, cell), lambda: self._search[kind].field(cell).ravel()[sites], sites.nbytes)
+
+        def lengths() -> Floats:
+            return self._ways[kind].lengths(cell, np.column_stack((sites % self.width, sites // self.width)))
+
+        return self._kept(self._rows, (kind, cell), lengths, sites.nbytes)
 
     def apart(self, kind: str, cell: Cell, others: Sequence[Cell]) -> Floats:
         """Return the lengths in cells of the ways from a cell to some sites of a type."""
@@ -154,7 +158,7 @@ class Ground:
         """Return the way that a robot of that type takes between two cells that are connected for it."""
         key = (kind, start, goal)
         if key not in self._routes:
-            found = self._search[kind].route(start, goal)
+            found = self._ways[kind].route(start, goal)
             assert found is not None, "only connected places are put in a plan"
             self._remember(100 * len(found))
             self._routes[key] = found

@@ -206,7 +206,7 @@ class Outline:
     def _table(self, kind: RobotType) -> TravelTable:
         ground = self.ground
 
-        def lengths(cells: Sequence[Cell]) -> Floats:
+        def lengths(cells: Sequence[Cell], _headings: Sequence[int | None]) -> Floats:
             if kind.name not in ground.kinds:
                 return np.full((len(cells), len(cells)), np.inf)
             return np.array([ground.apart(kind.name, cell, cells) for cell in cells])

@@ -14,7 +14,7 @@ import numpy as np
 
 from marsupial.maps.survey import Survey, Surveyor, placed
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import Grid, Mask
+from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
 from marsupial.model.plan import Action, Plan
 from marsupial.model.planning import Budget, Outcome
@@ -74,7 +74,6 @@ class Clairvoyant:
         self._search_s = 0.0
         self._exploring = False
         self.exploration_ms: int | None = None
-        self.route = self._surveyor.route
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the one plan or, once all has been seen, a plan that brings the rovers back."""
@@ -115,6 +114,10 @@ class Clairvoyant:
         deployed_at = set(work.deployed_at.values())
         kept = sorted((point for point in keep if point.name in deployed_at), key=lambda point: point.name)
         return self._surveyor.survey(self._world.robots(), self._world.now_ms, kept)
+
+    def route(self, kind: str, start: Cell, goal: Cell, _heading: int | None) -> Sequence[Cell] | None:
+        """Return the way that the plan was made with: as if robots faced no way in particular."""
+        return self._surveyor.route(kind, start, goal)
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Leave it at that: what robots see is no news."""

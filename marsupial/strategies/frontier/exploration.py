@@ -196,7 +196,7 @@ class FrontierPace:
         frontier = view.frontier(robot)
         known = goal in frontier.cells
         place = frontier.approach(goal, view.grid.width) if known else view.cell(goal)
-        route = self._surveyor.route(robot.kind.name, robot.cell, place)
+        route = self._surveyor.route(robot.kind.name, robot.cell, place, robot.heading)
         if route is None:
             return None
         return route[min(1, len(route) - 1)] if self._rule.each_step else place
@@ -211,7 +211,7 @@ class FrontierPace:
                 name=robot.name,
                 kind=kinds[robot.type],
                 cell=robot.cell,
-                heading=robot.heading or 0,
+                heading=robot.heading,
                 goal=self._goals.get(robot.name),
                 trail=self._trails[robot.name],
             )
@@ -221,7 +221,7 @@ class FrontierPace:
 
         def lengths(robot: Explorer, cells: Ints) -> Floats:
             wanted = [cell_at(cell, self._territory.grid.width) for cell in cells.tolist()]
-            return self._surveyor.lengths(robot.kind.name, robot.cell, wanted)
+            return self._surveyor.lengths(robot.kind.name, robot.cell, wanted, robot.heading)
 
         return FrontierView(
             grid=self._territory.grid,

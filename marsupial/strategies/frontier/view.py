@@ -26,7 +26,7 @@ class Explorer:
     cell
         Where it is; while it drives the next cell it passes.
     heading
-        Step digit of its last move (`marsupial.paths.routes`), 0 before the first.
+        Step digit of its last move (`marsupial.paths.routes`), None before the first.
     goal
         The frontier cell (row-major index) that it is on its way to, or None.
     trail
@@ -36,7 +36,7 @@ class Explorer:
     name: str
     kind: RobotType
     cell: Cell
-    heading: int
+    heading: int | None
     goal: int | None
     trail: tuple[Cell, ...] = ()
 

@@ -7,6 +7,7 @@ counts as aboard, undocking it stands on the ground already.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from marsupial.formats.fields import Notes, unknown
 from marsupial.formats.scenario.map import add_terrain, free_code
@@ -14,7 +15,7 @@ from marsupial.formats.scenario.read import drivable
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names, standing_fault
 from marsupial.model.grid import TERRAINS, Cell, Grid, Terrain
 from marsupial.model.mission import MapMeeting
-from marsupial.model.robots import EnergyModel, RobotType, Role, TeamMember
+from marsupial.model.robots import EnergyModel, RobotType, Role, Routes, TeamMember
 from marsupial.model.situation import SituationGoal
 from marsupial.model.world import RobotReport
 from marsupial_service.schemas.mapstates import (
@@ -66,10 +67,10 @@ def types_of(
 
 def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> RobotType:
     if isinstance(body, CarrierTypeBody):
-        own = {"capacity": body.capacity}
+        own: dict[str, Any] = {"capacity": body.capacity}
     else:
         own = {"dock_ms": round(1000 * body.dock_s), "undock_ms": round(1000 * body.undock_s)}
-    return RobotType(
+    kind = RobotType(
         name=body.name,
         role=Role(body.role),
         speed_mps=body.speed_mps,
@@ -77,8 +78,13 @@ def _type(body: RobotTypeBody, terrains: tuple[Terrain, ...], notes: Notes) -> R
         radius_m=body.radius_m,
         terrains=drivable(body.terrains, terrains, notes),
         energy=body.energy or EnergyModel(),
+        diagonal=body.diagonal,
+        routes=Routes(body.routes),
         **own,
     )
+    if kind.routes_fault is not None:
+        notes.wrong("routes", kind.routes_fault)
+    return kind
 
 
 def entries_of(

@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
 from marsupial.model.mission import MapMeeting
-from marsupial.model.robots import EnergyModel
+from marsupial.model.robots import SQRT2, EnergyModel
 from marsupial_service.schemas.base import (
     CellXY,
     Maybe,
@@ -125,6 +125,8 @@ class _RobotType(RequestBody):
     radius_m: Annotated[float, within("radius_m")]
     terrains: Annotated[list[RobotName], Field(min_length=1)]
     energy: Maybe[Annotated[EnergyModel, made_of(EnergyBody, EnergyModel)]] = None
+    diagonal: Annotated[float, within("diagonal")] = SQRT2
+    routes: Literal["shortest", "energy"] = "shortest"
 
 
 class CarrierTypeBody(_RobotType):

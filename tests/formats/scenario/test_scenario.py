@@ -17,7 +17,7 @@ from marsupial.formats.scenario import is_scenario_file, read_scenario, scenario
 from marsupial.generators import GENERATORS
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, Grid, Terrain
-from marsupial.model.robots import EnergyModel, Role, TeamMember
+from marsupial.model.robots import EnergyModel, Role, Routes, TeamMember
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 
 DOCS = Path(__file__).resolve().parents[3] / "docs" / "scenario-format.md"
@@ -41,6 +41,7 @@ def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
         limits={"time_s": 90.5},
         planning_time="charged",
         robot_types__0__energy={"idle_w": 20, "drive_w": 60.5},
+        robot_types__1__routes="energy",
         robot_types__1__energy={"metre_j": 1, "stop_j": 0.5, "turn_j": [0.4, 0.6, 0.8, 1]},
     )
     scenario = read_scenario(stored(tmp_path, data))
@@ -50,6 +51,7 @@ def test_every_field_is_read_in_the_units_of_the_model(tmp_path: Path) -> None:
     assert (carrier.role, carrier.capacity, carrier.terrains) == (Role.CARRIER, 2, {FLOOR})
     assert carrier.energy == EnergyModel(idle_w=20.0, drive_w=60.5)
     assert rover.energy == EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0))
+    assert (carrier.routes, rover.routes) == (Routes.SHORTEST, Routes.ENERGY)
     assert (rover.role, rover.dock_ms, rover.undock_ms) == (Role.ROVER, 10_000, 5_000)
     assert (rover.speed_mps, rover.sensor_range_m, rover.radius_m) == (0.5, 5.0, 0.1)
     assert scenario.team == (
@@ -162,7 +164,13 @@ def test_everything_a_scenario_can_hold_survives_writing_and_reading(tmp_path: P
         robot_types=(
             rover,
             replace(rover, name="crab", terrains=frozenset({3, 254}), dock_ms=1, undock_ms=12_345, radius_m=0.05),
-            replace(carrier, radius_m=0.0, capacity=7, energy=EnergyModel(metre_j=1.5, turn_j=(0.0, 0.0, 0.25, 1.0))),
+            replace(
+                carrier,
+                radius_m=0.0,
+                capacity=7,
+                energy=EnergyModel(metre_j=1.5, turn_j=(0.0, 0.0, 0.25, 1.0)),
+                routes=Routes.ENERGY,
+            ),
         ),
         team=(
             TeamMember(name="b", type="crab", start=Cell(3, 0)),

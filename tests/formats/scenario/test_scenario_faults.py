@@ -51,6 +51,17 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
             "robot_types[1].energy.turn_j[2]: must be 0 or more, got -2",
         ],
     ),
+    "routes that are none": (
+        {"robot_types__0__routes": "scenic"},
+        ["robot_types[0].routes: must be shortest or energy, got 'scenic'"],
+    ),
+    "routes of least energy for one that drives for nothing": (
+        {"robot_types__1__routes": "energy", "robot_types__1__energy": {"stop_j": 1.0}},
+        [
+            "robot_types[1].routes: no way takes less energy than another: driving takes none (energy.metre_j, "
+            "energy.drive_w)"
+        ],
+    ),
     "half a rover": ({"robot_types__0__capacity": 1.5}, ["robot_types[0].capacity: must be an integer, got 1.5"]),
     "a boolean for an integer": (
         {"robot_types__0__capacity": True},
