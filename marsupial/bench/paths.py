@@ -2,7 +2,8 @@
 
 Three jobs on two kinds of map: the field of one cell, the cost matrix of K cells, one route from corner to corner.
 scipy needs the grid as a sparse graph; building it is timed apart and left out of the ratios. Each figure is the least
-CPU time of some repeats, and both sides' results are compared in the same run.
+CPU time of some repeats, and both sides' results are compared in the same run. The field of least energy, whose search
+has 8 states a cell, stands beside the field of lengths.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import SQRT2
+from marsupial.paths.energy import EnergySearch, MotionCosts
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import route_length
 
@@ -47,6 +49,20 @@ class PathsRow:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EnergyRow:
+    """The fields of least energy and of lengths on one map, in CPU seconds."""
+
+    map: str
+    energy_s: float
+    length_s: float
+
+    @property
+    def per_state(self) -> float:
+        """How many times longer a state of the search for least energy takes: it has 8 a cell."""
+        return self.energy_s / self.length_s / 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PathsBench:
     """All rows, and per map the CPU seconds scipy's graph took to build."""
 
@@ -55,6 +71,7 @@ class PathsBench:
     seed: int
     repeats: int
     rows: tuple[PathsRow, ...]
+    energy: tuple[EnergyRow, ...]
     build_s: tuple[tuple[str, float], ...]
 
 
@@ -83,13 +100,24 @@ MAPS: dict[str, Callable[[int, int], Mask]] = {"rand20": rand20, "rooms": rooms}
 def bench_paths(size: int = 1024, seed: int = 1, repeats: int = 3, cells: int = 40) -> PathsBench:
     """Time both sides on maps of `size` squared; a matrix is over `cells` cells."""
     rows: list[PathsRow] = []
+    energy: list[EnergyRow] = []
     builds: list[tuple[str, float]] = []
     for name, make in MAPS.items():
         passable = make(size, seed)
         graph, build_s = _least_cpu(partial(grid_graph, passable), 1)
         builds.append((name, build_s))
-        rows += _rows(name, passable, graph, _connected_cells(passable, cells, seed), repeats)
-    return PathsBench(size=size, cells=cells, seed=seed, repeats=repeats, rows=tuple(rows), build_s=tuple(builds))
+        chosen = _connected_cells(passable, cells, seed)
+        rows += _rows(name, passable, graph, chosen, repeats)
+        energy.append(_energy_row(name, passable, chosen[0], repeats))
+    return PathsBench(
+        size=size,
+        cells=cells,
+        seed=seed,
+        repeats=repeats,
+        rows=tuple(rows),
+        energy=tuple(energy),
+        build_s=tuple(builds),
+    )
 
 
 def table(result: PathsBench) -> str:
@@ -102,6 +130,11 @@ def table(result: PathsBench) -> str:
     for row in result.rows:
         ours, theirs = 1e3 * row.ours_s, 1e3 * row.scipy_s
         lines.append(f"{row.map:<8}{row.job:<16}{ours:>10.1f}{theirs:>11.1f}{row.ratio:>7.1f}x{row.difference:>17.1e}")
+    for pair in result.energy:
+        lines.append(
+            f"{pair.map:<8}energy field {1e3 * pair.energy_s:.1f} ms over 8 headings a cell, field of lengths "
+            f"{1e3 * pair.length_s:.1f} ms: {pair.per_state:.2f} times as long per state"
+        )
     for name, seconds in result.build_s:
         lines.append(f"{name:<8}scipy's graph took {1e3 * seconds:.0f} ms to build, not counted above")
     return "\n".join(lines)
@@ -167,6 +200,13 @@ def _rows(name: str, passable: Mask, graph: csr_array, cells: list[Cell], repeat
         difference = _largest_difference(our_result, their_result)
         rows.append(PathsRow(map=name, job=job, ours_s=ours_s, scipy_s=scipy_s, difference=difference))
     return rows
+
+
+def _energy_row(name: str, passable: Mask, source: Cell, repeats: int) -> EnergyRow:
+    energies, lengths = EnergySearch(passable, MotionCosts()), PathSearch(passable)
+    _, energy_s = _least_cpu(lambda: energies.field(source), repeats + 1)  # the first may compile
+    _, length_s = _least_cpu(lambda: lengths.field(source), repeats + 1)
+    return EnergyRow(map=name, energy_s=energy_s, length_s=length_s)
 
 
 def _largest_difference(ours: Lengths, theirs: Lengths) -> float:

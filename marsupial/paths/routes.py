@@ -42,9 +42,9 @@ def route_of(start: Cell, steps: str) -> Route:
     return tuple(cells)
 
 
-def route_length(route: Sequence[Cell]) -> float:
-    """Return the length of `route` in cells; 0 for a single cell."""
-    return float(_lengths(route)[-1])
+def route_length(route: Sequence[Cell], diagonal: float = SQRT2) -> float:
+    """Return the length of `route` in cells, with diagonal steps of that length; 0 for a single cell."""
+    return float(_lengths(route, diagonal)[-1])
 
 
 def travel_ms(length_cells: float, resolution_m: float, speed_mps: float) -> int:

@@ -21,6 +21,41 @@ NOWHERE: Cells = np.empty(0, dtype=np.uint32)
 _Framed = TypeVar("_Framed", Bytes, Floats)
 
 
+class Frame:
+    """A grid framed by closed cells, so that no search needs to test for the edge of the map.
+
+    Parameters
+    ----------
+    height, width
+        Shape of the grid, in cells.
+
+    Attributes
+    ----------
+    size
+        How many cells there are, those of the frame included.
+    offsets
+        (24,): from a cell to its neighbours, counter-clockwise from east, three times round.
+    """
+
+    def __init__(self, height: int, width: int) -> None:
+        self._height, self._width = height, width
+        self._row = row = width + 2
+        self.size = (height + 2) * row
+        around = np.array([1, row + 1, row, row - 1, -1, -row - 1, -row, -row + 1], dtype=np.int64)
+        self.offsets = np.tile(around, 3).astype(np.uint64)
+
+    def indices(self, cells: Sequence[Cell] | Ints) -> Cells:
+        """Return the framed index of each cell; that of a closed cell for cells outside the grid."""
+        xy = np.array(cells, dtype=np.int64).reshape(-1, 2)
+        x, y = xy[:, 0], xy[:, 1]
+        inside = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)
+        return np.where(inside, (y + 1) * self._row + x + 1, 0).astype(np.uint32)
+
+    def inside(self, framed: _Framed) -> _Framed:
+        """Return the view (height, width) of what an array of the framed grid says of the grid."""
+        return framed.reshape(self._height + 2, self._row)[1:-1, 1:-1]
+
+
 class Workspace:
     """Buffers for searches on grids of one shape. Not for use by two threads at once.
 
@@ -33,32 +68,24 @@ class Workspace:
     """
 
     def __init__(self, height: int, width: int, diagonal: float) -> None:
-        self._height, self._width = height, width
-        self._row = row = width + 2
-        size = (height + 2) * row
-        around = np.array([1, row + 1, row, row - 1, -1, -row - 1, -row, -row + 1], dtype=np.int64)
+        self._frame = Frame(height, width)
+        size = self._frame.size
         # Most of them never filled: only the pages a search writes to take up memory.
         self._buffers = kernels.Buffers(
             passable=np.zeros(size, dtype=np.uint8),
             cost=np.full(size, np.inf),
             arrival=np.empty(size, dtype=np.uint8),
-            offsets=np.tile(around, 3).astype(np.uint64),
+            offsets=self._frame.offsets,
             queue=np.empty(3 * size, dtype=np.uint32),
             touched=np.empty(size, dtype=np.uint32),
             diagonal=diagonal,
         )
         self._stale = 0
+        self.indices = self._frame.indices
 
     def load(self, passable: Mask) -> None:
         """Take over which cells are passable now."""
-        self._inside(self._buffers.passable)[:] = passable
-
-    def indices(self, cells: Sequence[Cell] | Ints) -> Cells:
-        """Return the framed index of each cell; that of a closed cell for cells outside the grid."""
-        xy = np.array(cells, dtype=np.int64).reshape(-1, 2)
-        x, y = xy[:, 0], xy[:, 1]
-        inside = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)
-        return np.where(inside, (y + 1) * self._row + x + 1, 0).astype(np.uint32)
+        self._frame.inside(self._buffers.passable)[:] = passable
 
     def passable(self, at: Cells) -> Mask:
         """Say which of the cells are passable."""
@@ -90,7 +117,7 @@ class Workspace:
 
     def field(self, final: float = math.inf) -> Floats:
         """Return a copy (height, width) of what the last search found, inf where it is not below `final`."""
-        field = self._inside(self._buffers.cost).copy()
+        field = self._frame.inside(self._buffers.cost).copy()
         if final < math.inf:
             field[field >= final] = np.inf
         return field
@@ -100,6 +127,3 @@ class Workspace:
         steps = np.empty(int(self._buffers.cost[start]) + 1, dtype=np.uint8)
         count = kernels.descend(self._buffers, np.uint64(start), steps)
         return (steps[: int(count)] + ord("0")).tobytes().decode("ascii")
-
-    def _inside(self, framed: _Framed) -> _Framed:
-        return framed.reshape(self._height + 2, self._row)[1:-1, 1:-1]

@@ -12,6 +12,7 @@ from marsupial.model.planning import Budget, Engine
 from marsupial.model.robots import Role
 from marsupial.model.strategy import Strategy
 from marsupial.planning.engines import mission_engine
+from marsupial.strategies.frontier.bidding import Bidding, Sheng
 from marsupial.strategies.frontier.closest import ClosestFrontier
 from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.frontier.parameters import with_parameters
@@ -22,7 +23,7 @@ from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.one_step import OneStep
 from marsupial.strategies.temporal import Temporal
 
-RULES: Mapping[str, type[FrontierRule]] = {rule.name: rule for rule in (ClosestFrontier, Segments)}
+RULES: Mapping[str, type[FrontierRule]] = {rule.name: rule for rule in (ClosestFrontier, Segments, Bidding, Sheng)}
 """Those that send robots to frontiers; they lead carriers without rovers."""
 
 

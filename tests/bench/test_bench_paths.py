@@ -21,9 +21,15 @@ def test_both_sides_agree_on_every_job(result: PathsBench):
 
 def test_the_table_has_a_line_for_every_job_and_every_graph(result: PathsBench):
     lines = table(result).splitlines()
-    assert len(lines) == 2 + len(result.rows) + len(MAPS)
+    assert len(lines) == 2 + len(result.rows) + 2 * len(MAPS)
     assert "max difference" in lines[1]
     assert "not counted" in lines[-1]
+
+
+def test_energies_are_timed_beside_lengths_per_state(result: PathsBench):
+    assert [row.map for row in result.energy] == list(MAPS)
+    assert all(row.per_state == pytest.approx(row.energy_s / row.length_s / 8) for row in result.energy)
+    assert "per state" in table(result)
 
 
 def test_the_graph_has_no_step_that_cuts_a_corner():

@@ -16,7 +16,7 @@ from marsupial.bench.compare.figures import mean_coverage
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row
-from marsupial.bench.compare.statements import StatementVerdict, Terms, share_verdict
+from marsupial.bench.compare.statements import ExperimentTerms, StatementVerdict, share_verdict
 from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
     failure_table,
@@ -249,7 +249,7 @@ def test_one_number_of_carriers_is_shown_by_the_number_of_rovers() -> None:
 
 @pytest.fixture(scope="module")
 def paper() -> Comparison:
-    return wurm2010.comparison(Terms(runs=2, planner="greedy", budget=Budget(steps=1), maps=Path()))
+    return wurm2010.comparison(ExperimentTerms(runs=2, planner="greedy", budget=Budget(steps=1), maps=Path()))
 
 
 def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 2, better: float = 0.5) -> ComparisonOutcome:

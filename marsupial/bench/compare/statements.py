@@ -45,7 +45,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Terms:
+class ExperimentTerms:
     """On which terms an experiment is carried out.
 
     Parameters
@@ -88,7 +88,7 @@ class Experiment:
     setting: str
     runs: int
     planner: str
-    comparison: Callable[[Terms], Comparison]
+    comparison: Callable[[ExperimentTerms], Comparison]
     figures: Callable[[ComparisonOutcome], Iterator[Figure]]
     findings: Callable[[ComparisonOutcome], list[Finding]]
     tables: Callable[[ComparisonOutcome], list[ReportTable]] = _no_tables

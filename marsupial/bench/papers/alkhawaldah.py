@@ -14,7 +14,7 @@ from statistics import fmean
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import Figure, Series, lines_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, Finding, Terms, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.bench.papers import weights
 from marsupial.bench.papers.worlds import CELLS, cell_world
@@ -42,7 +42,7 @@ FEW_STEPS = 115
 """How many steps temporal planning may take in the mean; a printed mean is 125."""
 
 
-def comparison(terms: Terms) -> Comparison:
+def comparison(terms: ExperimentTerms) -> Comparison:
     """Return the comparison: the worlds of Table 2."""
     scenarios = {
         Case(f"{obstacles} obstacles", ROBOTS, 0): prepared(

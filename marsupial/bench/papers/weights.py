@@ -17,7 +17,7 @@ from marsupial.arrays import Flags, Floats
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import Figure, SquareMap, squares_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, Finding, Terms, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable
 from marsupial.bench.papers.worlds import CELLS, cell_world
 
@@ -46,7 +46,7 @@ RATIO = 2.0
 """How many times as much one of W_n and W_p may be of the other to lie near the line of slope 1."""
 
 
-def comparison(terms: Terms) -> Comparison:
+def comparison(terms: ExperimentTerms) -> Comparison:
     """Return the comparison: every pair of weights in every world."""
     scenarios = {
         Case(name, ROBOTS, 0): prepared(cell_world(name, columns, rows, obstacles, ROBOTS))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from marsupial.bench.papers.teams import explorers
-from marsupial.generators import GENERATORS
+from marsupial.generators.scattered import scattered
 from marsupial.model.grid import FLOOR
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Scenario
@@ -28,7 +28,4 @@ HOPPER = RobotType(
 
 def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int) -> Scenario:
     """Return the scenario of that many robots in a world of cells of 1 m, some of which are obstacles."""
-    grid = GENERATORS["scattered"].make(
-        width_m=columns, height_m=rows, resolution_m=1.0, seed=SEED, obstacles=float(obstacles)
-    )
-    return explorers(name, grid, HOPPER, robots)
+    return explorers(name, scattered(columns, rows, obstacles, SEED), HOPPER, robots)

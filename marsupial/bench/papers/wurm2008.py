@@ -15,7 +15,7 @@ from pathlib import Path
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, Finding, Terms, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, interval_text, percent
 from marsupial.bench.papers.teams import explorers
 from marsupial.formats.mapfiles.read import read_map
@@ -35,7 +35,7 @@ RADIUS_M, SPEED_MPS, RANGE_M = 0.15, 0.5, 5.0
 SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
 
 
-def comparison(terms: Terms) -> Comparison:
+def comparison(terms: ExperimentTerms) -> Comparison:
     """Return the comparison: for each map and team, from the same starts."""
     scenarios: dict[Case, Scenario] = {}
     for name, sizes in TEAMS.items():

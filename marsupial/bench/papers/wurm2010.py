@@ -19,7 +19,7 @@ from statistics import fmean
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing, tally
 from marsupial.bench.compare.figures import Figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
-from marsupial.bench.compare.statements import Experiment, Finding, Terms, share_verdict
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import interval_text, percent
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Metric
@@ -36,7 +36,7 @@ FLAT = 0.05
 """How much less time one more carrier has to take at least to be of use."""
 
 
-def comparison(terms: Terms) -> Comparison:
+def comparison(terms: ExperimentTerms) -> Comparison:
     """Return the comparison: for each team, environment and method."""
     scenarios = {}
     for name in (OFFICE, MAZE):

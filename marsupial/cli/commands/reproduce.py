@@ -41,7 +41,7 @@ def reproduce(
 
     Example: marsupial reproduce wurm2010 --out wurm2010
     """
-    from marsupial.bench.compare.statements import Terms
+    from marsupial.bench.compare.statements import ExperimentTerms
     from marsupial.bench.papers.catalogue import PAPERS, paper_names
     from marsupial.cli import comparing
     from marsupial.errors import UsageError
@@ -57,6 +57,6 @@ def reproduce(
     parts = {name: PAPERS[part] for name, part in experiment.parts.items()}
     for folder, part in {"": experiment, **parts}.items():
         asked = runs if part is experiment else None
-        terms = Terms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps)
+        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps)
         comparison = part.comparison(terms)
         comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

@@ -26,7 +26,7 @@ from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
 from marsupial.strategies.rules import decide_by
 
 LOOK_MS = 1000
@@ -106,6 +106,7 @@ class FrontierPace:
         starts = [value for robot in world.robots() if robot.cell is not None for value in robot.cell]
         self._rng = np.random.default_rng(starts)
         self._goals: dict[str, int] = {}
+        self._trails: dict[str, tuple[Cell, ...]] = {}
         self._fresh = False
         self._looked_ms = -LOOK_MS
         self.ways: dict[str, str] = {}
@@ -193,17 +194,18 @@ class FrontierPace:
     def _stop(self, view: FrontierView, robot: Explorer, goal: int) -> Cell | None:
         """Return where a robot is to drive now on its way to a frontier cell, or None if it can't get there."""
         frontier = view.frontier(robot)
-        place = np.searchsorted(frontier.cells, goal)
-        if place == len(frontier.cells) or frontier.cells[place] != goal:
+        known = goal in frontier.cells
+        place = frontier.approach(goal, view.grid.width) if known else view.cell(goal)
+        route = self._surveyor.route(robot.kind.name, robot.cell, place)
+        if route is None:
             return None
-        viewpoint = cell_at(int(frontier.viewpoints[place]), view.grid.width)
-        if not self._rule.each_step:
-            return viewpoint
-        route = self._surveyor.route(robot.kind.name, robot.cell, viewpoint)
-        return None if route is None else route[min(1, len(route) - 1)]
+        return route[min(1, len(route) - 1)] if self._rule.each_step else place
 
     def _view(self, robots: Sequence[RobotReport]) -> FrontierView:
         kinds = self._territory.kinds
+        for robot in robots:
+            if robot.cell is not None:
+                self._trails[robot.name] = (*self._trails.get(robot.name, ()), robot.cell)[-TRAIL:]
         explorers = tuple(
             Explorer(
                 name=robot.name,
@@ -211,6 +213,7 @@ class FrontierPace:
                 cell=robot.cell,
                 heading=robot.heading or 0,
                 goal=self._goals.get(robot.name),
+                trail=self._trails[robot.name],
             )
             for robot in robots
             if robot.cell is not None

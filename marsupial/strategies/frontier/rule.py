@@ -28,4 +28,7 @@ class FrontierRule(Protocol):
     most_robots: ClassVar[int | None]
 
     def choose(self, view: FrontierView) -> Mapping[str, int]:
-        """Return a frontier cell (row-major index) for robots by name; the others keep to their ways, or wait."""
+        """Return a frontier cell (row-major index) for robots by name; the others keep to their ways, or wait.
+
+        It may be another cell that the robot can drive to, for a step aside.
+        """

@@ -9,9 +9,12 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
-from marsupial.maps.targets import Frontier
+from marsupial.maps.targets import Frontier, cell_at
 from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.robots import RobotType
+
+TRAIL = 4
+"""How many cells a trail has at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,6 +29,8 @@ class Explorer:
         Step digit of its last move (`marsupial.paths.routes`), 0 before the first.
     goal
         The frontier cell (row-major index) that it is on its way to, or None.
+    trail
+        The cells where it was at the last decisions, the present one last; four at most.
     """
 
     name: str
@@ -33,6 +38,12 @@ class Explorer:
     cell: Cell
     heading: int
     goal: int | None
+    trail: tuple[Cell, ...] = ()
+
+    @property
+    def oscillates(self) -> bool:
+        """Whether it has gone to and fro between two cells."""
+        return len(self.trail) == TRAIL and self.trail[:2] == self.trail[2:] and self.trail[0] != self.trail[1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,6 +76,10 @@ class FrontierView:
     def frontier(self, robot: Explorer) -> Frontier:
         """Return what a robot can explore."""
         return self.frontiers[robot.kind.name]
+
+    def cell(self, index: int) -> Cell:
+        """Return the cell of an index."""
+        return cell_at(index, self.grid.width)
 
     def groups(self, robot: Explorer) -> list[Ints]:
         """Return the frontiers as a whole: the groups of frontier cells that touch, corners included."""

@@ -1,0 +1,163 @@
+"""Routes of least energy beside shortest ones, as in Mei et al. 2006, section V-B.
+
+On a map with a fifth of its cells blocked at random, both are planned between many pairs of cells. Shortest paths are
+those of Dijkstra's algorithm as textbooks have it: among equals it keeps the one it finds first, and nothing makes
+that one straight. Robots move to any free neighbour, past corners too: "if both cells are free" (section IV-A).
+Between the same pairs, the movement rule of marsupial's robots, which keeps corners, saves less and takes longer ways.
+
+References
+----------
+Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V-B.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from marsupial.arrays import Floats
+from marsupial.model.grid import Cell, Mask
+from marsupial.model.robots import SQRT2
+from marsupial.paths.energy import EnergySearch, MotionCosts, route_energy
+from marsupial.paths.routes import STEPS, Route, route_length
+
+SIDE = 100
+"""Edge of the map in cells: that of areas whose exploration takes as long as the paper's."""
+
+SHARE = 0.2
+MAPS, ENDS = 24, 13
+"""Maps, and sources and goals on each, drawn at random: each to each makes 4056 pairs, "more than 3800"."""
+
+PRINTED_SAVED, PRINTED_LONGER = 0.084, 0.007
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RoutePairs:
+    """The shortest path and the route of least energy between pairs of cells.
+
+    Parameters
+    ----------
+    shortest
+        (n, 2): length and energy of the shortest path.
+    cheapest
+        (n, 2): those of the route of least energy.
+    """
+
+    shortest: Floats
+    cheapest: Floats
+
+    @property
+    def saved(self) -> float:
+        """Energy saved: one minus the mean of the ratios."""
+        return 1.0 - float(np.mean(self.cheapest[:, 1] / self.shortest[:, 1]))
+
+    @property
+    def longer(self) -> float:
+        """How much longer the ways are: the mean of the ratios minus one."""
+        return float(np.mean(self.cheapest[:, 0] / self.shortest[:, 0])) - 1.0
+
+    @property
+    def saved_in_all(self) -> float:
+        """Energy saved over the sum of all pairs."""
+        return 1.0 - float(self.cheapest[:, 1].sum() / self.shortest[:, 1].sum())
+
+    @property
+    def longer_in_all(self) -> float:
+        """How much longer the sum of all ways is."""
+        return float(self.cheapest[:, 0].sum() / self.shortest[:, 0].sum()) - 1.0
+
+
+def blocked_at_random(side: int, share: float, seed: int) -> Mask:
+    """Return which cells of a square map are passable, each blocked with the probability `share`."""
+    return np.random.default_rng(seed).random((side, side)) >= share
+
+
+def route_pairs(
+    passable: Mask, ends: int, seed: int, *, costs: MotionCosts | None = None, cuts_corners: bool = True
+) -> RoutePairs:
+    """Plan both ways from each of `ends` cells drawn by the seed to each of as many others.
+
+    Pairs that no path connects are left out.
+    """
+    motion = MotionCosts() if costs is None else costs
+    sources, goals = _drawn(passable, ends, seed)
+    search = EnergySearch(passable, motion, cuts_corners=cuts_corners)
+    shortest: list[tuple[float, float]] = []
+    cheapest: list[tuple[float, float]] = []
+    for source in sources:
+        before = shortest_paths(passable, source, cuts_corners=cuts_corners)
+        energies, lengths = search.costs(source, goals), search.lengths(source, goals)
+        for goal, energy, length in zip(goals, energies.tolist(), lengths.tolist(), strict=True):
+            if goal in before:
+                path = path_to(goal, before)
+                shortest.append((route_length(path), route_energy(path, motion)))
+                cheapest.append((length, energy))
+    return RoutePairs(shortest=np.array(shortest).reshape(-1, 2), cheapest=np.array(cheapest).reshape(-1, 2))
+
+
+def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS, side: int = SIDE) -> RoutePairs:
+    """Return the pairs of maps with the seeds 1, 2, 3 and so on."""
+    seeds = range(1, maps + 1)
+    drawn = {seed: blocked_at_random(side, SHARE, seed) for seed in seeds}
+    return together([route_pairs(drawn[seed], ends, seed, cuts_corners=cuts_corners) for seed in seeds])
+
+
+def together(pairs: Sequence[RoutePairs]) -> RoutePairs:
+    """Return the pairs of several maps as one."""
+    return RoutePairs(
+        shortest=np.concatenate([one.shortest for one in pairs]),
+        cheapest=np.concatenate([one.cheapest for one in pairs]),
+    )
+
+
+def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> dict[Cell, Cell]:
+    """Return the cell before each one reached on a shortest path from `source`; that of `source` is itself.
+
+    Dijkstra's algorithm: a path replaces another only if it is shorter.
+    """
+    before, lengths = {source: source}, {source: 0.0}
+    settled: set[Cell] = set()
+    queue = [(0.0, source)]
+    while queue:
+        length, cell = heapq.heappop(queue)
+        if cell in settled:
+            continue
+        settled.add(cell)
+        for side, step in _steps(passable, cell, cuts_corners=cuts_corners):
+            if length + step < lengths.get(side, math.inf):
+                lengths[side], before[side] = length + step, cell
+                heapq.heappush(queue, (length + step, side))
+    return before
+
+
+def path_to(goal: Cell, before: dict[Cell, Cell]) -> Route:
+    """Return the path of `shortest_paths` from its source to a cell."""
+    path = [goal]
+    while before[path[-1]] != path[-1]:
+        path.append(before[path[-1]])
+    return tuple(reversed(path))
+
+
+def _steps(passable: Mask, cell: Cell, *, cuts_corners: bool) -> Iterator[tuple[Cell, float]]:
+    """Yield the cells one can step to and the lengths of these steps, counter-clockwise from east."""
+    height, width = passable.shape
+    for dx, dy in STEPS:
+        x, y = cell.x + dx, cell.y + dy
+        if not (0 <= x < width and 0 <= y < height and passable[y, x]):
+            continue
+        if not dx or not dy:
+            yield Cell(x, y), 1.0
+        elif cuts_corners or (passable[cell.y, x] and passable[y, cell.x]):
+            yield Cell(x, y), SQRT2
+
+
+def _drawn(passable: Mask, ends: int, seed: int) -> tuple[list[Cell], list[Cell]]:
+    """Draw sources and goals, all different."""
+    y, x = np.nonzero(passable)
+    chosen = np.random.default_rng(seed).choice(x.size, 2 * ends, replace=False).tolist()
+    cells = [Cell(int(x[i]), int(y[i])) for i in chosen]
+    return cells[:ends], cells[ends:]

@@ -1,0 +1,218 @@
+"""Routes of least energy: distance, stops and turns over passable cells.
+
+A robot that goes on in another direction stops and turns on the spot, and both take energy; so the cheapest way may
+be longer than the shortest but straighter. The search is over states, a cell and one of 8 headings. Steps and cells
+are those of `marsupial.paths.fields`; of ways of the same energy the shortest is taken.
+
+References
+----------
+Mei, Lu, Lee and Hu, Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections IV-C and V-A.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from marsupial.arrays import Cells, Floats, Ints
+from marsupial.errors import UsageError
+from marsupial.model.grid import Cell, Mask
+from marsupial.model.robots import SQRT2, RobotType
+from marsupial.paths import energy_kernels as kernels
+from marsupial.paths.headings import heading_of, turn_between
+from marsupial.paths.routes import Route, route_length, route_of
+from marsupial.paths.workspace import NOWHERE, Frame
+
+_FREE = -1
+"""Heading of a search whose first step needs no turn."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionCosts:
+    """The energy of driving.
+
+    The defaults are those of the paper, in its own unit: the energy of driving one unit of distance.
+
+    Parameters
+    ----------
+    distance
+        Energy per unit of distance, the side of a cell.
+    stop
+        Extra energy of a stop; each change of direction takes one.
+    turn
+        Energy of a turn of 45, 90, 135 and 180 degrees.
+
+    Raises
+    ------
+    UsageError
+        If distance takes no energy, or something takes less than none.
+    """
+
+    distance: float = 1.0
+    stop: float = 0.5
+    turn: tuple[float, float, float, float] = (0.4, 0.6, 0.8, 1.0)
+
+    def __post_init__(self) -> None:
+        if not 0 < self.distance < math.inf:
+            raise UsageError(f"a distance must take energy for routes to save some, got {self.distance}")
+        if not all(0 <= energy < math.inf for energy in (self.stop, *self.turn)):
+            raise UsageError(f"stops and turns must take an energy of 0 or more, got {self.stop} and {self.turn}")
+
+    def changing(self, turn: int) -> float:
+        """Return the energy of a stop and a turn by `turn` times 45 degrees, 0 to 4; none for going on."""
+        return self.stop + self.turn[turn - 1] if turn else 0.0
+
+
+def costs_of(kind: RobotType, resolution_m: float) -> MotionCosts:
+    """Return what driving takes a robot type, in J per cell, stop and turn.
+
+    Raises
+    ------
+    UsageError
+        If driving takes it no energy.
+    """
+    energy = kind.energy
+    metre_j = energy.metre_j + energy.drive_w / kind.speed_mps
+    return MotionCosts(distance=metre_j * resolution_m, stop=energy.stop_j, turn=energy.turn_j)
+
+
+def route_energy(
+    route: Sequence[Cell], costs: MotionCosts, heading: int | None = None, diagonal: float = SQRT2
+) -> float:
+    """Return the energy of driving a route, for a robot that faces `heading` at first; None for any way it likes."""
+    headings = [heading_of(a, b) for a, b in pairwise(route)]
+    before = headings if heading is None else [heading, *headings]
+    turns = [turn_between(a, b) for a, b in pairwise(before)]
+    return costs.distance * route_length(route, diagonal) + math.fsum(map(costs.changing, turns))
+
+
+class EnergySearch:
+    """Searches on one mask, which may change between calls.
+
+    Buffers are kept between searches, so an instance should be kept too; it must not be used by two threads at once.
+    A heading is the digit of a step (`marsupial.paths.routes`); with None the first step needs no turn.
+
+    Parameters
+    ----------
+    passable
+        Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
+    diagonal
+        The length of a diagonal step in straight ones, 1 to sqrt 2.
+    cuts_corners
+        Whether diagonal steps need not have both cells beside them passable: the rule of the paper.
+    """
+
+    def __init__(
+        self, passable: Mask, costs: MotionCosts, *, diagonal: float = SQRT2, cuts_corners: bool = False
+    ) -> None:
+        self.passable = passable
+        self.motion = costs
+        self._diagonal = diagonal
+        self._frame = Frame(*passable.shape)
+        turning = np.array([costs.changing(turn_between(0, turn)) for turn in range(8)]) / costs.distance
+        size = self._frame.size
+        # Most of them never filled: only the pages a search writes to take up memory.
+        self._work = kernels.EnergyBuffers(
+            passable=np.zeros(size, dtype=np.uint8),
+            cost=np.full(8 * size, np.inf),
+            came=np.empty(8 * size, dtype=np.uint8),
+            offsets=self._frame.offsets,
+            queue=np.empty(kernels.BUCKETS * size, dtype=np.uint32),
+            queued=np.zeros(size, dtype=np.uint8),
+            touched=np.empty(size, dtype=np.uint32),
+            ends=np.zeros(kernels.BUCKETS + 1, dtype=np.uint64),
+            turning=turning,
+            gain=_gain(turning),
+            diagonal=diagonal,
+            cuts_corners=cuts_corners,
+        )
+
+    def field(self, source: Cell, heading: int | None = None) -> Floats:
+        """Return the least energy of driving from `source` to each cell, float64 (height, width), inf where no way is.
+
+        It is exact but for one part in 10^9.
+        """
+        self._search(source, None, heading)
+        energies = np.full(self._frame.size, np.inf)
+        kernels.least_of_all(self._work, energies)
+        energies *= self.motion.distance
+        return self._frame.inside(energies)
+
+    def costs(self, source: Cell, wanted: Sequence[Cell], heading: int | None = None) -> Floats:
+        """Return the least energy of driving from `source` to each wanted cell; inf where there is no way."""
+        counts, reached = self._walked(source, wanted, heading)
+        changing = [self.motion.changing(turn) for turn in (1, 2, 3, 4)]
+        weights = np.array([self.motion.distance, self.motion.distance * self._diagonal, *changing])
+        return np.where(reached, counts @ weights, np.inf)
+
+    def lengths(self, source: Cell, wanted: Sequence[Cell], heading: int | None = None) -> Floats:
+        """Return the length in cells of the way of least energy to each wanted cell; inf where there is none."""
+        counts, reached = self._walked(source, wanted, heading)
+        return np.where(reached, counts[:, 0] + counts[:, 1] * self._diagonal, np.inf)
+
+    def matrix(self, cells: Sequence[Cell], headings: Sequence[int | None] | None = None) -> Floats:
+        """Return the lengths in cells of the ways of least energy from each of `cells` to each, float64 (k, k).
+
+        Parameters
+        ----------
+        headings
+            Which way a robot faces at first in each cell: row i has the ways from cell i.
+        """
+        headings = [None] * len(cells) if headings is None else headings
+        table = np.full((len(cells), len(cells)), np.inf)
+        free = [i for i, heading in enumerate(headings) if heading is None]
+        for number, i in enumerate(free):
+            rest = free[number:]  # where no way is faced at first, the way there is the way back
+            table[i, rest] = table[rest, i] = self.lengths(cells[i], [cells[j] for j in rest])
+        for i, heading in enumerate(headings):
+            if heading is not None:
+                table[free, i] = self.lengths(cells[i], [cells[j] for j in free])
+                table[i] = self.lengths(cells[i], cells, heading)
+        return table
+
+    def route(self, start: Cell, goal: Cell, heading: int | None = None) -> Route | None:
+        """Return a route of least energy, both ends included, always the same one; None where there is none."""
+        end = self._frame.indices([goal])
+        self._search(start, end, heading)
+        least = float(self._least(end)[0])
+        if not math.isfinite(least):
+            return None
+        steps = np.empty(int(least) + 1, dtype=np.uint8)
+        count = int(kernels.trace(self._work, np.uint64(end[0]), steps))
+        return route_of(start, (steps[:count][::-1] + ord("0")).tobytes().decode("ascii"))
+
+    def _search(self, source: Cell, wanted: Cells | None, heading: int | None) -> None:
+        """Search from a cell until the wanted ones, or all, are reached."""
+        self._frame.inside(self._work.passable)[:] = self.passable
+        goals = start = self._frame.indices([source])
+        goals = NOWHERE if wanted is None else np.append(start, wanted[self._work.passable[wanted] > 0])
+        kernels.spread(self._work, np.uint64(start[0]), _FREE if heading is None else heading, goals)
+
+    def _least(self, at: Cells) -> Floats:
+        """Return the least energy at which the last search reached each of these framed cells, in straight steps."""
+        energies = np.empty(at.size)
+        kernels.least(self._work, at, energies)
+        return energies
+
+    def _walked(self, source: Cell, wanted: Sequence[Cell], heading: int | None) -> tuple[Ints, Mask]:
+        """Search; return what the ways are made of (`kernels.tally`), and which of the wanted cells are reached."""
+        at = self._frame.indices(wanted)
+        self._search(source, at, heading)
+        reached = np.isfinite(self._least(at))
+        counts = np.zeros((at.size, 6), dtype=np.int64)
+        found = counts[reached]
+        kernels.tally(self._work, _FREE if heading is None else heading, at[reached], found)
+        counts[reached] = found
+        return counts, reached
+
+
+def _gain(turning: Floats) -> float:
+    """Return the most that two turns take less than the one they make up."""
+    saved = [
+        turning[(first + second) % 8] - turning[first] - turning[second] for first in range(8) for second in range(8)
+    ]
+    return max(0.0, *saved)

@@ -1,0 +1,142 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compare_workers import invented
+
+from marsupial.bench.compare.cells import ComparisonOutcome
+from marsupial.bench.compare.header import header_of
+from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.statements import ExperimentTerms, StatementVerdict
+from marsupial.bench.documents import documents
+from marsupial.bench.papers import alkhawaldah, weights, wurm2008
+from marsupial.bench.papers.catalogue import PAPERS, paper_names
+from marsupial.model.planning import Budget
+
+HOLDS, PARTLY, FAILS, OPEN = (
+    StatementVerdict.HOLDS,
+    StatementVerdict.PARTLY,
+    StatementVerdict.FAILS,
+    StatementVerdict.OPEN,
+)
+
+
+def terms(runs: int = 2, maps: Path = Path("/nowhere")) -> ExperimentTerms:
+    return ExperimentTerms(runs=runs, planner="greedy", budget=Budget(steps=1), maps=maps)
+
+
+def outcome(comparison: Comparison, time_s: Callable[[Trial], float], runs: int = 2) -> ComparisonOutcome:
+    """Return an outcome in which every mission takes that long."""
+    trials = [trial for trial in comparison.trials() if trial.seed <= runs]
+    rows = (replace(invented(trial).row, exploration_time_s=time_s(trial)) for trial in trials)
+    return ComparisonOutcome(header_of(comparison), tuple(rows))
+
+
+def verdicts(name: str, found: ComparisonOutcome) -> list[StatementVerdict]:
+    return [finding.verdict for finding in PAPERS[name].findings(found)]
+
+
+def test_parts_of_an_experiment_are_no_papers_of_their_own() -> None:
+    assert paper_names() == ("wurm2010", "wurm2008", "alkhawaldah")
+    assert "alkhawaldah-weights" in PAPERS
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_an_experiment_without_data_leaves_every_statement_open(name: str) -> None:
+    found = outcome(PAPERS[name].comparison(terms()), lambda trial: 1.0, runs=0)
+    assert set(verdicts(name, found)) == {OPEN}
+    made = dict(documents(found))
+    assert b"not enough data" in made["checklist.md"]
+
+
+def test_the_offices_of_wurm_2008_have_their_teams(shared_maps: Path) -> None:
+    cases = list(wurm2008.comparison(terms(maps=shared_maps)).scenarios)
+    assert [case.carriers for case in cases if case.scenario == "fr079"] == [2, 3, 4, 5, 6]
+    assert [case.carriers for case in cases if case.scenario == "cartesium"] == [2, 3, 4, 5, 6, 7, 8]
+
+
+def test_built_in_maps_stand_in_for_real_ones_by_their_own_names() -> None:
+    comparison = wurm2008.comparison(terms())
+    assert {case.scenario for case in comparison.scenarios} == {"office", "rooms"}
+    assert all(len(scenario.robot_types) == 1 for scenario in comparison.scenarios.values())
+
+
+SPEEDS = {"temporal": 60.0, "segmentation": 80.0, "closest-frontier": 100.0}
+
+
+def of_office(trial: Trial) -> float:
+    """Return a time that gets shorter with the team, of segments above all with 3 robots and in the rooms."""
+    share = SPEEDS[trial.contender.strategy]
+    if trial.contender.strategy == "segmentation":
+        share += 3.0 * abs(trial.case.carriers - 3) - 10.0 * (trial.case.scenario == "rooms")
+    return share / trial.case.carriers + 0.01 * trial.seed
+
+
+def test_segments_that_are_faster_everywhere_are_found_so() -> None:
+    found = outcome(wurm2008.comparison(terms()), of_office)
+    assert verdicts("wurm2008", found) == [HOLDS, HOLDS, HOLDS, HOLDS, HOLDS]
+    slower = outcome(wurm2008.comparison(terms()), lambda trial: 200.0 - of_office(trial))
+    assert verdicts("wurm2008", slower)[0] is FAILS
+    assert verdicts("wurm2008", slower)[4] is FAILS
+    names = set(dict(documents(found)))
+    assert {"figures/figure-5.svg", "figures/times.png", "report.html"} <= names
+
+
+def as_printed(trial: Trial) -> float:
+    sheng, bidding = alkhawaldah.PRINTED[int(trial.case.scenario.split()[0])]
+    return {"sheng": sheng, "bidding": bidding, "temporal": 110.0}[trial.contender.strategy] + 0.01 * trial.seed
+
+
+def test_the_printed_numbers_of_table_2_confirm_what_the_paper_says_of_them() -> None:
+    comparison = alkhawaldah.comparison(terms())
+    found = outcome(comparison, as_printed)
+    assert verdicts("alkhawaldah", found) == [HOLDS, HOLDS, HOLDS, HOLDS]
+    (table,) = alkhawaldah.EXPERIMENT.tables(found)
+    assert [cell.text for cell in table.rows[0][:4]] == ["0", "158.7 ± 0.1", "158.7", "+0.0 %"]
+    assert len(table.rows) == 8
+    late = outcome(comparison, lambda trial: 300.0 - as_printed(trial) - trial.case.carriers)
+    assert verdicts("alkhawaldah", late)[0] is FAILS
+    assert verdicts("alkhawaldah", late)[3] is FAILS
+
+
+def test_every_pair_of_weights_is_tried_in_every_world() -> None:
+    comparison = weights.comparison(terms(runs=1))
+    assert len(list(comparison.trials())) == 6 * 21 * 21
+    sizes = {case.scenario: scenario.grid.cells.shape for case, scenario in comparison.scenarios.items()}
+    assert sizes["31 x 31, 15 obstacles"] == (31, 31)
+    assert sizes["20 x 25, 10 obstacles"] == (25, 20)
+
+
+def weights_of(trial: Trial) -> tuple[float, float]:
+    _, of_neighbours, of_partner = trial.contender.strategy.split("/")
+    return float(of_neighbours.removeprefix("W_n=")), float(of_partner.removeprefix("W_p="))
+
+
+def test_weights_near_the_line_that_are_best_are_found_so() -> None:
+    comparison = weights.comparison(terms(runs=1))
+
+    def time_s(trial: Trial) -> float:
+        n, p = weights_of(trial)
+        return 100.0 + 40 * abs(n - p) / (1 + n + p) + 10 * max(n + p - 6, 0) + 2 * max(1 - n - p, 0)
+
+    found = outcome(comparison, time_s, runs=1)
+    assert verdicts("alkhawaldah-weights", found) == [HOLDS, HOLDS, HOLDS]
+    names = set(dict(documents(found)))
+    assert names == {
+        "checklist.md",
+        "tables.md",
+        "figures/figures-3-to-7.svg",
+        "figures/figures-3-to-7.png",
+        "report.html",
+    }
+    far = outcome(comparison, lambda trial: 100.0 - max(weights_of(trial)) + min(weights_of(trial)), runs=1)
+    assert verdicts("alkhawaldah-weights", far) == [FAILS, FAILS, FAILS]
+
+
+def test_the_best_times_are_those_within_ten_per_cent_of_the_range() -> None:
+    times = np.array([[100.0, 130.0], [131.0, 400.0], [np.nan, 200.0]])
+    assert weights.best(times).tolist() == [[True, True], [False, False], [False, False]]
