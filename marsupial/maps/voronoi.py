@@ -10,11 +10,13 @@ References
 Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
 section IV, Eqs. 1 and 2, Figs. 2 and 3. Which branches to prune it does not say; ours is the rule of Attali, Sanniti
 di Baja and Thiel: Skeleton simplification through non significant branch removal, Image Processing and Communications
-3, 1997: by how far the disc at a branch's end stands out of the disc where the branch begins.
+3, 1997: by how far the disc at a branch's end stands out of the disc where the branch is widest, which mostly is where
+it begins.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,9 +38,9 @@ CLUTTER_M = 0.5
 """Largest extent of an obstacle that is left out: legs of tables, chairs, bins, people."""
 
 PROTRUSION = 0.5
-"""A branch is pruned where it stands out by less than this share of the clearance where it begins.
+"""A branch is pruned beyond its widest point if it stands out from there by less than this share of its clearance.
 
-In the square corner of a room it does by sqrt(2) - 1 of it, behind a door by about all of it.
+Into the square corner of a room it does by sqrt(2) - 1 of it, through a door by about all of it.
 """
 
 _TOUCHING: Mask = np.ones((3, 3), dtype=np.bool_)
@@ -82,9 +84,9 @@ class Blocks:
         window = cut.window(grid)
         cells = grid.cells[window.cut]
         drivable = code_table(terrains)[cells]
-        blocked = cut.count((cells != UNKNOWN) & ~drivable, window, outside=True) > 0
+        blocked = cut.cells_in((cells != UNKNOWN) & ~drivable, window, outside=True) > 0
         wall = blocked & ~_clutter(blocked, CLUTTER_M / block_m)
-        ground = 2 * cut.count(drivable, window, outside=False) >= scale * scale
+        ground = 2 * cut.cells_in(drivable, window, outside=False) >= scale * scale
         known = (blocked | ground) & ~wall
         extent = float(max(wall.shape))
         return cls(
@@ -125,14 +127,15 @@ class _Cut(NamedTuple):
     @classmethod
     def around(cls, seen: Mask, scale: int, margin: int) -> _Cut:
         """Return the blocks with a seen cell and `margin` more, as far as one block beyond the map."""
-        ends = []
-        for axis in (1, 0):
-            lines = np.flatnonzero(seen.any(axis=axis)) // scale
-            if not len(lines):
-                return cls(0, 1, 0, 1, scale)
-            most = -(-seen.shape[1 - axis] // scale)
-            ends += [max(-1, int(lines[0]) - margin), min(most, int(lines[-1]) + margin) + 1]
-        return cls(*ends, scale)
+        rows, columns = (np.flatnonzero(seen.any(axis=axis)) // scale for axis in (1, 0))
+        if not len(rows):
+            return cls(0, 1, 0, 1, scale)
+        top, right = (-(-cells // scale) for cells in seen.shape)
+        return cls(
+            max(-1, int(rows[0]) - margin), min(top, int(rows[-1]) + margin) + 1,
+            max(-1, int(columns[0]) - margin), min(right, int(columns[-1]) + margin) + 1,
+            scale,
+        )  # fmt: skip
 
     def window(self, grid: Grid) -> Window:
         """Return the cells of a map that lie in these blocks."""
@@ -141,7 +144,7 @@ class _Cut(NamedTuple):
             max(0, self.left) * self.scale, min(grid.width, self.right * self.scale),
         )  # fmt: skip
 
-    def count(self, mask: Mask, window: Window, *, outside: bool) -> Ints:
+    def cells_in(self, mask: Mask, window: Window, *, outside: bool) -> Ints:
         """Return how many cells of each block a mask of the window holds; cells beyond the map are `outside`."""
         rows, columns = (self.top - self.bottom) * self.scale, (self.right - self.left) * self.scale
         y, x = window.bottom - self.bottom * self.scale, window.left - self.left * self.scale
@@ -183,11 +186,14 @@ def voronoi_graph(space: Blocks) -> VoronoiGraph:
     from skimage.morphology import skeletonize  # takes a tenth of a second to import
 
     skeleton: Mask = skeletonize(space.open) & space.known
-    graph = _traced(skeleton)
-    while len(pruned := _insignificant(graph, space.clearance)):
-        skeleton.ravel()[pruned] = False
+    clearance, width = space.clearance.ravel(), space.known.shape[1]
+    while True:
         graph = _traced(skeleton)
-    return graph
+        pruned = _insignificant(graph.nodes, graph.degrees, graph.ends, graph.bounds, graph.inner, clearance, width)
+        if not len(pruned):
+            return graph
+        skeleton.ravel()[pruned] = False
+        skeleton = skeletonize(skeleton)  # where all branches of a crossing are gone it leaves a ring of four
 
 
 def _clutter(blocked: Mask, extent: float) -> Mask:
@@ -199,20 +205,6 @@ def _clutter(blocked: Mask, extent: float) -> Mask:
         table[rim] = False
     found: Mask = table[labels]
     return found
-
-
-def _insignificant(graph: VoronoiGraph, clearance: Floats) -> Ints:
-    """Return the blocks of the branches to prune: from a junction to an end that adds little to it."""
-    leaf = graph.degrees[graph.ends] == 1
-    chosen = np.flatnonzero(leaf[:, 0] != leaf[:, 1])
-    side = leaf[chosen, 1].astype(np.int64)
-    end, begin = (graph.nodes[graph.ends[chosen, which]] for which in (side, 1 - side))
-    width = clearance.shape[1]
-    apart = np.hypot(end // width - begin // width, end % width - begin % width)
-    stands_out = apart + clearance.ravel()[end] - clearance.ravel()[begin]
-    little = stands_out < PROTRUSION * clearance.ravel()[begin]
-    inner = [graph.inner[graph.bounds[e] : graph.bounds[e + 1]] for e in chosen[little].tolist()]
-    return np.concatenate([end[little], *inner])
 
 
 def _traced(skeleton: Mask) -> VoronoiGraph:
@@ -316,3 +308,45 @@ def _trace(blocks: Ints, work: _Tracing) -> tuple[int, int]:
             nodes += 1
             edges = _follow(work, block, edges)
     return nodes, edges
+
+
+@native
+def _insignificant(
+    nodes: Ints, degrees: Ints, ends: Ints, bounds: Ints, inner: Ints, clearance: Floats, width: int
+) -> Ints:
+    """Return the blocks to prune: of each branch what lies beyond its widest point and adds little to it.
+
+    Parameters
+    ----------
+    nodes, degrees, ends, bounds, inner
+        Those of `VoronoiGraph`; a branch is an edge from a junction to an end.
+    clearance
+        Of each block, row-major in rows of that width.
+    """
+    found = np.empty(len(nodes) + len(inner), dtype=np.int64)
+    count = 0
+    for edge in range(len(ends)):
+        start, leaf = ends[edge]
+        if degrees[start] == 1:
+            start, leaf = leaf, start
+        if degrees[leaf] != 1 or degrees[start] == 1:
+            continue
+        first, step = bounds[edge], 1
+        if leaf == ends[edge, 0]:
+            first, step = bounds[edge + 1] - 1, -1
+        length = bounds[edge + 1] - bounds[edge]
+        widest, beyond = nodes[start], 0
+        for k in range(length):
+            block = inner[first + step * k]
+            if clearance[block] >= clearance[widest]:
+                widest, beyond = block, k + 1
+        end = nodes[leaf]
+        dy, dx = end // width - widest // width, end % width - widest % width
+        stands_out = math.hypot(dy, dx) + clearance[end] - clearance[widest]
+        if clearance[end] < clearance[widest] and stands_out < PROTRUSION * clearance[widest]:
+            for k in range(beyond, length):
+                found[count] = inner[first + step * k]
+                count += 1
+            found[count] = end
+            count += 1
+    return found[:count].copy()

@@ -101,7 +101,8 @@ def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:
     """Return the lengths (robots, k) of the shortest ways to cells of k classes, and the classes, ascending."""
     classes, place = np.unique(of, return_inverse=True)
     shortest = np.full((len(ways), len(classes)), np.inf)
-    np.minimum.at(shortest, (slice(None), place), ways)
+    for row, lengths in zip(shortest, ways, strict=True):
+        np.minimum.at(row, place, lengths)
     return shortest, classes
 
 
