@@ -16,6 +16,7 @@ from marsupial.strategies.frontier.bidding import Bidding, Sheng
 from marsupial.strategies.frontier.closest import ClosestFrontier
 from marsupial.strategies.frontier.covering import Covering
 from marsupial.strategies.frontier.exploration import FrontierStrategy
+from marsupial.strategies.frontier.orientation import Orientation, WidestFrontier
 from marsupial.strategies.frontier.parameters import with_parameters
 from marsupial.strategies.frontier.rule import FrontierRule
 from marsupial.strategies.frontier.segmentation import Segments
@@ -25,7 +26,7 @@ from marsupial.strategies.one_step import OneStep
 from marsupial.strategies.temporal import Temporal
 
 RULES: Mapping[str, type[FrontierRule]] = {
-    rule.name: rule for rule in (ClosestFrontier, Segments, Bidding, Sheng, Covering)
+    rule.name: rule for rule in (ClosestFrontier, Segments, Bidding, Sheng, Orientation, WidestFrontier, Covering)
 }
 """Those that send robots to frontiers; they lead carriers without rovers."""
 

@@ -1,0 +1,56 @@
+"""Open areas divided by thin walls into rooms with small doors.
+
+Drawn after the areas with structured obstacles of Mei et al.: of the first the paper says that there are three rooms
+with small openings at the doors; of the figures of the others no more is known than how long a robot explores them.
+
+References
+----------
+Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections III-A and V-C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from marsupial.generators.canvas import Box, carve, close_border
+from marsupial.model.grid import FLOOR, OBSTACLE, Grid
+
+SIDE = 100
+"""Edge of the areas in cells of 1 m."""
+
+
+def three_rooms() -> Grid:
+    """Return a hall with three rooms beside it, doors of 4 cells."""
+    walls = [_down(40, 1, 99), _across(33, 41, 99), _across(66, 41, 99)]
+    doors = [_down(40, y, y + 4) for y in (15, 48, 81)]
+    return _area(walls, doors)
+
+
+def six_rooms() -> Grid:
+    """Return a corridor with three rooms on either side, doors of 3 cells."""
+    walls = [_across(y, 1, 99) for y in (44, 56)]
+    walls += [_down(x, *ends) for x in (33, 66) for ends in ((1, 44), (57, 99))]
+    doors = [_across(y, x, x + 3) for y in (44, 56) for x in (16, 49, 82)]
+    return _area(walls, doors)
+
+
+WALLED: Mapping[str, Callable[[], Grid]] = {"three-rooms": three_rooms, "six-rooms": six_rooms}
+
+
+def _down(x: int, y0: int, y1: int) -> Box:
+    return Box(x, x + 1, y0, y1)
+
+
+def _across(y: int, x0: int, x1: int) -> Box:
+    return Box(x0, x1, y, y + 1)
+
+
+def _area(walls: Sequence[Box], doors: Sequence[Box]) -> Grid:
+    cells = np.full((SIDE, SIDE), FLOOR, dtype=np.uint8)
+    close_border(cells)
+    for boxes, code in ((walls, OBSTACLE), (doors, FLOOR)):
+        for box in boxes:
+            carve(cells, box, code)
+    return Grid(cells=cells, resolution_m=1.0)
