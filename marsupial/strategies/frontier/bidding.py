@@ -1,7 +1,8 @@
 """Bidding: each robot takes the frontier cell that it bids most for, and bids anew at every cell it comes to.
 
-All robots bid on the same map, in the order of the team. Ties are broken by lot. A robot that goes to and fro between
-two cells, since the bids for two targets change with every step, is sent to a neighbouring cell by lot.
+All robots bid on the same map, in the order of the team. Of equal bids the one for the first cell counts, row by row. A
+robot that goes to and fro between two cells, since the bids for two targets change with every step, is sent to a
+neighbouring cell by lot.
 
 References
 ----------
@@ -47,10 +48,10 @@ class _Bidders(ABC):
             bids = self.bids(view, robot, ways, others, aims)
             bids[~np.isfinite(ways)] = -np.inf
             if robot.oscillates:
-                goals[robot.name] = _neighbour(view, robot)
+                goals[robot.name] = _aside(view, robot)
             elif np.isfinite(bids).any():
-                best = np.flatnonzero(bids >= bids.max() - EQUAL)
-                goals[robot.name] = int(view.frontier(robot).cells[view.rng.choice(best)])
+                best = int(np.argmax(bids >= bids.max() - EQUAL))
+                goals[robot.name] = int(view.frontier(robot).cells[best])
             else:
                 goals[robot.name] = None
         return {name: goal for name, goal in goals.items() if goal is not None}
@@ -162,11 +163,7 @@ def counted(mask: Flags, around: Ints, cells: Ints) -> Floats:
     return np.rint(found[: mask.shape[0], : mask.shape[1]].ravel()[cells])
 
 
-def _neighbour(view: FrontierView, robot: Explorer) -> int | None:
-    """Return one of the cells around a robot that it can hop to, by lot."""
-    x, y = robot.cell
-    width, height = view.grid.width, view.grid.height
-    around = [(x + dx, y + dy) for dx, dy in STEPS if 0 <= x + dx < width and 0 <= y + dy < height]
-    cells = np.array([v * width + u for u, v in around], dtype=np.int64)
-    near = cells[view.lengths(robot, cells) < 2.0]
+def _aside(view: FrontierView, robot: Explorer) -> int | None:
+    """Return one of the cells around a robot that it can step to, by lot."""
+    near = view.around(robot)
     return int(view.rng.choice(near)) if len(near) else None

@@ -20,7 +20,7 @@ from marsupial.maps.territory import Territory
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
 from marsupial.model.plan import Action, Plan
-from marsupial.model.robots import RobotType, Role
+from marsupial.model.robots import RobotType, Role, Routes
 from marsupial.model.scenario import Goal
 from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
@@ -199,13 +199,19 @@ class FrontierPace:
         route = self._surveyor.route(robot.kind.name, robot.cell, place, robot.heading)
         if route is None:
             return None
-        return route[min(1, len(route) - 1)] if self._rule.each_step else place
+        if not self._rule.each_step:
+            return place
+        # the lengths of ways of least energy do not add up, as the turns between them count
+        if robot.kind.routes is Routes.ENERGY:
+            return route[min(1, len(route) - 1)]
+        return view.step_towards(robot, place)
 
     def _view(self, robots: Sequence[RobotReport]) -> FrontierView:
         kinds = self._territory.kinds
         for robot in robots:
-            if robot.cell is not None:
-                self._trails[robot.name] = (*self._trails.get(robot.name, ()), robot.cell)[-TRAIL:]
+            trail = self._trails.get(robot.name, ())
+            if robot.cell is not None and robot.cell not in trail[-1:]:
+                self._trails[robot.name] = (*trail, robot.cell)[-TRAIL:]
         explorers = tuple(
             Explorer(
                 name=robot.name,

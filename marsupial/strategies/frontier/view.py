@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +12,14 @@ from marsupial.maps.reach import groups
 from marsupial.maps.targets import Frontier, cell_at
 from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.robots import RobotType
+from marsupial.paths.kernels import TOLERANCE
+from marsupial.paths.routes import STEPS
 
 TRAIL = 4
 """How many cells a trail has at most."""
+
+SHORTEST_DETOUR = 2.0
+"""Length in cells of the shortest way to a neighbouring cell that is more than one step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,7 +35,7 @@ class Explorer:
     goal
         The frontier cell (row-major index) that it is on its way to, or None.
     trail
-        The cells where it was at the last decisions, the present one last; four at most.
+        The last cells where it was at a decision, the present one at the end; four at most.
     """
 
     name: str
@@ -88,6 +93,22 @@ class FrontierView:
     def ways(self, robot: Explorer) -> Floats:
         """Return the lengths (n,) of a robot's ways to where it can see behind each of its frontier cells."""
         return self.lengths(robot, self.frontier(robot).viewpoints)
+
+    def around(self, robot: Explorer) -> Ints:
+        """Return the neighbours of a robot's cell, at most eight, to which it is one step."""
+        x, y = robot.cell
+        width, height = self.grid.width, self.grid.height
+        sides = [(x + dx, y + dy) for dx, dy in STEPS if 0 <= x + dx < width and 0 <= y + dy < height]
+        cells = np.array([v * width + u for u, v in sides], dtype=np.int64)
+        return cells[self.lengths(robot, cells) < SHORTEST_DETOUR]
+
+    def step_towards(self, robot: Explorer, place: Cell) -> Cell:
+        """Return the next cell of a shortest way that there is to another one; of several ways one is taken by lot."""
+        if place == robot.cell:
+            return place
+        cells = self.around(robot)
+        ways = self.lengths(robot, cells) + self.lengths(replace(robot, cell=place), cells)
+        return self.cell(int(self.rng.choice(cells[ways <= ways.min() + TOLERANCE])))
 
     def xy(self, cells: Ints) -> tuple[Ints, Ints]:
         """Return columns and rows of cells."""
