@@ -25,6 +25,7 @@ TIME = METRICS["exploration_time_s"]
 QUALITY = replace(METRICS["quality"], title="exploration quality Q")
 MISSION_TIME = METRICS["mission_time_s"]
 DISTANCE = METRICS["distance_m"]
+ENERGY = METRICS["energy_j"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

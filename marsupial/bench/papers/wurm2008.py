@@ -17,6 +17,7 @@ from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, interval_text, percent
+from marsupial.bench.papers.segments import segments_figure
 from marsupial.bench.papers.teams import explorers
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario
@@ -28,6 +29,12 @@ NAME = "wurm2008"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
 STAND_INS = {"fr079": "office", "cartesium": "rooms"}
 """The built-in maps that are explored where the real ones are not at hand."""
+
+MAPS = Path("../shared/maps")
+"""Where the real maps are looked for, unless another folder is named."""
+
+SHOWN_TEAM = 3
+"""Robots of the mission of which Figs. 2 and 3 are drawn."""
 
 RADIUS_M, SPEED_MPS, RANGE_M = 0.15, 0.5, 5.0
 """Of each robot: the paper gives none of them. A wider one is kept out of much of both maps as they were drawn."""
@@ -60,9 +67,13 @@ def _robot() -> RobotType:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield Fig. 5 with our data, and the times behind it."""
+    """Yield Fig. 5 with our data, the times behind it, and the segments of a map."""
     yield gain_figure(outcome, TIME, outcome.scenarios, name="figure-5", of_paper="Fig. 5 of the paper")
     yield measure_figure(outcome, TIME, outcome.scenarios, name="times")
+    if outcome.rows:
+        name = next(iter(TEAMS))
+        found, grid = _map(name, MAPS if name in outcome.scenarios else Path())
+        yield segments_figure(explorers(found, grid, _robot(), SHOWN_TEAM))
 
 
 def findings(outcome: ComparisonOutcome) -> list[Finding]:

@@ -9,8 +9,6 @@ import typer
 
 from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, Workers
 
-MAPS = Path("../shared/maps")
-
 
 def reproduce(
     paper: Annotated[str, typer.Argument(help="Which paper: wurm2010, wurm2008, alkhawaldah or mei.")],
@@ -22,7 +20,9 @@ def reproduce(
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
-    maps: Annotated[Path, typer.Option(help="Folder with maps of real buildings, for wurm2008.")] = MAPS,
+    maps: Annotated[Path, typer.Option(help="Folder with maps of real buildings, for wurm2008.")] = Path(
+        "../shared/maps"
+    ),
     workers: Workers = None,
     ray: RayAddress = None,
     retry_failed: RetryFailed = False,
