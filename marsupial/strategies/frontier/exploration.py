@@ -176,13 +176,14 @@ class FrontierPace:
         """Let the rule pick frontier cells; return them as targets, and enter who goes to which."""
         view = self._view(robots)
         chosen = {**self._goals, **self._rule.choose(view)}
+        standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
         self._goals, self.ways = {}, {}
         targets: dict[str, Target] = {}
         for robot in view.robots:
             if robot.name not in chosen:
                 continue
             stop = self._stop(view, robot, chosen[robot.name])
-            if stop is None:
+            if stop is None or (stop == robot.cell and robot.name in standing):
                 continue
             name = f"t_{stop.x}_{stop.y}"
             self._goals[robot.name], self.ways[robot.name] = chosen[robot.name], name
