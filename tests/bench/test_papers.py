@@ -138,7 +138,7 @@ def test_what_mei_et_al_print_is_found_in_data_like_theirs(monkeypatch: pytest.M
 
 def test_every_pair_of_weights_is_tried_in_every_world() -> None:
     comparison = weights.comparison(terms(runs=1))
-    assert len(list(comparison.trials())) == 6 * 21 * 21
+    assert len(list(comparison.trials())) == 6 * 11 * 11
     sizes = {case.scenario: scenario.grid.cells.shape for case, scenario in comparison.scenarios.items()}
     assert sizes["31 x 31, 15 obstacles"] == (31, 31)
     assert sizes["20 x 25, 10 obstacles"] == (25, 20)

@@ -34,8 +34,8 @@ WORLDS = {
 """Columns, rows and obstacles of the worlds of Figs. 3 to 6, 7 and of the text; it does not say how many the last "
 "has."""
 
-VALUES = tuple(k / 2 for k in range(21))
-"""Of W_n and W_p, with W_c = 1: from 0 to 10 as in the paper, in steps of 0.5 where it has 0.1."""
+VALUES = tuple(map(float, range(11)))
+"""Of W_n and W_p, with W_c = 1: from 0 to 10 as in the paper, in steps of 1 where it has 0.1."""
 
 BEST = 0.10
 """Up to which share of the range from the shortest to the longest time a time counts as one of the best."""
@@ -176,7 +176,7 @@ EXPERIMENT = Experiment(
     title="Al-Khawaldah et al.: the weights of the bidding function",
     setting="The worlds and robots of Table 2 and two of other sizes, with the same obstacles and starts for every "
     "pair of "
-    "weights: W_n and W_p from 0 to 10 in steps of 0.5, where the paper has steps of 0.1, with W_c = 1.",
+    "weights: W_n and W_p from 0 to 10 in steps of 1, where the paper has steps of 0.1, with W_c = 1.",
     runs=1,
     planner="anytime",
     comparison=comparison,

@@ -31,7 +31,7 @@ from marsupial.strategies.clairvoyant.search import best_outline, fitted
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 FIRST_SHARE = 4.0
-"""How many times the effort of a later search the first one takes, before anything is explored."""
+"""How many times the rounds of a later search the first one has, before anything is explored."""
 
 LATER_SHARE = 0.2
 """By which share of its sensor range a robot has to move before ways are searched for again that are not blocked."""
@@ -105,9 +105,9 @@ class Covering:
         return False
 
     def _used(self, share: float) -> Callable[[int], float]:
-        """Return what says which share of the effort is used after so many rounds."""
+        """Return what says which share of the effort is used after so many rounds, of `share` times the usual ones."""
         began = perf_counter()
-        return lambda done: max(done / (share * self.rounds), (perf_counter() - began) / (share * self.seconds))
+        return lambda done: max(done / (share * self.rounds), (perf_counter() - began) / self.seconds)
 
     def _searched(self, view: FrontierView, guess: CellArray) -> _Ways:
         """Return ways for the map as it is now."""

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 
@@ -70,8 +72,10 @@ class FrontierStrategy:
         return self._pace
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan by which each robot drives to its frontier."""
-        return decide_by(self.name, self._explore, briefing)
+        """Return the plan by which each robot drives to its frontier; what the rule took counts as planning."""
+        decision = decide_by(self.name, self._explore, briefing)
+        wall_s = decision.report.wall_s + (0.0 if self._pace is None else self._pace.choosing_s)
+        return replace(decision, report=replace(decision.report, wall_s=wall_s, first_plan_s=wall_s))
 
     def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
         timeline = Timeline.of(briefing.situation)
@@ -87,6 +91,8 @@ class FrontierPace:
     ----------
     ways
         The target that each robot with a goal is sent to.
+    choosing_s
+        Wall-clock seconds that the rule took to choose them.
     """
 
     explored = "no reachable target is left"
@@ -110,6 +116,7 @@ class FrontierPace:
         self._fresh = False
         self._looked_ms = -LOOK_MS
         self.ways: dict[str, str] = {}
+        self.choosing_s = 0.0
         self.exploration_ms: int | None = None
         self.route = self._surveyor.route
 
@@ -151,6 +158,7 @@ class FrontierPace:
                 self.exploration_ms = None
             elif not left and self.exploration_ms is None:
                 self.exploration_ms = self._world.now_ms
+        self.choosing_s = 0.0
         targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
         return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
 
@@ -175,14 +183,17 @@ class FrontierPace:
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Let the rule pick frontier cells; return them as targets, and enter who goes to which."""
         view = self._view(robots)
+        began = perf_counter()
         chosen = {**self._goals, **self._rule.choose(view)}
+        self.choosing_s = perf_counter() - began
+        standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
         self._goals, self.ways = {}, {}
         targets: dict[str, Target] = {}
         for robot in view.robots:
             if robot.name not in chosen:
                 continue
             stop = self._stop(view, robot, chosen[robot.name])
-            if stop is None:
+            if stop is None or (stop == robot.cell and robot.name in standing):
                 continue
             name = f"t_{stop.x}_{stop.y}"
             self._goals[robot.name], self.ways[robot.name] = chosen[robot.name], name

@@ -22,8 +22,8 @@ def with_parameters(rule: type[FrontierRule], text: str) -> FrontierRule:
     for part in text.split("/"):
         name, _, number = part.partition("=")
         if name not in known or name in values:
-            what = "once each" if name in values else f"of {', '.join(known)}" if known else "none"
-            raise UsageError(f"strategy {rule.name}: takes parameters {what}, got {part!r}")
+            takes = f"the parameters {', '.join(known)}, once each" if known else "no parameters"
+            raise UsageError(f"strategy {rule.name}: takes {takes}, got {part!r}")
         try:
             values[name] = float(number)
         except ValueError:

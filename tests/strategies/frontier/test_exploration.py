@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from small_missions import drawn_grid
+
+from marsupial.bench.papers.teams import explorers
+from marsupial.bench.papers.worlds import HOPPER, cell_world
+from marsupial.errors import ScenarioError, UsageError
+from marsupial.library.missions import simulate
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import Cause, MissionEvent, Planned, Status
+from marsupial.model.planning import Budget
+from marsupial.model.robots import Role
+from marsupial.strategies.frontier.bidding import Bidding
+from marsupial.strategies.frontier.closest import ClosestFrontier
+from marsupial.strategies.frontier.exploration import FrontierStrategy
+from marsupial.strategies.frontier.parameters import with_parameters
+from marsupial.strategies.registry import check_suits, is_strategy, strategy
+
+
+class Plans(Observer):
+    def __init__(self) -> None:
+        self.made: list[Planned] = []
+
+    def event(self, event: MissionEvent) -> None:
+        if isinstance(event, Planned):
+            self.made.append(event)
+
+
+def flown(name: str, seed: int = 1) -> list[Planned]:
+    watcher = Plans()
+    scenario = cell_world("cells", 9, 9, 4, 2)
+    ended = simulate(scenario, strategy=name, planner="none", budget=Budget(steps=1), seed=seed, observer=watcher)
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    return watcher.made
+
+
+def test_robots_that_decide_at_every_cell_never_drive_further_than_one() -> None:
+    made = flown("bidding")
+    assert {action.duration_ms for plan in made for action in plan.actions} == {1000}
+
+
+def test_others_drive_on_until_they_arrive_or_their_cell_has_been_seen_through() -> None:
+    made = flown("closest-frontier")
+    assert max(action.duration_ms for plan in made for action in plan.actions) > 1000
+    causes = {trigger.cause for plan in made for trigger in plan.trigger}
+    assert causes <= {Cause.START, Cause.ROBOT_FREE, Cause.GONE, Cause.CARRIED_OUT, Cause.EXPLORED}
+
+
+def test_each_robot_has_a_frontier_of_its_own_as_long_as_there_are_enough() -> None:
+    scenario = explorers("hall", drawn_grid("...........", "...........", "..........."), HOPPER, 2)
+    watcher = Plans()
+    simulate(scenario, strategy="closest-frontier", planner="none", budget=Budget(steps=1), seed=3, observer=watcher)
+    assert len({action.place for action in watcher.made[0].actions}) == len(watcher.made[0].actions)
+
+
+def test_what_the_rule_takes_counts_as_planning() -> None:
+    scenario = cell_world("cells", 12, 12, 4, 2)
+    summary = simulate(scenario, strategy="covering", planner="none", budget=Budget(steps=1), seed=1)
+    assert summary.planning_s.total > 0.2 * summary.wall_s
+
+
+def test_teams_that_a_strategy_can_t_lead_are_refused() -> None:
+    leader = FrontierStrategy(ClosestFrontier())
+    check_suits(leader, [Role.CARRIER] * 5)
+    with pytest.raises(ScenarioError, match="leads carriers without rovers, the team has 2"):
+        check_suits(leader, [Role.CARRIER, Role.ROVER, Role.ROVER])
+    check_suits(object(), [Role.ROVER])
+
+
+def test_parameters_follow_the_name() -> None:
+    assert with_parameters(Bidding, "W_n=1/W_p=0.5") == Bidding(W_n=1.0, W_p=0.5, W_c=1.0)
+    assert strategy("bidding/W_c=3", planner="none", budget=Budget(steps=1)).name == "bidding/W_c=3"
+    assert is_strategy("bidding/W_c=3")
+    assert not is_strategy("bidder/W_c=3")
+
+
+@pytest.mark.parametrize("text", ["", "W_x=1", "W_n", "W_n=", "W_n=nan", "W_n=inf", "W_n=-1", "W_n=1/W_n=2"])
+def test_parameters_that_make_no_sense_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="strategy bidding"):
+        with_parameters(Bidding, text)
+
+
+def test_a_rule_without_parameters_says_so() -> None:
+    with pytest.raises(UsageError, match="takes no parameters"):
+        with_parameters(ClosestFrontier, "far=1")
+
+
+def test_starts_decide_what_is_drawn_by_lot() -> None:
+    first, second, other = (flown("bidding", seed) for seed in (1, 1, 2))
+    assert first == second
+    assert not np.array_equal(first[0].actions, other[0].actions)
