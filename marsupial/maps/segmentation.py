@@ -1,7 +1,8 @@
 """Segments of a partly known map: rooms, corridors, or parts of them, that lead into the unknown.
 
 The Voronoi graph is cut at its critical points, and each known drivable cell belongs to the part of the graph that is
-nearest on the ground. A critical point is where the clearance along the graph is least, such as in a doorway, if
+nearest on the ground, in straight steps. A critical point is where the clearance along the graph is least, such as in
+a doorway, if
 
 - it has degree 2,
 - its neighbour along the graph, of all narrow points, junctions and ends, is a junction, and
@@ -22,15 +23,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from marsupial.arrays import Flags, Floats, Ints, Ints32
 from marsupial.maps.reach import parts
 from marsupial.maps.voronoi import Blocks, VoronoiGraph, voronoi_graph
 from marsupial.model.grid import Grid, Mask, code_table
 from marsupial.native import native
-from marsupial.paths.nearest import Nearest
 
 RISE = 1.3
 """A point is narrow if the clearance rises by this factor on both sides of it: less is the unevenness of walls."""
@@ -95,7 +93,7 @@ def segment(grid: Grid, terrains: frozenset[int], frontier: Ints | None = None) 
     graph = voronoi_graph(space)
     cuts = _narrow(graph, space.clearance)
     sources, pieces = _sources(graph, cuts, space, drivable)
-    source = _nearest(drivable, sources)
+    source = _nearest(drivable.ravel(), drivable.shape[1], sources)
     piece = np.append(pieces, -1)[source]
     links = np.concatenate([_links(graph, cuts), _bridges(graph, cuts, piece, drivable.shape[1])])
     critical = np.ones(len(cuts.place), dtype=np.bool_)
@@ -144,17 +142,6 @@ def _sources(graph: VoronoiGraph, cuts: _Cuts, space: Blocks, drivable: Mask) ->
     return cells[some, free[some].argmax(axis=1)], pieces[some]
 
 
-def _nearest(drivable: Mask, sources: Ints) -> Ints:
-    """Return for each cell, row-major, the position in `sources` of the nearest of them on the ground, -1 for none."""
-    place = np.full(drivable.size + 1, -1, dtype=np.int64)
-    place[sources] = np.arange(len(sources))
-    nearest = Nearest(drivable, np.inf)
-    reached = nearest.add(sources)
-    found = np.full(drivable.size, -1, dtype=np.int64)
-    found[reached] = place[nearest.origins(reached)]
-    return found
-
-
 def _links(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
     """Return the pairs (n, 2) of pieces that nodes link: an edge's ends with its first and its last piece."""
     edges = np.arange(len(graph.ends))
@@ -170,11 +157,8 @@ def _beside(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
 
 
 def _components(graph: VoronoiGraph, cuts: _Cuts, links: Ints) -> Ints:
-    """Return the number of the connected component of each piece."""
-    count = len(graph.nodes) + len(graph.ends) + len(cuts.place)
-    pairs = coo_array((np.ones(len(links), dtype=np.int8), (links[:, 0], links[:, 1])), shape=(count, count))
-    component: Ints = connected_components(pairs, directed=False)[1].astype(np.int64)
-    return component
+    """Return the number of the connected component of each piece, from 0 on."""
+    return _connected(len(graph.nodes) + len(graph.ends) + len(cuts.place), links)
 
 
 def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
@@ -196,7 +180,7 @@ def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
     return np.array(bridges, dtype=np.int64).reshape(-1, 2)
 
 
-def _labels(drivable: Mask, sources: Ints, source: Ints, component: Ints) -> tuple[Ints32, int]:
+def _labels(drivable: Mask, sources: Ints, source: Ints32, component: Ints) -> tuple[Ints32, int]:
     """Return the segment of each cell (height, width) and their number.
 
     Segments are the components of the graph, by source, and connected ground where the graph has no part; none
@@ -206,8 +190,58 @@ def _labels(drivable: Mask, sources: Ints, source: Ints, component: Ints) -> tup
     keys, label = np.unique(component * (most + 1) + part.ravel()[sources], return_inverse=True)
     labels: Ints32 = np.append(label + 1, 0).astype(np.int32)[source].reshape(drivable.shape)
     rest, more = parts(drivable & (labels == 0))
-    labels[rest > 0] = rest[rest > 0] + len(keys)
-    return labels, len(keys) + more
+    return np.where(rest > 0, rest + len(keys), labels).astype(np.int32) if more else labels, len(keys) + more
+
+
+@native
+def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
+    """Return for each cell the position in `sources` of the nearest of them in straight steps, -1 for none.
+
+    Cells are row-major in rows of that width.
+    """
+    found = np.full(drivable.size, -1, dtype=np.int32)
+    queue = np.empty(drivable.size, dtype=np.int64)
+    tail = 0
+    for k in range(len(sources)):
+        found[sources[k]] = k
+        queue[tail] = sources[k]
+        tail += 1
+    head = 0
+    while head < tail:
+        cell = queue[head]
+        head += 1
+        x = cell % width
+        for side in range(4):
+            other = cell + (1, width, -1, -width)[side]
+            if (side == 0 and x == width - 1) or (side == 2 and x == 0) or other < 0 or other >= drivable.size:
+                continue
+            if drivable[other] and found[other] < 0:
+                found[other] = found[cell]
+                queue[tail] = other
+                tail += 1
+    return found
+
+
+@native
+def _connected(count: int, links: Ints) -> Ints:
+    """Return the connected component, from 0 on, of each of so many things of which pairs (n, 2) are linked."""
+    parent = np.arange(count)
+    for k in range(len(links)):
+        ends = [links[k, 0], links[k, 1]]
+        for side in range(2):
+            while parent[ends[side]] != ends[side]:
+                parent[ends[side]] = parent[parent[ends[side]]]
+                ends[side] = parent[ends[side]]
+        parent[max(ends[0], ends[1])] = min(ends[0], ends[1])
+    number = np.empty(count, dtype=np.int64)
+    found = 0
+    for thing in range(count):  # a parent is never greater
+        if parent[thing] == thing:
+            number[thing] = found
+            found += 1
+        else:
+            number[thing] = number[parent[thing]]
+    return number
 
 
 @native
