@@ -171,7 +171,7 @@ EXPERIMENT = Experiment(
     "and hop to one of the eight neighbours each step, diagonals included, but not between two obstacles that touch at "
     "a corner. A step is a second of the simulated clock. The weights are those that the paper recommends: W_p = 2, "
     "W_n = 2, W_c = 1; for Sheng's function w_1 = w_2 = 1 and w_3 = 0, as in the paper's comparison.",
-    runs=20,
+    runs=40,
     planner="anytime",
     comparison=comparison,
     figures=_figures,
