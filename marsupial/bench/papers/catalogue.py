@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from marsupial.bench.compare.statements import Experiment
-from marsupial.bench.papers import alkhawaldah, weights, wurm2008, wurm2010
+from marsupial.bench.papers import alkhawaldah, mei, weights, wurm2008, wurm2010
 
 PAPERS: Mapping[str, Experiment] = {
     wurm2010.NAME: wurm2010.EXPERIMENT,
     wurm2008.NAME: wurm2008.EXPERIMENT,
     alkhawaldah.NAME: alkhawaldah.EXPERIMENT,
     weights.NAME: weights.EXPERIMENT,
+    mei.NAME: mei.EXPERIMENT,
 }
 """Those of the command line, and their parts."""
 
