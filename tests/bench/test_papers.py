@@ -17,6 +17,7 @@ from marsupial.bench.documents import documents
 from marsupial.bench.papers import alkhawaldah, mei, weights, wurm2008
 from marsupial.bench.papers.catalogue import PAPERS, paper_names
 from marsupial.bench.papers.mei_paths import RoutePairs
+from marsupial.model.grid import FLOOR
 from marsupial.model.planning import Budget
 
 HOLDS, PARTLY, FAILS, OPEN = (
@@ -178,6 +179,16 @@ def test_the_printed_ways_of_mei_confirm_what_the_paper_says_of_them(monkeypatch
     assert len(explored.rows) == 6
     assert routes.rows[0][3].text == "+8.4 %"
     assert {"figures/figure-11.svg", "figures/figure-13.png"} <= set(dict(documents(found)))
+
+
+def test_missions_from_the_corner_start_where_there_is_floor() -> None:
+    comparison = mei.corner_comparison(terms(runs=1))
+    assert len(list(comparison.trials())) == 9
+    for scenario in comparison.scenarios.values():
+        (robot,) = scenario.team
+        assert robot.start is not None
+        assert scenario.grid.cells[robot.start.y, robot.start.x] == FLOOR
+        assert robot.start.x + 99 - robot.start.y <= 6
 
 
 def test_an_orientation_that_is_no_better_is_found_so(monkeypatch: pytest.MonkeyPatch) -> None:
