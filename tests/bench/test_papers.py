@@ -11,10 +11,13 @@ from compare_workers import invented
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.rows import Curve
 from marsupial.bench.compare.statements import ExperimentTerms, StatementVerdict
 from marsupial.bench.documents import documents
-from marsupial.bench.papers import alkhawaldah, mei, mei_paths, weights, wurm2008
+from marsupial.bench.papers import alkhawaldah, mei, weights, wurm2008
 from marsupial.bench.papers.catalogue import PAPERS, paper_names
+from marsupial.bench.papers.mei_paths import RoutePairs
+from marsupial.model.grid import FLOOR
 from marsupial.model.planning import Budget
 
 HOLDS, PARTLY, FAILS, OPEN = (
@@ -173,3 +176,54 @@ def test_weights_near_the_line_that_are_best_are_found_so() -> None:
 def test_the_best_times_are_those_within_ten_per_cent_of_the_range() -> None:
     times = np.array([[100.0, 130.0], [131.0, 400.0], [np.nan, 200.0]])
     assert weights.best(times).tolist() == [[True, True], [False, False], [False, False]]
+
+
+WAYS = {"temporal": 0.95, "orientation": 1.0, "widest-frontier": 1.0}
+
+
+def ways_of(trial: Trial) -> tuple[float, float]:
+    """Return the printed distance and energy of a mission; 5 % less than orientation's for temporal planning."""
+    orientation, widest = mei.PRINTED[trial.case.scenario]
+    distance, energy = widest if trial.contender == mei.WIDEST else orientation
+    share = WAYS[trial.contender.strategy]
+    return share * distance + 0.01 * trial.seed, share * energy + 0.01 * trial.seed
+
+
+def driven(ways: Callable[[Trial], tuple[float, float]], monkeypatch: pytest.MonkeyPatch) -> ComparisonOutcome:
+    """Return an outcome with these distances and energies, and curves that cross; routes are compared on one map."""
+    pairs = RoutePairs(shortest=np.array([[100.0, 120.0]]), cheapest=np.array([[100.7, 110.0]]))
+    monkeypatch.setattr(mei, "routes_table", lambda *, cuts_corners: pairs)
+    comparison = mei.comparison(terms())
+    results = [(trial, ways(trial)) for trial in comparison.trials()]
+    rows = tuple(replace(invented(t).row, distance_m=d, energy_j=e) for t, (d, e) in results)
+    known = {"widest-frontier": (100, 6000, 8000, 9000, 10_000), "orientation": (100, 3000, 8500, 10_000)}
+    curves = tuple(
+        Curve(trial=t, every_s=5.0, known=known.get(t.contender.strategy, known["orientation"])) for t, _ in results
+    )
+    return ComparisonOutcome(header_of(comparison), rows, curves=curves)
+
+
+def test_the_printed_ways_of_mei_confirm_what_the_paper_says_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = driven(ways_of, monkeypatch)
+    assert verdicts("mei", found) == [HOLDS, HOLDS, HOLDS, HOLDS, HOLDS]
+    explored, routes = mei.EXPERIMENT.tables(found)
+    texts = [cell.text for cell in explored.rows[0]]
+    assert texts[2:8] == ["710.8 ± 0.1", "710.8", "1222.6 ± 0.1", "1222.6", "+41.9 %", "+41.9 %"]
+    assert len(explored.rows) == 6
+    assert routes.rows[0][3].text == "+8.4 %"
+    assert {"figures/figure-11.svg", "figures/figure-13.png"} <= set(dict(documents(found)))
+
+
+def test_missions_from_the_corner_start_where_there_is_floor() -> None:
+    comparison = mei.corner_comparison(terms(runs=1))
+    assert len(list(comparison.trials())) == 9
+    for scenario in comparison.scenarios.values():
+        (robot,) = scenario.team
+        assert robot.start is not None
+        assert scenario.grid.cells[robot.start.y, robot.start.x] == FLOOR
+        assert robot.start.x + 99 - robot.start.y <= 6
+
+
+def test_an_orientation_that_is_no_better_is_found_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = driven(lambda trial: (1000.0 + trial.seed, 1100.0 + trial.seed), monkeypatch)
+    assert verdicts("mei", found)[1:] == [FAILS, FAILS, HOLDS, FAILS]

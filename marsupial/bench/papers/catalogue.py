@@ -13,6 +13,7 @@ PAPERS: Mapping[str, Experiment] = {
     alkhawaldah.NAME: alkhawaldah.EXPERIMENT,
     weights.NAME: weights.EXPERIMENT,
     mei.NAME: mei.EXPERIMENT,
+    mei.CORNER: mei.CORNER_EXPERIMENT,
 }
 """Those of the command line, and their parts."""
 

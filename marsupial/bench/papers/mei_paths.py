@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,6 +85,7 @@ def route_pairs(
     """
     motion = MotionCosts() if costs is None else costs
     sources, goals = _drawn(passable, ends, seed)
+    width = passable.shape[1]
     search = EnergySearch(passable, motion, cuts_corners=cuts_corners)
     shortest: list[tuple[float, float]] = []
     cheapest: list[tuple[float, float]] = []
@@ -92,8 +93,8 @@ def route_pairs(
         before = shortest_paths(passable, source, cuts_corners=cuts_corners)
         energies, lengths = search.costs(source, goals), search.lengths(source, goals)
         for goal, energy, length in zip(goals, energies.tolist(), lengths.tolist(), strict=True):
-            if goal in before:
-                path = path_to(goal, before)
+            if goal.y * width + goal.x in before:
+                path = path_to(goal, before, width)
                 shortest.append((route_length(path), route_energy(path, motion)))
                 cheapest.append((length, energy))
     return RoutePairs(shortest=np.array(shortest).reshape(-1, 2), cheapest=np.array(cheapest).reshape(-1, 2))
@@ -114,45 +115,43 @@ def together(pairs: Sequence[RoutePairs]) -> RoutePairs:
     )
 
 
-def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> dict[Cell, Cell]:
-    """Return the cell before each one reached on a shortest path from `source`; that of `source` is itself.
+def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> dict[int, int]:
+    """Return the cell before each one reached on a shortest path from `source`, row-major; its own for `source`.
 
     Dijkstra's algorithm: a path replaces another only if it is shorter.
     """
-    before, lengths = {source: source}, {source: 0.0}
-    settled: set[Cell] = set()
-    queue = [(0.0, source)]
+    row = passable.shape[1] + 2
+    free = np.pad(passable, 1).ravel().tolist()
+    steps = [(dx + dy * row, dx, dy * row, SQRT2 if dx and dy else 1.0) for dx, dy in STEPS]
+    start = (source.y + 1) * row + source.x + 1
+    before, lengths = {start: start}, {start: 0.0}
+    queue, settled = [(0.0, start)], set[int]()
     while queue:
         length, cell = heapq.heappop(queue)
         if cell in settled:
             continue
         settled.add(cell)
-        for side, step in _steps(passable, cell, cuts_corners=cuts_corners):
-            if length + step < lengths.get(side, math.inf):
-                lengths[side], before[side] = length + step, cell
-                heapq.heappush(queue, (length + step, side))
-    return before
+        for step, across, along, more in steps:
+            side = cell + step
+            if not free[side] or not (cuts_corners or (free[cell + across] and free[cell + along])):
+                continue
+            if length + more < lengths.get(side, math.inf):
+                lengths[side], before[side] = length + more, cell
+                heapq.heappush(queue, (length + more, side))
+    return {_inner(cell, row): _inner(last, row) for cell, last in before.items()}
 
 
-def path_to(goal: Cell, before: dict[Cell, Cell]) -> Route:
+def path_to(goal: Cell, before: dict[int, int], width: int) -> Route:
     """Return the path of `shortest_paths` from its source to a cell."""
-    path = [goal]
+    path = [goal.y * width + goal.x]
     while before[path[-1]] != path[-1]:
         path.append(before[path[-1]])
-    return tuple(reversed(path))
+    return tuple(Cell(cell % width, cell // width) for cell in reversed(path))
 
 
-def _steps(passable: Mask, cell: Cell, *, cuts_corners: bool) -> Iterator[tuple[Cell, float]]:
-    """Yield the cells one can step to and the lengths of these steps, counter-clockwise from east."""
-    height, width = passable.shape
-    for dx, dy in STEPS:
-        x, y = cell.x + dx, cell.y + dy
-        if not (0 <= x < width and 0 <= y < height and passable[y, x]):
-            continue
-        if not dx or not dy:
-            yield Cell(x, y), 1.0
-        elif cuts_corners or (passable[cell.y, x] and passable[y, cell.x]):
-            yield Cell(x, y), SQRT2
+def _inner(framed: int, row: int) -> int:
+    """Return the row-major index of a cell of a grid with a frame, whose rows are so long."""
+    return (framed // row - 1) * (row - 2) + framed % row - 1
 
 
 def _drawn(passable: Mask, ends: int, seed: int) -> tuple[list[Cell], list[Cell]]:

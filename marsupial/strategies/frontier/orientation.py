@@ -1,8 +1,8 @@
 """Exploring by orientation: what is to the left first, so that nothing is left behind; and the widest frontier.
 
 A single robot. Both rules look at the frontier cells within the sensing region, which are those in line of sight
-within sensor range; where there are none, at the closest one outside. They decide again on arrival, or as soon as
-the cell that the robot goes to is no frontier cell any more, as happens long before where sensors see far.
+within sensor range; where there are none, at the closest one outside. The robot looks around at every cell, and chooses
+again as soon as the cell that it goes to is no frontier cell any more, as happens long before it gets there.
 
 References
 ----------
@@ -33,7 +33,7 @@ ANGLE_DIGITS = 9
 class _Sensing(ABC):
     """A robot that goes to a frontier cell of its sensing region, or else to the closest one outside."""
 
-    each_step: ClassVar[bool] = False
+    each_step: ClassVar[bool] = True
     gives_up: ClassVar[bool] = True
     most_robots: ClassVar[int | None] = 1
 
