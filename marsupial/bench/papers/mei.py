@@ -13,17 +13,17 @@ from functools import cache
 
 import numpy as np
 
-from marsupial.bench.compare.cells import DISTANCE, ComparisonOutcome
+from marsupial.bench.compare.cells import DISTANCE, ENERGY, ComparisonOutcome
 from marsupial.bench.compare.figures import Figure, coverage_figure, mean_coverage
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
 from marsupial.bench.papers import mei_paths
 from marsupial.bench.papers.mei_paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
+from marsupial.bench.papers.mei_routes import routes_figure
 from marsupial.bench.papers.teams import explorers
 from marsupial.generators.scattered import scattered
 from marsupial.generators.walled import SIDE, WALLED
-from marsupial.library.metrics import METRICS
 from marsupial.maps.reach import largest_reach
 from marsupial.model.grid import FLOOR, Cell, Grid
 from marsupial.model.robots import EnergyModel, RobotType, Role, Routes
@@ -31,7 +31,6 @@ from marsupial.model.scenario import Scenario
 
 NAME, CORNER = "mei", "mei-corner"
 ORIENTATION, WIDEST = Contender("orientation"), Contender("widest-frontier")
-ENERGY = METRICS["energy_j"]
 
 ROBOT = RobotType(
     name="robot",
@@ -172,6 +171,15 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
             yield coverage_figure(outcome, name, name=f"figure-{number}")
 
 
+def _corner_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
+    """Yield Figs. 8 to 10 with our maps, then those after them."""
+    scenarios = {name: _from_corner(name, grid) for name, grid in _grids().items()}
+    for number, (name, scenario) in enumerate(scenarios.items(), start=8):
+        if any(row.trial.case.scenario == name for row in outcome.rows):
+            yield routes_figure(scenario, (ORIENTATION, WIDEST), name=f"figure-{number}", about=name)
+    yield from _figures(outcome)
+
+
 def findings(outcome: ComparisonOutcome) -> list[Finding]:
     """Return what the data say of the statements of section V."""
     return [_routes_save(outcome), *corner_findings(outcome)]
@@ -304,7 +312,7 @@ CORNER_EXPERIMENT = Experiment(
     runs=1,
     planner="anytime",
     comparison=corner_comparison,
-    figures=_figures,
+    figures=_corner_figures,
     findings=corner_findings,
     tables=_corner_tables,
 )
