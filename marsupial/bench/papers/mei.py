@@ -207,7 +207,7 @@ def _routes_save(outcome: ComparisonOutcome) -> Finding:
         verdict=share_verdict(held),
         evidence=()
         if found is None
-        else (f"{len(found.shortest)} pairs: {percent(found.saved)} saved, {percent(found.longer)} longer",),
+        else (f"{len(found.shortest)} pairs: {100 * found.saved:.2f} % saved, {100 * found.longer:.2f} % longer",),
     )
 
 
