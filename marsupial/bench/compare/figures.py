@@ -37,6 +37,9 @@ LINES = ("-", "--", "-.", ":", "-", "--")
 
 PNG_DPI = 150
 
+MOST_IN_ROW = 4
+"""How many contenders the legend names in a row: more may not fit."""
+
 MOST_POINTS = 60
 """How many points a line has at most: all samples of all panels would make a page of megabytes."""
 
@@ -345,7 +348,9 @@ def _legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
         named |= dict(zip(labels, handles, strict=True))
     if named:
         look: dict[str, Any] = {"frameon": False, "fontsize": 9, "labelcolor": INK}
-        drawing.legend(named.values(), named.keys(), loc="outside upper left", ncols=len(named), **look)
+        drawing.legend(
+            named.values(), named.keys(), loc="outside upper left", ncols=min(len(named), MOST_IN_ROW), **look
+        )
 
 
 def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
