@@ -22,6 +22,7 @@ from marsupial.bench.papers import mei_paths
 from marsupial.bench.papers.mei_paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
 from marsupial.bench.papers.mei_routes import routes_figure
 from marsupial.bench.papers.teams import explorers
+from marsupial.generators.canvas import close_border
 from marsupial.generators.scattered import scattered
 from marsupial.generators.walled import SIDE, WALLED
 from marsupial.maps.reach import largest_reach
@@ -85,7 +86,15 @@ def _comparison(terms: ExperimentTerms, paper: str, scenarios: Mapping[str, Scen
 
 def _grids() -> dict[str, Grid]:
     grids = {name: make() for name, make in WALLED.items()}
-    return grids | {RANDOM: scattered(SIDE, SIDE, round(SHARE * SIDE * SIDE), seed=1)}
+    return grids | {RANDOM: random_area(seed=1)}
+
+
+def random_area(seed: int) -> Grid:
+    """Return an area of random obstacles that is bounded by obstacles, as all areas of the paper are."""
+    grid = scattered(SIDE, SIDE, round(SHARE * SIDE * SIDE), seed)
+    cells = grid.cells.copy()
+    close_border(cells)
+    return replace(grid, cells=cells)
 
 
 def _from_corner(name: str, grid: Grid) -> Scenario:

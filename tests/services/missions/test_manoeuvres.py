@@ -1,0 +1,82 @@
+"""Headings, stops and turns of robots that are known by their reports only."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from mission_house import brief
+
+from marsupial.model.grid import Cell
+from marsupial_service.missions.values import Input, Report, RobotNote
+from marsupial_service.missions.world import RemoteWorld, RobotCommand
+
+
+class Reports:
+    """A desk at which reports come in as a test has put them there."""
+
+    def __init__(self) -> None:
+        self.coming: deque[Report] = deque()
+
+    def order(self, order: RobotCommand, *, stop: bool = False) -> None:
+        pass
+
+    def exchange(self, until_ms: int) -> Input:
+        return self.coming.popleft()
+
+
+class House:
+    """A carrier of the lobby that drives, and reports when and where it is told to."""
+
+    def __init__(self) -> None:
+        self.desk = Reports()
+        self.world = RemoteWorld(brief("lobby"), self.desk)
+        self.reports = self.drives = 0
+        self.report(0)
+
+    def report(self, t_ms: int, cell: Cell | None = None, *, finished: bool = False) -> None:
+        self.reports += 1
+        notes = () if cell is None else (RobotNote(name="carrier1", cell=cell),)
+        done = (self.drives,) if finished else ()
+        self.desk.coming.append(Report(n=self.reports, t_ms=t_ms, robots=notes, finished=done))
+        self.world.advance(t_ms)
+
+    def drive(self, *cells: tuple[int, int]) -> None:
+        self.drives += 1
+        self.world.drive("carrier1", [Cell(*cell) for cell in cells])
+
+    def heading(self) -> int | None:
+        return next(robot.heading for robot in self.world.robots() if robot.name == "carrier1")
+
+    def made(self) -> tuple[int, tuple[int, ...]]:
+        made = self.world.manoeuvres("carrier1")
+        return made.stops, made.turns
+
+
+def test_turns_are_counted_along_the_route_up_to_where_the_robot_is() -> None:
+    house = House()
+    assert house.heading() is None
+    house.drive((5, 5), (6, 5), (7, 6), (7, 7), (6, 7))
+    assert (house.heading(), house.made()) == (0, (0, (0, 0, 0, 0)))
+    house.report(3000, Cell(7, 7))
+    assert (house.heading(), house.made()) == (2, (2, (2, 0, 0, 0)))
+    house.report(4000, Cell(6, 7), finished=True)
+    assert (house.heading(), house.made()) == (4, (3, (2, 1, 0, 0)))
+
+
+def test_going_on_at_once_is_no_stop_and_going_on_later_is_one() -> None:
+    house = House()
+    house.drive((5, 5), (6, 5))
+    house.report(1000, Cell(6, 5), finished=True)
+    house.drive((6, 5), (7, 5))
+    assert house.made() == (0, (0, 0, 0, 0))
+    house.report(2000, Cell(7, 5), finished=True)
+    house.report(5000)
+    house.drive((7, 5), (8, 5))
+    assert house.made() == (1, (0, 0, 0, 0))
+
+
+def test_off_its_route_nobody_knows_which_way_a_robot_faces() -> None:
+    house = House()
+    house.drive((5, 5), (6, 5), (7, 5))
+    house.report(1000, Cell(2, 9))
+    assert (house.heading(), house.made()) == (None, (0, (0, 0, 0, 0)))
