@@ -23,6 +23,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from marsupial.arrays import Flags, Floats, Ints, Ints32
 from marsupial.maps.reach import parts
@@ -158,7 +160,9 @@ def _beside(graph: VoronoiGraph, cuts: _Cuts) -> Ints:
 
 def _components(graph: VoronoiGraph, cuts: _Cuts, links: Ints) -> Ints:
     """Return the number of the connected component of each piece, from 0 on."""
-    return _connected(len(graph.nodes) + len(graph.ends) + len(cuts.place), links)
+    count = len(graph.nodes) + len(graph.ends) + len(cuts.place)
+    linked = csr_array((np.ones(len(links), dtype=np.bool_), links.T), shape=(count, count))
+    return np.asarray(connected_components(linked, directed=False)[1], dtype=np.int64)
 
 
 def _bridges(graph: VoronoiGraph, cuts: _Cuts, piece: Ints, width: int) -> Ints:
@@ -220,28 +224,6 @@ def _nearest(drivable: Flags, width: int, sources: Ints) -> Ints32:
                 queue[tail] = other
                 tail += 1
     return found
-
-
-@native
-def _connected(count: int, links: Ints) -> Ints:
-    """Return the connected component, from 0 on, of each of so many things of which pairs (n, 2) are linked."""
-    parent = np.arange(count)
-    for k in range(len(links)):
-        ends = [links[k, 0], links[k, 1]]
-        for side in range(2):
-            while parent[ends[side]] != ends[side]:
-                parent[ends[side]] = parent[parent[ends[side]]]
-                ends[side] = parent[ends[side]]
-        parent[max(ends[0], ends[1])] = min(ends[0], ends[1])
-    number = np.empty(count, dtype=np.int64)
-    found = 0
-    for thing in range(count):  # a parent is never greater
-        if parent[thing] == thing:
-            number[thing] = found
-            found += 1
-        else:
-            number[thing] = number[parent[thing]]
-    return number
 
 
 @native

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.arrays import Floats
+from marsupial.arrays import Floats, Ints
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
@@ -88,7 +88,8 @@ class Surveyor:
         self._looked_at: object = None
         self._growing = GrowingReach(territory)
         self._reach = self._growing.reach(())
-        self._targets: tuple[Target, ...] = ()
+        self._frontiers: Mapping[str, Frontier] = {}
+        self._targets: tuple[Target, ...] | None = None
         self._ways = {
             name: ways_of(territory.kinds[name], footprint.standable, territory.grid.resolution_m)
             for name, footprint in territory.footprints.items()
@@ -98,7 +99,13 @@ class Surveyor:
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
         self._look(placed(robots))
+        if self._targets is None:
+            self._targets = self.finder.find(self._frontiers)
         return self._targets
+
+    def anything_left(self, robots: Sequence[RobotReport]) -> bool:
+        """Say whether there is a target now; it takes less than to find them all."""
+        return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
         """Return every frontier that is left: `targets` with `reason`, the others with why they are none.
@@ -115,10 +122,10 @@ class Surveyor:
     def frontiers(self, robots: Sequence[RobotReport]) -> Mapping[str, Frontier]:
         """Return what each robot type can explore now, by name."""
         self._look(placed(robots))
-        return self.finder.frontiers(self._reach)
+        return self._frontiers
 
-    def lengths(self, kind: str, start: Cell, cells: Sequence[Cell], heading: int | None = None) -> Floats:
-        """Return the lengths (n,) in cells of the ways of a robot type to n cells, inf where there is none."""
+    def lengths(self, kind: str, start: Cell, cells: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
+        """Return the lengths (n,) in cells of the ways of a robot type to n cells (x, y), inf where there is none."""
         return self._ways[kind].lengths(start, cells, heading)
 
     def survey(
@@ -132,7 +139,7 @@ class Surveyor:
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
         self._look(where)
-        reach, targets = self._reach, self._targets if targets is None else tuple(targets)
+        reach, targets = self._reach, self.targets(active) if targets is None else tuple(targets)
         meetings = find_meetings(self._territory, reach, targets, where, keep)
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
@@ -149,12 +156,13 @@ class Surveyor:
         )
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:
-        """Find reach and targets, unless that was done for the same map and robots."""
+        """Find reach and frontiers, unless that was done for the same map and robots."""
         now = (self._territory.revision, robots)
         if now != self._looked_at:
             self._looked_at = now
             self._reach = self._growing.reach(robots)
-            self._targets = self.finder.find(self._reach)
+            self._frontiers = self.finder.frontiers(self._reach)
+            self._targets = None
 
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
         carrier = self._territory.kinds[robot.type].role is Role.CARRIER
@@ -219,7 +227,7 @@ class Surveyor:
         names = [state.place for state in states if state.place is not None]
         names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
         goal = SituationGoal()
-        if not self._targets:
+        if not any(len(frontier.cells) for frontier in self._frontiers.values()):
             goal = SituationGoal(
                 recover_rovers=self._goal.recover_rovers or self._goal.return_home,
                 return_home=self._goal.return_home,

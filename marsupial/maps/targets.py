@@ -102,14 +102,13 @@ class TargetFinder:
         self._frontier = np.sort(left[self.at_unknown(left)])
         return self._frontier
 
-    def find(self, reach: Reach) -> tuple[Target, ...]:
-        """Return the targets for a team with that reach.
+    def find(self, frontiers: Mapping[str, Frontier]) -> tuple[Target, ...]:
+        """Return the targets for a team that can explore these frontiers, by type.
 
         Those of the same explorers stand together, and among them those of the longest frontiers come first.
         """
         grid = self._territory.grid
         kinds = sorted(self._territory.kinds)
-        frontiers = self.frontiers(reach)
         cells = np.unique(np.concatenate([frontier.cells for frontier in frontiers.values()]))
         access = np.zeros(len(cells), dtype=np.int64)
         for bit, name in enumerate(kinds):

@@ -13,11 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.arrays import Bytes, Ints
+from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, same_target, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
-from marsupial.mission.replanning import OnNews, Replanning, setbacks_in
+from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.model.grid import UNKNOWN, Cell, Mask
 from marsupial.model.mission import Cause, MissionEnded, Planned, Revealed, RobotLost, Status, Trigger, Triggers
 from marsupial.model.plan import Action, Plan

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from marsupial.maps.survey import Survey, Surveyor
+from marsupial.maps.lookout import Lookout, setbacks_in
+from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
-from marsupial.maps.territory import Territory
 from marsupial.mission.carryover import same_target
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
@@ -20,9 +20,6 @@ from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal
 from marsupial.model.strategy import PlanProgress
 from marsupial.model.world import News, World
-
-LOOK_MS = 1000
-"""Least simulated time between two looks at what newly seen cells mean for the plan."""
 
 
 class Replanning(Protocol):
@@ -59,33 +56,14 @@ class Replanning(Protocol):
         """Return every frontier that is left at the end of the mission, and why."""
 
 
-class OnNews:
+class OnNews(Lookout):
     """Asks for a new plan when what the robots have seen, done or failed to do could change the plan."""
 
-    explored = "no reachable target is left"
-
     def __init__(self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal) -> None:
-        self._world = world
-        self._territory = Territory(world.grid, tuple(kinds.values()))
-        self._surveyor = Surveyor(self._territory, homes, goal)
+        super().__init__(world, kinds, homes, goal)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._known: tuple[Target, ...] = ()
-        self._fresh = False
-        self._looked_ms = -LOOK_MS
         self._planned_ms = -1
-        self.exploration_ms: int | None = None
-        self.route = self._surveyor.route
-
-    @property
-    def wake_ms(self) -> int | None:
-        """When what was seen since the last look is to be looked at."""
-        return self._looked_ms + LOOK_MS if self._fresh else None
-
-    def take_in(self, news: News) -> None:
-        """Enter the cells that were revealed in the map."""
-        for _, indices in news.revealed:
-            self._territory.reveal(indices)
-            self._fresh = True
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return the setbacks, or how the targets there are differ from those the plan knows."""
@@ -96,9 +74,8 @@ class OnNews:
         self._known = tuple(target for target in self._known if target.name not in explored)
         if work.idle:
             return (Trigger(Cause.CARRIED_OUT),)
-        due = self._world.now_ms >= self._looked_ms + LOOK_MS
         free = bool(done) and self._unemployed({robot for action in done for robot in action.robots}, work)
-        if not (explored or (self._fresh and due) or free):
+        if not (explored or self._due or free):
             return ()
         return self._compare(work, free)
 
@@ -106,7 +83,7 @@ class OnNews:
         """Return what the map known so far means for the team; what was seen while planning is for the next look."""
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep)
         if not late:
-            self._note_explored(survey.targets)
+            self._note_explored(left=bool(survey.targets))
         return survey
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
@@ -114,19 +91,14 @@ class OnNews:
         self._known = survey.targets
         if since is not None:
             self._known = tuple(t for t in survey.targets if same_target(t, since.targets, self._ranges) is not None)
-        self._fresh = since is not None
-        self._looked_ms = self._planned_ms = self._world.now_ms
-
-    def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the targets that are left, and the frontiers that are none."""
-        targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
-        return self._surveyor.remaining(targets, reason)
+        self._looked(fresh=since is not None)
+        self._planned_ms = self._world.now_ms
 
     def _compare(self, work: PlanProgress, free: bool) -> Triggers:
         """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""
-        self._fresh, self._looked_ms = False, self._world.now_ms
+        self._looked()
         targets = self._surveyor.targets(self._world.robots())
-        self._note_explored(targets)
+        self._note_explored(left=bool(targets))
         wanted = {a.place for a in work.remainder() if a.name is ActionName.EXPLORE}
         gone = [t.name for t in self._known if t.name in wanted and same_target(t, targets, self._ranges) is None]
         new = [t.name for t in targets if same_target(t, self._known, self._ranges) is None]
@@ -145,16 +117,3 @@ class OnNews:
         return work.unemployed(
             r.name for r in self._world.robots() if r.name in robots and r.carrier is None and not r.lost
         )
-
-    def _note_explored(self, targets: Sequence[Target]) -> None:
-        """Remember when the last target was gone, unless another one turns up."""
-        if targets:
-            self.exploration_ms = None
-        elif self.exploration_ms is None:
-            self.exploration_ms = self._world.now_ms
-
-
-def setbacks_in(news: News) -> Triggers:
-    """Return who failed and who was lost."""
-    told = {Cause.FAILED: news.failed, Cause.LOST: news.lost}
-    return tuple(Trigger(cause, tuple(name for name, _ in who)) for cause, who in told.items() if who)

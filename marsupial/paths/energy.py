@@ -25,7 +25,7 @@ from marsupial.model.robots import SQRT2, RobotType
 from marsupial.paths import energy_kernels as kernels
 from marsupial.paths.headings import heading_of, turn_between
 from marsupial.paths.routes import Route, route_length, route_of
-from marsupial.paths.workspace import NOWHERE, Frame
+from marsupial.paths.workspace import NOWHERE, FramedGrid
 
 _FREE = -1
 """Heading of a search whose first step needs no turn."""
@@ -111,7 +111,7 @@ class EnergySearch:
         self.passable = passable
         self.motion = costs
         self._diagonal = diagonal
-        self._frame = Frame(*passable.shape)
+        self._frame = FramedGrid(*passable.shape)
         turning = np.array([costs.changing(turn_between(0, turn)) for turn in range(8)]) / costs.distance
         size = self._frame.size
         # Most of them never filled: only the pages a search writes to take up memory.

@@ -21,7 +21,7 @@ NOWHERE: Cells = np.empty(0, dtype=np.uint32)
 _Framed = TypeVar("_Framed", Bytes, Floats)
 
 
-class Frame:
+class FramedGrid:
     """A grid framed by closed cells, so that no search needs to test for the edge of the map.
 
     Parameters
@@ -68,7 +68,7 @@ class Workspace:
     """
 
     def __init__(self, height: int, width: int, diagonal: float) -> None:
-        self._frame = Frame(height, width)
+        self._frame = FramedGrid(height, width)
         size = self._frame.size
         # Most of them never filled: only the pages a search writes to take up memory.
         self._buffers = kernels.Buffers(

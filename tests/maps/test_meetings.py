@@ -73,7 +73,8 @@ def analysed(
 ) -> tuple[Meetings, tuple[Target, ...], Reach]:
     territory = Territory(grid, kinds)
     reach = reach_of(territory, robots)
-    targets = TargetFinder(territory).find(reach)
+    finder = TargetFinder(territory)
+    targets = finder.find(finder.frontiers(reach))
     return find_meetings(territory, reach, targets, robots, keep), targets, reach
 
 

@@ -25,12 +25,13 @@ def look(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...]) -> tupl
 
 def targets_of(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = (ROVER,)) -> tuple[Target, ...]:
     finder, reach = look(grid, *robots, kinds=kinds)
-    return finder.find(reach)
+    return finder.find(finder.frontiers(reach))
 
 
 def reasons(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = (ROVER,)) -> list[tuple[Cell, int, str]]:
     finder, reach = look(grid, *robots, kinds=kinds)
-    return [(left.cell, left.frontier_cells, left.reason) for left in finder.refused(finder.find(reach), reach)]
+    refused = finder.refused(finder.find(finder.frontiers(reach)), reach)
+    return [(left.cell, left.frontier_cells, left.reason) for left in refused]
 
 
 def test_a_frontier_is_known_ground_beside_the_unknown() -> None:
@@ -139,7 +140,7 @@ def test_every_explorer_of_a_target_has_a_viewpoint_it_can_reach() -> None:
     )
     robots = (standing("c", *where("c", *rows)), aboard("r", "c"))
     finder, reach = look(draw(*rows), *robots, kinds=(CARRIER, ROVER))
-    found = finder.find(reach)
+    found = finder.find(finder.frontiers(reach))
     assert found
     for target in found:
         for name, cell in target.viewpoints.items():
@@ -211,7 +212,7 @@ def test_every_frontier_cell_is_a_targets_or_refused() -> None:
         "?r.#..?",
     )
     finder, reach = look(draw(*rows), standing("r", *where("r", *rows), "rover"), kinds=(ROVER,))
-    targets = finder.find(reach)
+    targets = finder.find(finder.frontiers(reach))
     left = finder.refused(targets, reach)
     assert sum(len(t.cells) for t in targets) + sum(r.frontier_cells for r in left) == len(finder.frontier())
     assert len(left) == 1
@@ -226,7 +227,7 @@ def test_targets_have_names_of_their_own_and_members_in_sight(cells: CellArray, 
     grid = Grid(cells=cells, resolution_m=1.0)
     robots = _team(grid, data)
     finder, reach = look(grid, *robots, kinds=(CARRIER, ROVER))
-    found = finder.find(reach)
+    found = finder.find(finder.frontiers(reach))
     assert len({target.name for target in found}) == len(found)
     everyone = [cell for target in found for cell in target.cells.tolist()]
     assert len(everyone) == len(set(everyone))
@@ -243,7 +244,7 @@ def test_the_same_map_gives_the_same_targets(cells: CellArray, data: st.DataObje
     grid = Grid(cells=cells, resolution_m=1.0)
     robots = _team(grid, data)
     finder, reach = look(grid, *robots, kinds=(CARRIER, ROVER))
-    first, second = finder.find(reach), finder.find(reach)
+    first, second = finder.find(finder.frontiers(reach)), finder.find(finder.frontiers(reach))
     third = targets_of(Grid(cells=cells.copy(), resolution_m=1.0), *robots, kinds=(CARRIER, ROVER))
     for target, same, again in zip(first, second, third, strict=True):
         assert target.on_map() == same.on_map() == again.on_map()
@@ -259,7 +260,8 @@ def test_where_there_is_no_target_nobody_can_stand_anywhere_new(cells: CellArray
     robots = _team(grid, data)
     territory = Territory(grid, (CARRIER, ROVER))
     reach = reach_of(territory, robots)
-    if not TargetFinder(territory).find(reach):
+    finder = TargetFinder(territory)
+    if not finder.find(finder.frontiers(reach)):
         for name, footprint in territory.footprints.items():
             hoped = flood(footprint.possible, [Cell(x, y) for y, x in np.argwhere(reach.by_type[name])])
             assert np.array_equal(hoped, reach.by_type[name])
@@ -284,7 +286,7 @@ def test_a_robot_that_goes_to_targets_until_none_is_left_knows_all_it_could_reac
     while True:
         territory.reveal(_sensed(truth, known, kind, at))
         reach = reach_of(territory, [standing("r", at, "rover")])
-        found = finder.find(reach)
+        found = finder.find(finder.frontiers(reach))
         if not found:
             break
         at = data.draw(st.sampled_from(found)).viewpoints["rover"]
@@ -307,7 +309,7 @@ def test_a_carrier_with_a_rover_explores_all_that_either_can_reach(truth: CellAr
     while True:
         territory.reveal(_sensed(truth, known, kind, at))
         reach = reach_of(territory, robots)
-        found = finder.find(reach)
+        found = finder.find(finder.frontiers(reach))
         if not found:
             break
         name, at = data.draw(st.sampled_from(sorted(data.draw(st.sampled_from(found)).viewpoints.items())))

@@ -20,9 +20,9 @@ def reproduce(
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
-    maps: Annotated[Path, typer.Option(help="Folder with maps of real buildings, for wurm2008.")] = Path(
-        "../shared/maps"
-    ),
+    maps: Annotated[
+        Path | None, typer.Option(help="Folder with maps of real buildings, for wurm2008 [default: ../shared/maps].")
+    ] = None,
     workers: Workers = None,
     ray: RayAddress = None,
     retry_failed: RetryFailed = False,
@@ -43,6 +43,7 @@ def reproduce(
     """
     from marsupial.bench.compare.statements import ExperimentTerms
     from marsupial.bench.papers.catalogue import PAPERS, paper_names
+    from marsupial.bench.papers.wurm2008 import MAPS
     from marsupial.cli import comparing
     from marsupial.errors import UsageError
     from marsupial.model.planning import Budget
@@ -57,6 +58,6 @@ def reproduce(
     parts = {name: PAPERS[part] for name, part in experiment.parts.items()}
     for folder, part in {"": experiment, **parts}.items():
         asked = runs if part is experiment else None
-        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps)
+        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or MAPS)
         comparison = part.comparison(terms)
         comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

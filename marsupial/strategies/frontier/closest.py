@@ -34,14 +34,16 @@ class ClosestFrontier:
         taken = {robot.goal for robot in view.robots if robot.goal is not None}
         chosen: dict[str, int] = {}
         for robot in view.robots:
-            cells, ways = view.frontier(robot).cells, view.ways(robot)
-            if robot.goal is not None or not np.isfinite(ways).any():
+            if robot.goal is not None:
                 continue
+            cells, ways = view.frontier(robot).cells, view.ways(robot)
             free = np.array(ways)
             for group in view.groups(robot):
                 if not taken.isdisjoint(group.tolist()):
                     free[np.searchsorted(cells, group)] = np.inf
-            best = int(cells[np.argmin(free if np.isfinite(free).any() else ways)])
-            chosen[robot.name] = best
-            taken.add(best)
+            best = view.closest(robot, free)
+            best = view.closest(robot, ways) if best is None else best
+            if best is not None:
+                chosen[robot.name] = best
+                taken.add(best)
         return chosen

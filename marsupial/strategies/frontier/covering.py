@@ -28,7 +28,7 @@ from marsupial.model.mission import PlacedRobot
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline, fitted
-from marsupial.strategies.frontier.view import Explorer, FrontierView
+from marsupial.strategies.frontier.view import FrontierView
 
 FIRST_SHARE = 4.0
 """How many times the rounds of a later search the first one has, before anything is explored."""
@@ -89,7 +89,10 @@ class Covering:
             route = ways.routes[robot.name]
             if len(route) > 1 and view.standable[robot.kind.name][route[1].y, route[1].x]:
                 chosen[robot.name] = route[1].y * view.grid.width + route[1].x
-        return chosen or {robot.name: goal for robot in view.robots if (goal := _nearest(view, robot)) is not None}
+        if chosen:
+            return chosen
+        closest = {robot.name: view.closest(robot, view.ways(robot)) for robot in view.robots}
+        return {name: goal for name, goal in closest.items() if goal is not None}
 
     def _is_overtaken(self, ways: _Ways, view: FrontierView, guess: CellArray) -> bool:
         """Say whether the map has turned out another one, and some robot is blocked or has come far since."""
@@ -156,8 +159,3 @@ def _left_of(outline: Outline, ground: Ground) -> Outline:
         for kind, cell in stop.viewpoints.items():
             ground.add_sites(kind, [cell])
     return Outline(ground=ground, stops=stops, meetings=(), errands=errands)
-
-
-def _nearest(view: FrontierView, robot: Explorer) -> int | None:
-    ways = view.ways(robot)
-    return int(view.frontier(robot).cells[np.argmin(ways)]) if np.isfinite(ways).any() else None

@@ -16,11 +16,11 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints
 from marsupial.errors import ScenarioError
-from marsupial.maps.survey import Survey, Surveyor
-from marsupial.maps.targets import Target, cell_at
-from marsupial.maps.territory import Territory
+from marsupial.maps.lookout import Lookout, setbacks_in
+from marsupial.maps.survey import Survey
+from marsupial.maps.targets import Target
 from marsupial.model.grid import Cell
-from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
+from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
 from marsupial.model.plan import Action, Plan
 from marsupial.model.robots import RobotType, Role, Routes
 from marsupial.model.scenario import Goal
@@ -30,9 +30,6 @@ from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.frontier.rule import FrontierRule
 from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
 from marsupial.strategies.rules import decide_by
-
-LOOK_MS = 1000
-"""Least simulated time between two looks whether anything is left to explore while robots drive."""
 
 
 class FrontierStrategy:
@@ -84,7 +81,7 @@ class FrontierStrategy:
         return timeline.plan, frozenset()
 
 
-class FrontierPace:
+class FrontierPace(Lookout):
     """Asks the rule whenever that is due.
 
     Attributes
@@ -95,8 +92,6 @@ class FrontierPace:
         Wall-clock seconds that the rule took to choose them.
     """
 
-    explored = "no reachable target is left"
-
     def __init__(
         self,
         rule: FrontierRule,
@@ -105,71 +100,45 @@ class FrontierPace:
         homes: Mapping[str, Cell],
         goal: Goal,
     ) -> None:
+        super().__init__(world, kinds, homes, goal)
         self._rule = rule
-        self._world = world
-        self._territory = Territory(world.grid, tuple(kinds.values()))
-        self._surveyor = Surveyor(self._territory, homes, goal)
         starts = [value for robot in world.robots() if robot.cell is not None for value in robot.cell]
         self._rng = np.random.default_rng(starts)
         self._goals: dict[str, int] = {}
         self._trails: dict[str, tuple[Cell, ...]] = {}
-        self._fresh = False
-        self._looked_ms = -LOOK_MS
         self.ways: dict[str, str] = {}
         self.choosing_s = 0.0
-        self.exploration_ms: int | None = None
-        self.route = self._surveyor.route
-
-    @property
-    def wake_ms(self) -> int | None:
-        """When what was seen since the last look is to be looked at."""
-        return self._looked_ms + LOOK_MS if self._fresh else None
-
-    def take_in(self, news: News) -> None:
-        """Enter the cells that were revealed in the map."""
-        for _, indices in news.revealed:
-            self._territory.reveal(indices)
-            self._fresh = True
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Ask for another decision when a robot has arrived, failed, or drives to what has been seen by now."""
-        told = {Cause.FAILED: [name for name, _ in news.failed], Cause.LOST: [name for name, _ in news.lost]}
         if not self._rule.each_step:
             for action in done:
                 self._goals.pop(action.robot, None)
-        told[Cause.ROBOT_FREE] = sorted({action.robot for action in done})
+        told = {Cause.ROBOT_FREE: sorted({action.robot for action in done})}
         if self._rule.gives_up and news.revealed:
             told[Cause.GONE] = self._seen_through()
-        triggers = tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
+        triggers = setbacks_in(news) + tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
         if triggers or work.idle:
             return triggers or (Trigger(Cause.CARRIED_OUT),)
-        if self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS:
-            self._fresh, self._looked_ms = False, self._world.now_ms
-            if not self._surveyor.targets(self._world.robots()):
+        if self._due:
+            self._looked()
+            if not self._surveyor.anything_left(self._world.robots()):
                 return (Trigger(Cause.EXPLORED),)
         return ()
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Ask the rule, and return the situation whose targets are the frontier cells that robots go to."""
         robots = self._world.robots()
-        left = self._surveyor.targets(robots)
+        left = self._surveyor.anything_left(robots)
         if not late:
-            if left and self.exploration_ms is not None:
-                self.exploration_ms = None
-            elif not left and self.exploration_ms is None:
-                self.exploration_ms = self._world.now_ms
+            self._note_explored(left=left)
         self.choosing_s = 0.0
         targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
         return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Take in that robots drive to where they were sent."""
-        self._fresh, self._looked_ms = since is not None, self._world.now_ms
-
-    def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the targets that are left, and the frontiers that are none."""
-        targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
-        return self._surveyor.remaining(targets, reason)
+        self._looked(fresh=since is not None)
 
     def _seen_through(self) -> list[str]:
         """Return the robots with a frontier cell that is none any more, and take it from them."""
@@ -237,8 +206,8 @@ class FrontierPace:
         )
 
         def lengths(robot: Explorer, cells: Ints) -> Floats:
-            wanted = [cell_at(cell, self._territory.grid.width) for cell in cells.tolist()]
-            return self._surveyor.lengths(robot.kind.name, robot.cell, wanted, robot.heading)
+            xy = np.stack([cells % self._territory.grid.width, cells // self._territory.grid.width], axis=1)
+            return self._surveyor.lengths(robot.kind.name, robot.cell, xy, robot.heading)
 
         return FrontierView(
             grid=self._territory.grid,

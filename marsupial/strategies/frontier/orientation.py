@@ -44,12 +44,12 @@ class _Sensing(ABC):
             if robot.goal is not None:
                 continue
             ways = view.ways(robot)
+            closest = view.closest(robot, ways)
+            if closest is None:
+                continue
             reached = view.frontier(robot).cells[np.isfinite(ways)]
             near = reached[np.isin(reached, _region(view, robot))]
-            if near.size:
-                chosen[robot.name] = self.pick(view, robot, near)
-            elif reached.size:
-                chosen[robot.name] = int(view.frontier(robot).cells[np.argmin(ways)])
+            chosen[robot.name] = self.pick(view, robot, near) if near.size else closest
         return chosen
 
     @abstractmethod

@@ -94,6 +94,10 @@ class FrontierView:
         """Return the lengths (n,) of a robot's ways to where it can see behind each of its frontier cells."""
         return self.lengths(robot, self.frontier(robot).viewpoints)
 
+    def closest(self, robot: Explorer, ways: Floats) -> int | None:
+        """Return the frontier cell of the shortest of a robot's `ways` (n,); None where it can get to none."""
+        return int(self.frontier(robot).cells[np.argmin(ways)]) if np.isfinite(ways).any() else None
+
     def around(self, robot: Explorer) -> Ints:
         """Return the neighbours of a robot's cell, at most eight, to which it is one step."""
         x, y = robot.cell

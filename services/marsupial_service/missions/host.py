@@ -72,7 +72,7 @@ class Desk(Observer):
         self._brief = brief
         self._inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
         self.name = self._inner.name
-        if isinstance(self._inner, FrontierStrategy):
+        if isinstance(self._inner, FrontierStrategy):  # temporal's own pace would stop real robots at every cell
             self.replanning = self._inner.replanning
         self._channel = channel
         self._events: list[Event] = []
