@@ -8,7 +8,7 @@ every other strategy; carriers then drive home if they are asked to.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import replace
 from time import perf_counter
 
@@ -18,7 +18,7 @@ from marsupial.arrays import Floats, Ints
 from marsupial.errors import ScenarioError
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
-from marsupial.maps.targets import Target
+from marsupial.maps.targets import Frontier, Target, cell_at
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
 from marsupial.model.plan import Action, Plan
@@ -151,11 +151,12 @@ class FrontierPace(Lookout):
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Let the rule pick frontier cells; return them as targets, and enter who goes to which."""
+        standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
+        self._goals = self._open_goals(robots, standing)
         view = self._view(robots)
         began = perf_counter()
         chosen = {**self._goals, **self._rule.choose(view)}
         self.choosing_s = perf_counter() - began
-        standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
         self._goals, self.ways = {}, {}
         targets: dict[str, Target] = {}
         for robot in view.robots:
@@ -171,11 +172,26 @@ class FrontierPace(Lookout):
             targets[name] = self._surveyor.finder.target(int(seed[0]), seed, viewpoints)
         return tuple(targets.values())
 
+    def _open_goals(self, robots: Sequence[RobotReport], standing: Set[str]) -> dict[str, int]:
+        """Return the goals that robots have not reached and can still explore."""
+        frontiers = self._surveyor.frontiers(self._world.robots())
+        kept = {}
+        for robot in robots:
+            goal, frontier = self._goals.get(robot.name), frontiers[robot.type]
+            if goal is None or goal not in frontier.cells:
+                continue
+            if robot.name not in standing or robot.cell != self._place(frontier, goal):
+                kept[robot.name] = goal
+        return kept
+
+    def _place(self, frontier: Frontier, goal: int) -> Cell:
+        """Return where a goal is seen from: a frontier cell from its viewpoint, any other cell from itself."""
+        width = self._territory.grid.width
+        return frontier.approach(goal, width) if goal in frontier.cells else cell_at(goal, width)
+
     def _stop(self, view: FrontierView, robot: Explorer, goal: int) -> Cell | None:
         """Return where a robot is to drive now on its way to a frontier cell, or None if it can't get there."""
-        frontier = view.frontier(robot)
-        known = goal in frontier.cells
-        place = frontier.approach(goal, view.grid.width) if known else view.cell(goal)
+        place = self._place(view.frontier(robot), goal)
         route = self._surveyor.route(robot.kind.name, robot.cell, place, robot.heading)
         if route is None:
             return None
