@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import io
 import struct
-import warnings
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -121,22 +120,20 @@ def _decode(file: Path | BinaryIO, max_cells: int) -> GreyImage:
         return _load(file, max_cells)
     except UnidentifiedImageError as error:
         raise _Undecodable("is not a PNG, PGM, BMP or JPEG image") from error
-    except Image.DecompressionBombError as error:
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
         raise _Undecodable(f"has more than {max_cells} pixels, the limit") from error
     except _BROKEN as error:
         raise _Undecodable(f"can't be decoded ({error})") from error
 
 
 def _load(file: Path | BinaryIO, max_cells: int) -> GreyImage:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Pillow warns of big sizes, which are checked here, and of odd metadata
-        with Image.open(file, formats=FORMATS) as image:
-            if image.width * image.height > max_cells:
-                raise ValueError(f"{image.width} x {image.height} pixels are more than the limit of {max_cells}")
-            image.load()
-            format_, mode = str(image.format), image.mode
-            opaque = _opaque(image)
-            grey, coloured = _grey(image)
+    with Image.open(file, formats=FORMATS) as image:
+        if image.width * image.height > max_cells:
+            raise ValueError(f"{image.width} x {image.height} pixels are more than the limit of {max_cells}")
+        image.load()
+        format_, mode = str(image.format), image.mode
+        opaque = _opaque(image)
+        grey, coloured = _grey(image)
     return GreyImage(grey=grey, opaque=opaque, format=format_, mode=mode, coloured=coloured)
 
 
