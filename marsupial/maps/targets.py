@@ -14,12 +14,12 @@ they cite.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.arrays import Flags, Ints
+from marsupial.arrays import Flags, Floats, Ints
 from marsupial.maps.reach import groups
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
@@ -107,19 +107,36 @@ class TargetFinder:
 
         Those of the same explorers stand together, and among them those of the longest frontiers come first.
         """
-        grid = self._territory.grid
-        kinds = sorted(self._territory.kinds)
-        cells = np.unique(np.concatenate([frontier.cells for frontier in frontiers.values()]))
-        access = np.zeros(len(cells), dtype=np.int64)
-        for bit, name in enumerate(kinds):
-            access[np.searchsorted(cells, frontiers[name].cells)] |= 1 << bit
         targets: list[Target] = []
-        for code in np.unique(access).tolist():
-            explorers = [name for bit, name in enumerate(kinds) if code >> bit & 1]
-            range_cells = min(self._territory.kinds[n].sensor_range_m for n in explorers) / grid.resolution_m
-            for seed, members in self._clusters(cells[access == code], range_cells):
-                viewpoints = {n: frontiers[n].approach(seed, grid.width) for n in explorers}
-                targets.append(self.target(seed, members, viewpoints))
+        for explorers, cells in self._by_explorers(frontiers):
+            kinds = self._territory.kinds
+            range_cells = min(kinds[name].sensor_range_m for name in explorers) / self._territory.grid.resolution_m
+            for seed, members in self._clusters(cells, range_cells):
+                targets.append(self._seen_by(explorers, frontiers, seed, members))
+        return tuple(targets)
+
+    def find_whole(self, frontiers: Mapping[str, Frontier], soonest_s: Mapping[str, Floats]) -> tuple[Target, ...]:
+        """Return a target for each group of cells that touch, at the one of them that is reached soonest.
+
+        Parameters
+        ----------
+        frontiers
+            What a team can explore, by type.
+        soonest_s
+            When the first robot of each type can be at each viewpoint (n,), inf for those that none gets to. Groups of
+            which none can be reached are left out.
+        """
+        targets: list[Target] = []
+        for explorers, cells in self._by_explorers(frontiers):
+            reached = np.full(len(cells), np.inf)
+            for name in explorers:
+                at = np.searchsorted(frontiers[name].cells, cells)
+                reached = np.minimum(reached, soonest_s[name][at])
+            for members in groups(cells, self._territory.grid.cells.shape):
+                of_members = reached[np.searchsorted(cells, members)]
+                if np.isfinite(of_members).any():
+                    seed = int(members[np.argmin(of_members)])
+                    targets.append(self._seen_by(explorers, frontiers, seed, members))
         return tuple(targets)
 
     def frontiers(self, reach: Reach) -> Mapping[str, Frontier]:
@@ -160,6 +177,21 @@ class TargetFinder:
         touching = groups(cells, self._territory.grid.cells.shape)
         # the unknown between two cells is no reason to keep them apart; known walls are
         return self._sight.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
+
+    def _by_explorers(self, frontiers: Mapping[str, Frontier]) -> Iterator[tuple[list[str], Ints]]:
+        """Yield the cells, ascending, that the same types can explore, with those types."""
+        kinds = sorted(self._territory.kinds)
+        cells = np.unique(np.concatenate([frontier.cells for frontier in frontiers.values()]))
+        access = np.zeros(len(cells), dtype=np.int64)
+        for bit, name in enumerate(kinds):
+            access[np.searchsorted(cells, frontiers[name].cells)] |= 1 << bit
+        for code in np.unique(access).tolist():
+            yield [name for bit, name in enumerate(kinds) if code >> bit & 1], cells[access == code]
+
+    def _seen_by(self, types: Sequence[str], frontiers: Mapping[str, Frontier], seed: int, members: Ints) -> Target:
+        """Return the target of these frontier cells where each of the types sees behind `seed`."""
+        width = self._territory.grid.width
+        return self.target(seed, members, {name: frontiers[name].approach(seed, width) for name in types})
 
     def target(self, seed: int, members: Ints, viewpoints: Mapping[str, Cell]) -> Target:
         """Return the target of these frontier cells, named after `seed`."""

@@ -98,11 +98,17 @@ class _Gate:
 
 
 def guess(briefing: Briefing) -> Guess:
-    """Return the guess for a moment; without targets that carriers can explore it holds nothing new."""
+    """Return the guess for a moment.
+
+    It holds nothing new without targets that carriers can explore, nor for a robot by itself: that has nobody to keep
+    away from and no rover to keep aboard, and is only drawn away from what is near.
+    """
     real = briefing.situation
     worth = dict.fromkeys((target.name for target in real.targets), 1.0)
     begun = _with_head_starts(real, briefing.previous)
     carriers = frozenset(kind.name for kind in real.types if kind.role is Role.CARRIER)
+    if len(real.robots) == 1:
+        return Guess(situation=begun, worth=worth, real=real, gates={})
     unseen = briefing.unseen()
     gates = tuple(t.name for t in real.targets if t.explorers & carriers and t.name in unseen.at_m)
     if not gates or not unseen.squares:

@@ -11,9 +11,11 @@ the guess. The others are asked for the shortest plan for the targets known: by 
 longer rather than shorter (docs/strategies.md). No robot waits for a planner: without an answer in time one of the
 other plans is the best.
 
-On small maps teams without rovers follow ways that see everything instead, the unknown taken for free ground
-(`marsupial.strategies.frontier.covering`); the search for them plans with the same annealing. On larger ones that takes
-too long.
+Teams without rovers are told anew where to go as soon as they know what is behind a frontier, and their targets are
+whole frontiers, each at its cell that is nearest to a robot: so they waste no way on what is seen already. Robots that
+see no farther than the next cells have ground to cover, rather than frontiers to look behind. They follow ways that see
+everything, with the unknown taken for free ground (`marsupial.strategies.frontier.covering`); the search for them plans
+with the same annealing, and is kept to small maps.
 
 Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
@@ -29,7 +31,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from time import perf_counter
 
-from marsupial.model.grid import Cell
+from marsupial.model.grid import Cell, Grid
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival, Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Outcome
@@ -41,8 +43,9 @@ from marsupial.model.world import World
 from marsupial.planning.checker import check
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import Listing
+from marsupial.strategies.frontier.arrival import OnArrival, WholeFrontiers
 from marsupial.strategies.frontier.covering import Covering
-from marsupial.strategies.frontier.exploration import FrontierPace, FrontierStrategy
+from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 
@@ -50,8 +53,8 @@ MAKESPAN_SHARE, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
 """The prices of a ms of the makespan (as a share of what all targets are worth), of a ms of driving, of setting a
 rover down, where a ms until a target is reached costs 1."""
 
-MOST_CELLS = 12_000
-"""Of a map on which ways are searched for that see everything."""
+NEAR_CELLS, MOST_CELLS = 2.0, 12_000
+"""Ways that see everything are searched for if no robot sees as far as so many cells, on maps of so many at most."""
 
 ROUNDS_PER_STEP = 0.5
 """Of that search, for each step of the budget of a planning."""
@@ -80,12 +83,13 @@ class Temporal:
 
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
-    ) -> FrontierPace | None:
-        """Return when ways that see everything are looked at again, if the team follows such; else None."""
-        rovers = any(kinds[robot.type].role is Role.ROVER for robot in world.robots())
-        able = ObjectiveName.PRICED_ARRIVAL in self._engine.info.objectives
-        if rovers or not able or world.grid.cells.size > MOST_CELLS:
+    ) -> OnArrival | None:
+        """Return when to plan anew, and from what, for a team without rovers; None for others."""
+        team = {robot.type: kinds[robot.type] for robot in world.robots()}
+        if any(kind.role is Role.ROVER for kind in team.values()):
             return None
+        if not self._covers(world.grid, team):
+            return WholeFrontiers(world, kinds, homes, goal)
         steps, seconds = self._budget.steps, self._budget.seconds
         covering = Covering(
             rounds=math.inf if steps is None else max(1.0, ROUNDS_PER_STEP * steps),
@@ -93,6 +97,12 @@ class Temporal:
         )
         self._covering = FrontierStrategy(covering, self.name)
         return self._covering.replanning(world, kinds, homes, goal)
+
+    def _covers(self, grid: Grid, team: Mapping[str, RobotType]) -> bool:
+        """Say whether ways that see everything are searched for."""
+        able = ObjectiveName.PRICED_ARRIVAL in self._engine.info.objectives
+        near = all(kind.sensor_range_m < NEAR_CELLS * grid.resolution_m for kind in team.values())
+        return able and near and grid.cells.size <= MOST_CELLS
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the best plan: the engine's, what is left of the previous one, the heuristic or the greedy one."""

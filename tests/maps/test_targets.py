@@ -47,6 +47,23 @@ def test_a_frontier_is_known_ground_beside_the_unknown() -> None:
     assert picture(on_map(finder.frontier(), grid)) == ["..x.", "...x", "x...", "..x."]
 
 
+def test_a_frontier_as_a_whole_is_a_target_where_it_is_reached_soonest() -> None:
+    grid = draw(
+        "??????????",
+        "r........?",
+        "##########",
+        "?.........",
+    )
+    finder, reach = look(grid, standing("r", Cell(0, 2), "rover"), kinds=(ROVER,))
+    frontiers = finder.frontiers(reach)
+    cells = frontiers["rover"].cells
+    soonest_s = {"rover": np.abs(cells % grid.width - 3.0)}
+    (target,) = finder.find_whole(frontiers, soonest_s)
+    assert (target.cell, len(target.cells)) == (Cell(3, 2), len(cells))
+    assert target.viewpoints == {"rover": Cell(3, 2)}
+    assert finder.find_whole(frontiers, {"rover": np.full(len(cells), np.inf)}) == ()
+
+
 def test_a_map_without_unknown_cells_has_no_target() -> None:
     assert targets_of(draw("r.", ".."), standing("r", Cell(0, 1), "rover")) == ()
 

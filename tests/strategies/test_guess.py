@@ -39,6 +39,12 @@ def guessed(
     )
 
 
+def two_in_a_hall() -> Situation:
+    return situation_of(
+        [carrier(), carrier(2)], {"t1": hall(10), "t2": hall(30)}, {}, {"c1_start": hall(0), "c2_start": hall(0)}
+    )
+
+
 def seconds(metres: float) -> int:
     return int(1000 * BEND * metres)
 
@@ -51,7 +57,7 @@ def test_a_known_map_leaves_nothing_to_guess() -> None:
 
 
 def test_a_square_is_a_target_for_carriers_behind_the_target_on_the_shortest_way() -> None:
-    found = guessed(one_hall(), square("a", 40), square("b", 0, share=0.5), t1=10, t2=30)
+    found = guessed(two_in_a_hall(), square("a", 40), square("b", 0, share=0.5), t1=10, t2=30)
     assert found.situation.target_by_name["?a"].explorers == {"carrier"}
     assert found.situation.travel("carrier", "c1_start", "?a") == 30_000 + seconds(10)
     assert found.situation.travel("carrier", "c1_start", "?b") == 10_000 + seconds(10)
@@ -81,7 +87,11 @@ def test_in_as_many_squares_as_there_is_ground_for_rovers_only_a_rover_has_to_be
 
 
 def test_without_rovers_there_is_no_room_in_any_square() -> None:
-    assert guessed(one_hall(), square("a", 40, draw=0.1), t1=10, t2=30).situation.meetings == ()
+    assert guessed(two_in_a_hall(), square("a", 40, draw=0.1), t1=10, t2=30).situation.meetings == ()
+
+
+def test_a_robot_by_itself_has_nobody_to_keep_away_from() -> None:
+    assert guessed(one_hall(), square("a", 40), t1=10, t2=30).situation == one_hall()
 
 
 def test_where_no_carrier_can_get_to_the_unknown_nothing_is_guessed() -> None:
@@ -91,7 +101,7 @@ def test_where_no_carrier_can_get_to_the_unknown_nothing_is_guessed() -> None:
 
 def test_of_many_squares_the_nearest_are_planned_for() -> None:
     squares = [square(f"s{i}", 100 - i) for i in range(MOST_SQUARES + 10)]
-    found = guessed(one_hall(), *squares, t1=10, t2=30)
+    found = guessed(two_in_a_hall(), *squares, t1=10, t2=30)
     assert {name for name in found.worth if name.startswith("?")} == {f"?s{i}" for i in range(10, MOST_SQUARES + 10)}
 
 

@@ -16,17 +16,17 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints
 from marsupial.errors import ScenarioError
-from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Frontier, Target, cell_at
 from marsupial.model.grid import Cell
-from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
+from marsupial.model.mission import MapMeeting, Triggers
 from marsupial.model.plan import Action, Plan
 from marsupial.model.robots import RobotType, Role, Routes
 from marsupial.model.scenario import Goal
 from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
 from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.strategies.frontier.arrival import OnArrival
 from marsupial.strategies.frontier.rule import FrontierRule
 from marsupial.strategies.frontier.view import TRAIL, Explorer, FrontierView
 from marsupial.strategies.rules import decide_by
@@ -81,7 +81,7 @@ class FrontierStrategy:
         return timeline.plan, frozenset()
 
 
-class FrontierPace(Lookout):
+class FrontierPace(OnArrival):
     """Asks the rule whenever that is due.
 
     Attributes
@@ -114,17 +114,7 @@ class FrontierPace(Lookout):
         if not self._rule.each_step:
             for action in done:
                 self._goals.pop(action.robot, None)
-        told = {Cause.ROBOT_FREE: sorted({action.robot for action in done})}
-        if self._rule.gives_up and news.revealed:
-            told[Cause.GONE] = self._seen_through()
-        triggers = setbacks_in(news) + tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
-        if triggers or work.idle:
-            return triggers or (Trigger(Cause.CARRIED_OUT),)
-        if self._due:
-            self._looked()
-            if not self._surveyor.anything_left(self._world.robots()):
-                return (Trigger(Cause.EXPLORED),)
-        return ()
+        return super().look(news, done, work)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Ask the rule, and return the situation whose targets are the frontier cells that robots go to."""
@@ -136,15 +126,11 @@ class FrontierPace(Lookout):
         targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
         return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
 
-    def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Take in that robots drive to where they were sent."""
-        self._looked(fresh=since is not None)
+    def _aims(self, work: PlanProgress) -> Mapping[str, int]:
+        return self._goals if self._rule.gives_up else {}
 
-    def _seen_through(self) -> list[str]:
-        """Return the robots with a frontier cell that is none any more, and take it from them."""
-        cells = np.array(list(self._goals.values()), dtype=np.int64)
-        left = self._surveyor.finder.at_unknown(cells)
-        gone = [name for name, still in zip(list(self._goals), left.tolist(), strict=True) if not still]
+    def _seen_through(self, aims: Mapping[str, int]) -> list[str]:
+        gone = super()._seen_through(aims)
         for name in gone:
             del self._goals[name]
         return gone

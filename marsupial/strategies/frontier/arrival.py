@@ -1,0 +1,93 @@
+"""When robots that drive to frontiers are to be told anew where to go: as soon as they know what is there."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from marsupial.arrays import Floats
+from marsupial.maps.lookout import Lookout, setbacks_in
+from marsupial.maps.survey import Survey
+from marsupial.maps.targets import Target
+from marsupial.model.grid import Cell
+from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
+from marsupial.model.plan import Action, ActionName
+from marsupial.model.strategy import PlanProgress
+from marsupial.model.world import News, RobotReport
+
+
+class OnArrival(Lookout):
+    """Asks for another decision when a robot has arrived, failed, or drives to what has been seen by now."""
+
+    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
+        """Return who has arrived or failed, and whose frontier has been seen through."""
+        told = {Cause.ROBOT_FREE: sorted({action.robot for action in done})}
+        if news.revealed:
+            told[Cause.GONE] = self._seen_through(self._aims(work))
+        triggers = setbacks_in(news) + tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
+        if triggers or work.idle:
+            return triggers or (Trigger(Cause.CARRIED_OUT),)
+        if self._due:
+            self._looked()
+            if not self._surveyor.anything_left(self._world.robots()):
+                return (Trigger(Cause.EXPLORED),)
+        return ()
+
+    def follow(self, survey: Survey, since: Survey | None = None) -> None:
+        """Take in that robots drive to where they were sent."""
+        self._looked(fresh=since is not None)
+
+    @abstractmethod
+    def _aims(self, work: PlanProgress) -> Mapping[str, int]:
+        """Return the frontier cell (row-major index) of each robot on the way to one that it may give up."""
+
+    def _seen_through(self, aims: Mapping[str, int]) -> list[str]:
+        """Return the robots whose frontier cell is none any more."""
+        cells = np.array(list(aims.values()), dtype=np.int64)
+        left = self._surveyor.finder.at_unknown(cells)
+        return [name for name, still in zip(list(aims), left.tolist(), strict=True) if not still]
+
+
+class WholeFrontiers(OnArrival):
+    """Surveys with a target for each frontier, a group of cells that touch, at its cell that is nearest to a robot."""
+
+    _cells: Mapping[str, Cell] = MappingProxyType({})
+
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+        """Return what the map known so far means for the team."""
+        robots = self._world.robots()
+        left = self._surveyor.anything_left(robots)
+        if not late:
+            self._note_explored(left=left)
+        targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
+        self._cells = {target.name: target.cell for target in targets}
+        return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
+
+    def _aims(self, work: PlanProgress) -> Mapping[str, int]:
+        width = self._territory.grid.width
+        aims: dict[str, int] = {}
+        for action in work.remainder():
+            cell = self._cells.get(action.place)
+            if action.name is ActionName.EXPLORE and cell is not None:
+                aims.setdefault(action.robot, cell.y * width + cell.x)
+        return aims
+
+    def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
+        """Return the targets; nobody is sent to where a robot stands already."""
+        width, now_ms = self._territory.grid.width, self._world.now_ms
+        frontiers = self._surveyor.frontiers(self._world.robots())
+        soonest_s: dict[str, Floats] = {}
+        for name, frontier in frontiers.items():
+            soonest_s[name] = np.full(len(frontier.cells), np.inf)
+            places = np.stack([frontier.viewpoints % width, frontier.viewpoints // width], axis=1)
+            for robot in robots:
+                if robot.type != name or robot.cell is None:
+                    continue
+                ways = self._surveyor.lengths(name, robot.cell, places, robot.heading)
+                if robot.free_at_ms <= now_ms:
+                    ways[ways == 0] = np.inf
+                np.minimum(soonest_s[name], ways / self._territory.kinds[name].speed_mps, out=soonest_s[name])
+        return self._surveyor.finder.find_whole(frontiers, soonest_s)

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import simulate
+from marsupial.mission.observer import Observer
+from marsupial.model.mission import Cause, MissionEvent, Planned, Status
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import Scenario
+
+
+class Plans(Observer):
+    def __init__(self) -> None:
+        self.made: list[Planned] = []
+
+    def event(self, event: MissionEvent) -> None:
+        if isinstance(event, Planned):
+            self.made.append(event)
+
+
+def plans_of(scenario: Scenario, planner: str = "anytime") -> list[Planned]:
+    watcher = Plans()
+    ended = simulate(scenario, strategy="temporal", planner=planner, budget=Budget(steps=2), seed=1, observer=watcher)
+    assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0), ended.reason
+    return watcher.made
+
+
+def causes(plans: list[Planned]) -> set[Cause]:
+    return {trigger.cause for plan in plans for trigger in plan.trigger}
+
+
+def test_temporal_planning_without_rovers_plans_anew_when_a_robot_knows_what_is_behind_its_frontier() -> None:
+    told = causes(plans_of(builtin_scenario("rooms", 3, 0)))
+    assert Cause.GONE in told
+    assert told <= {Cause.START, Cause.ROBOT_FREE, Cause.GONE, Cause.CARRIED_OUT, Cause.EXPLORED}
+
+
+def test_planners_that_go_by_makespan_alone_do_so_too() -> None:
+    assert Cause.GONE in causes(plans_of(builtin_scenario("lobby", 3, 0), "greedy"))
+
+
+def test_teams_with_rovers_do_not() -> None:
+    assert Cause.NEW in causes(plans_of(builtin_scenario("lobby", 1, 1)))
