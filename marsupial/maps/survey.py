@@ -17,8 +17,8 @@ from marsupial.maps.growth import GrowingReach
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
-from marsupial.maps.unseen import unseen
-from marsupial.model.grid import Cell
+from marsupial.maps.unseen import UnseenPart
+from marsupial.model.grid import Cell, code_table
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal
@@ -94,7 +94,11 @@ class Surveyor:
             name: ways_of(territory.kinds[name], footprint.standable, territory.grid.resolution_m)
             for name, footprint in territory.footprints.items()
         }
+        self._unseen = UnseenPart(territory)
+        terrains = frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values()))
+        self._drivable = code_table(terrains)
         self._all_ground = PathSearch(np.zeros_like(territory.see_through))
+        self._ground_read = 0
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
@@ -152,7 +156,7 @@ class Surveyor:
             connects=meetings.connects,
             poses=poses,
             direct_ms=lambda: self._direct(situation, poses),
-            unseen=lambda: unseen(self._territory, targets),
+            unseen=lambda: self._unseen.now(targets),
         )
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:
@@ -249,9 +253,10 @@ class Surveyor:
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
         """Return the carriers' travel times to all targets over all ground that any type can drive on."""
-        terrains = frozenset[int]().union(*(kind.terrains for kind in self._territory.kinds.values()))
-        search = self._all_ground
-        search.passable = self._territory.grid.mask_of(terrains)
+        search, codes = self._all_ground, self._territory.grid.cells.ravel()
+        for revealed in self._territory.revealed[self._ground_read :]:
+            search.passable.ravel()[revealed] = self._drivable[codes[revealed]]
+        self._ground_read = len(self._territory.revealed)
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
         direct: dict[str, Mapping[str, int]] = {}
         for carrier in situation.of_role(Role.CARRIER):

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import UNKNOWN
 from marsupial.model.robots import Role
 from marsupial.model.unseen import Square, Unseen
 
@@ -25,48 +25,74 @@ UNKNOWN_SHARE = 0.5
 FIRST_GUESS, FIRST_GUESS_M2 = 0.3, 25.0
 """The share of ground for rovers only that is expected before any is seen, and how much seen ground that weighs."""
 
-
-def unseen(territory: Territory, targets: Sequence[Target]) -> Unseen:
-    """Return what is unseen of a territory, with the positions of its targets."""
-    resolution = territory.grid.resolution_m
-    return Unseen(
-        squares=_squares(territory),
-        at_m={target.name: (target.cell.x * resolution, target.cell.y * resolution) for target in targets},
-        rovers_only=_rovers_only(territory),
-        speed_mps={kind.name: kind.speed_mps for kind in territory.kinds.values()},
-    )
+CODES = 256
+"""How many codes of terrain there can be."""
 
 
-def _squares(territory: Territory) -> tuple[Square, ...]:
-    grid = territory.grid
-    side = max(1, round(SIDE_M / grid.resolution_m))
-    rows, columns = -(-grid.height // side), -(-grid.width // side)
-    unknown = np.zeros((rows * side, columns * side))
-    unknown[: grid.height, : grid.width] = grid.cells == UNKNOWN
-    tiles = unknown.reshape(rows, side, columns, side)
-    per_row, per_column = tiles.sum(axis=3), tiles.sum(axis=1)
-    count = per_row.sum(axis=1)
-    with np.errstate(invalid="ignore"):
-        y = np.einsum("rsc,s->rc", per_row, np.arange(side)) / count
-        x = np.einsum("rcs,s->rc", per_column, np.arange(side)) / count
-    metres = grid.resolution_m
-    return tuple(
-        Square(
-            name=f"{column}_{row}",
-            x_m=float(column * side + x[row, column]) * metres,
-            y_m=float(row * side + y[row, column]) * metres,
-            share=float(count[row, column]) / side**2,
-            draw=(37 * column + 61 * row) % 100 / 100,
+class UnseenPart:
+    """What is unseen of a growing territory; what it costs to ask again goes by what was revealed since."""
+
+    def __init__(self, territory: Territory) -> None:
+        self._territory = territory
+        self._read = 0
+        grid = territory.grid
+        self._side = max(1, round(SIDE_M / grid.resolution_m))
+        (rows, of_y), (columns, of_x) = (_ranges(cells, self._side) for cells in (grid.height, grid.width))
+        self._unknown = np.outer(rows, columns)
+        self._sum_x, self._sum_y = np.outer(rows, of_x), np.outer(of_y, columns)
+        self._known_by_code = np.zeros(CODES, dtype=np.int64)
+
+    def now(self, targets: Sequence[Target]) -> Unseen:
+        """Return what is unseen now, with the positions of the targets there are."""
+        self._take_in()
+        resolution = self._territory.grid.resolution_m
+        return Unseen(
+            squares=self._squares(),
+            at_m={target.name: (target.cell.x * resolution, target.cell.y * resolution) for target in targets},
+            rovers_only=self._rovers_only(),
+            speed_mps={kind.name: kind.speed_mps for kind in self._territory.kinds.values()},
         )
-        for row, column in np.argwhere(count >= UNKNOWN_SHARE * side**2).tolist()
-    )
+
+    def _take_in(self) -> None:
+        news = self._territory.revealed[self._read :]
+        self._read += len(news)
+        if not news:
+            return
+        cells = np.concatenate(news)
+        self._known_by_code += np.bincount(self._territory.grid.cells.ravel()[cells], minlength=CODES)
+        y, x = np.divmod(cells, self._territory.grid.width)
+        of_square = y // self._side, x // self._side
+        for sums, values in ((self._unknown, 1), (self._sum_x, x % self._side), (self._sum_y, y % self._side)):
+            np.subtract.at(sums, of_square, values)
+
+    def _squares(self) -> tuple[Square, ...]:
+        side, metres = self._side, self._territory.grid.resolution_m
+        left = np.argwhere(self._unknown >= UNKNOWN_SHARE * side**2)
+        count = self._unknown[left[:, 0], left[:, 1]]
+        x, y = (sums[left[:, 0], left[:, 1]] / count for sums in (self._sum_x, self._sum_y))
+        return tuple(
+            Square(
+                name=f"{column}_{row}",
+                x_m=(column * side + float(x[i])) * metres,
+                y_m=(row * side + float(y[i])) * metres,
+                share=unknown / side**2,
+                draw=(37 * column + 61 * row) % 100 / 100,
+            )
+            for i, ((row, column), unknown) in enumerate(zip(left.tolist(), count.tolist(), strict=True))
+        )
+
+    def _rovers_only(self) -> float:
+        rovers, carriers = (
+            frozenset[int]().union(*(kind.terrains for kind in self._territory.of_role(role)))
+            for role in (Role.ROVER, Role.CARRIER)
+        )
+        cells = self._known_by_code * self._territory.grid.cell_area_m2
+        only, all_ground = (float(cells[sorted(codes)].sum()) for codes in (rovers - carriers, rovers | carriers))
+        return (only + FIRST_GUESS * FIRST_GUESS_M2) / (all_ground + FIRST_GUESS_M2)
 
 
-def _rovers_only(territory: Territory) -> float:
-    rovers, carriers = (
-        frozenset[int]().union(*(kind.terrains for kind in territory.of_role(role)))
-        for role in (Role.ROVER, Role.CARRIER)
-    )
-    cells = np.bincount(territory.grid.cells.ravel(), minlength=256) * territory.grid.cell_area_m2
-    only, all_ground = (float(cells[sorted(codes)].sum()) for codes in (rovers - carriers, rovers | carriers))
-    return (only + FIRST_GUESS * FIRST_GUESS_M2) / (all_ground + FIRST_GUESS_M2)
+def _ranges(cells: int, side: int) -> tuple[Ints, Ints]:
+    """Return how many of that many cells each range of `side` has, and the sum of their places in it."""
+    counts = np.full(-(-cells // side), side, dtype=np.int64)
+    counts[-1] -= len(counts) * side - cells
+    return counts, counts * (counts - 1) // 2

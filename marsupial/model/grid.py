@@ -129,10 +129,6 @@ class Grid:
         """Say whether `cell` lies in the grid."""
         return 0 <= cell.x < self.width and 0 <= cell.y < self.height
 
-    def mask_of(self, codes: frozenset[int]) -> Mask:
-        """Return the boolean mask (height, width) of the cells whose terrain code is among `codes`."""
-        return code_table(codes)[self.cells]
-
     def solid(self) -> Grid:
         """Return the map as a world: what it does not know is an obstacle."""
         return replace(self, cells=np.where(self.cells == UNKNOWN, np.uint8(OBSTACLE), self.cells))

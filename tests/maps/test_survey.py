@@ -13,7 +13,7 @@ from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.reach import largest_reach
 from marsupial.maps.survey import Survey, Surveyor, placed
 from marsupial.maps.territory import Territory
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import MapMeeting, PlacedRobot
 from marsupial.model.robots import Role, default_types
 from marsupial.model.scenario import Goal
@@ -38,6 +38,10 @@ ROOMS = (
 )
 CLOSED = tuple(row.replace("?", "#") for row in ROOMS)
 (START,) = where("c", *ROOMS)
+
+
+def ground(codes: set[int]) -> Mask:
+    return np.isin(draw(*ROOMS).cells, sorted(codes))
 
 
 def report(
@@ -151,7 +155,7 @@ def test_times_are_lengths_over_speed() -> None:
     found = survey(*CARRYING)
     (target,) = found.targets
     doors = [point.name for point in found.meetings if point.rover_cell == Cell(4, 5)]
-    length = PathSearch(draw(*ROOMS).mask_of(frozenset({FLOOR}))).costs(Cell(4, 5), [target.viewpoints["rover"]])[0]
+    length = PathSearch(ground({FLOOR})).costs(Cell(4, 5), [target.viewpoints["rover"]])[0]
     assert found.situation.travel("rover", doors[0], target.name) == pytest.approx(length / 0.5 * 1000, abs=1)
     assert found.situation.travel("carrier", "s_c", "s_c") == 0
 
@@ -165,7 +169,7 @@ def test_a_meeting_point_is_a_place_for_all_types_that_get_there() -> None:
 def test_direct_times_run_over_all_ground_at_the_speed_of_the_carrier() -> None:
     found = survey(*CARRYING)
     (target,) = found.targets
-    search = PathSearch(draw(*ROOMS).mask_of(frozenset({FLOOR, ROUGH})))
+    search = PathSearch(ground({FLOOR, ROUGH}))
     length = search.costs(START, [target.viewpoints["rover"]])[0]
     assert found.direct_ms() == {"c": {target.name: pytest.approx(length * 1000, abs=1)}}
 

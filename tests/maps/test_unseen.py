@@ -1,19 +1,25 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from drawn_maps import carrier, draw, rover
+from drawn_maps import carrier, draw, random_cells, rover
+from hypothesis import given
+from hypothesis import strategies as st
 
 from marsupial.maps.territory import Territory
-from marsupial.maps.unseen import FIRST_GUESS, unseen
-from marsupial.model.grid import Grid
+from marsupial.maps.unseen import FIRST_GUESS, UnseenPart
+from marsupial.model.grid import UNKNOWN, CellArray, Grid
+from marsupial.model.unseen import Unseen
 
 KINDS = (carrier(), rover())
 
 
+def unseen(grid: Grid) -> Unseen:
+    return UnseenPart(Territory(grid, KINDS)).now(())
+
+
 def squares_of(grid: Grid) -> dict[str, tuple[float, float, float]]:
-    return {
-        square.name: (square.x_m, square.y_m, square.share) for square in unseen(Territory(grid, KINDS), ()).squares
-    }
+    return {square.name: (square.x_m, square.y_m, square.share) for square in unseen(grid).squares}
 
 
 def test_a_square_at_least_half_of_which_is_unknown_is_left() -> None:
@@ -42,7 +48,7 @@ def test_a_known_map_has_nothing_unseen() -> None:
 
 def test_the_share_of_ground_for_rovers_only_is_that_of_the_ground_seen_from_a_first_guess_on() -> None:
     def share(*rows: str) -> float:
-        return unseen(Territory(draw(*rows), KINDS), ()).rovers_only
+        return unseen(draw(*rows)).rovers_only
 
     assert share("??#") == FIRST_GUESS
     assert share("?" + "," * 500) == pytest.approx(1.0, abs=0.05)
@@ -51,8 +57,24 @@ def test_the_share_of_ground_for_rovers_only_is_that_of_the_ground_seen_from_a_f
 
 
 def test_squares_keep_their_names_and_draws_while_the_map_grows() -> None:
-    before = {s.name: s.draw for s in unseen(Territory(draw("????", "????", resolution_m=8.0), KINDS), ()).squares}
-    after = {s.name: s.draw for s in unseen(Territory(draw("?.??", "????", resolution_m=8.0), KINDS), ()).squares}
+    before = {s.name: s.draw for s in unseen(draw("????", "????", resolution_m=8.0)).squares}
+    after = {s.name: s.draw for s in unseen(draw("?.??", "????", resolution_m=8.0)).squares}
     assert before.keys() - after.keys() == {"1_1"}
     assert after.items() <= before.items()
     assert len(set(before.values())) > 1
+
+
+@given(random_cells(), st.integers(1, 3), st.data())
+def test_what_is_kept_while_the_map_grows_is_what_is_found_from_scratch(
+    cells: CellArray, metres: int, data: st.DataObject
+) -> None:
+    order = data.draw(st.permutations(range(cells.size)))
+    known = np.full_like(cells, UNKNOWN)
+    grid = Grid(cells=known, resolution_m=float(metres))
+    territory = Territory(grid, KINDS)
+    kept = UnseenPart(territory)
+    for i in range(0, cells.size, 5):
+        news = np.array(order[i : i + 5], dtype=np.int64)
+        known.ravel()[news] = cells.ravel()[news]
+        territory.reveal(news)
+        assert kept.now(()) == unseen(grid)
