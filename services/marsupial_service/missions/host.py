@@ -15,7 +15,6 @@ from marsupial.mission.observer import Observer
 from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
-from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn, Wish
@@ -72,8 +71,9 @@ class Desk(Observer):
         self._brief = brief
         self._inner = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
         self.name = self._inner.name
-        if isinstance(self._inner, FrontierStrategy):  # temporal's own pace would stop real robots at every cell
-            self.replanning = self._inner.replanning
+        own = getattr(self._inner, "replanning", None)
+        if own is not None:
+            self.replanning = own
         self._channel = channel
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []

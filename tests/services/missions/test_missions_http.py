@@ -52,7 +52,14 @@ def explore(url: str, lines: LogLines, cancelled: Any = lambda: False) -> Summar
     )
 
 
-@pytest.mark.parametrize("strategy", [("--planner", "greedy", "--steps", "1"), ("--strategy", "heuristic")])
+@pytest.mark.parametrize(
+    "strategy",
+    [
+        ("--planner", "greedy", "--steps", "1"),
+        ("--strategy", "heuristic"),
+        ("--carriers", "2", "--rovers", "0", "--planner", "anytime", "--steps", "2"),
+    ],
+)
 def test_a_run_by_a_server_is_the_run_in_process(
     server: Server, tmp_path: Path, capsys: pytest.CaptureFixture[str], strategy: tuple[str, ...]
 ) -> None:
