@@ -22,7 +22,7 @@ def documents(outcome: ComparisonOutcome) -> Iterator[tuple[str, bytes]]:
         written = [*experiment.tables(outcome), *written]
         drawn = [*experiment.figures(outcome), *drawn]
         findings = experiment.findings(outcome)
-        yield "checklist.md", checklist(findings, reading(outcome.runs, experiment.runs)).encode()
+        yield "checklist.md", checklist(findings, reading(outcome.runs, experiment.paper_runs)).encode()
     yield "tables.md", "\n".join(map(markdown, written)).encode()
     for figure in drawn:
         yield f"figures/{figure.name}.svg", figure.svg.encode()

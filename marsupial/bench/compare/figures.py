@@ -282,8 +282,9 @@ def _by_team_size(
             chosen = sorted(c for c in cases if c.scenario == scenario and (rovers is None or c.rovers == rovers))
             _size_panel(axes[i][j], chosen, contenders, value, by_rovers=by_rovers)
             if rovers is not None:
-                head = f"{counted(rovers, 'rover')} per carrier"
-                axes[i][j].set_title(head if len(scenarios) == 1 else f"{scenario}: {head}", fontsize=9, color=INK)
+                team = f"{counted(rovers, 'rover')} per carrier"
+                heads = ([scenario] if len(scenarios) > 1 else []) + ([team] if any(columns) else [])
+                axes[i][j].set_title(": ".join(heads), fontsize=9, color=INK)
             if i == len(scenarios) - 1:
                 axes[i][j].set_xlabel("rovers per carrier" if by_rovers else "carriers")
             if logarithmic and axes[i][j].has_data():

@@ -48,7 +48,7 @@ def page(
     title = f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
     if experiment is not None:
         title = experiment.title
-        content = _findings(findings, reading(outcome.runs, experiment.runs))
+        content = _findings(findings, reading(outcome.runs, experiment.paper_runs))
         sections.insert(0, _section("Statements of the paper", content))
     for scenario in outcome.scenarios:
         sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))

@@ -76,6 +76,8 @@ class Experiment:
         Says what is simulated.
     runs, planner
         The number of missions for each case, and the planner, unless others are asked for.
+    paper_runs
+        Of how many missions the paper's means are; None where it does not say.
     tables
         The paper's tables with our data beside the printed numbers.
     overview
@@ -87,6 +89,7 @@ class Experiment:
     title: str
     setting: str
     runs: int
+    paper_runs: int | None
     planner: str
     comparison: Callable[[ExperimentTerms], Comparison]
     figures: Callable[[ComparisonOutcome], Iterator[Figure]]
@@ -109,10 +112,11 @@ def share_verdict(held: Sequence[bool | None]) -> StatementVerdict:
     return StatementVerdict.PARTLY if 2 * sum(known) >= len(known) else StatementVerdict.FAILS
 
 
-def reading(runs: int, paper_runs: int) -> str:
-    """Return how verdicts are to be read, by the number of missions behind each mean."""
-    few = " With so few, wide intervals hide what there may be." if runs < paper_runs else ""
-    return f"{READING} Each cell has {counted(runs, 'mission')}, the paper's {paper_runs}.{few}"
+def reading(runs: int, paper_runs: int | None) -> str:
+    """Return how verdicts are to be read, by the number of missions behind each mean, ours and the paper's."""
+    papers = "" if paper_runs is None else f", the paper's {paper_runs}"
+    few = " With so few, wide intervals hide what there may be." if runs < (paper_runs or 0) else ""
+    return f"{READING} Each cell has {counted(runs, 'mission')}{papers}.{few}"
 
 
 def checklist(findings: Sequence[Finding], introduction: str) -> str:

@@ -178,6 +178,7 @@ EXPERIMENT = Experiment(
     "pair of "
     "weights: W_n and W_p from 0 to 10 in steps of 1, where the paper has steps of 0.1, with W_c = 1.",
     runs=1,
+    paper_runs=None,
     planner="anytime",
     comparison=comparison,
     figures=_figures,

@@ -204,7 +204,8 @@ EXPERIMENT = Experiment(
     "and have a radius of 0.15 m, none of which the paper gives; the robots of a team start side by side, where is "
     "drawn. The paper's simulations were given a segmentation into rooms and corridors; ours is computed during the "
     "mission from the partial map, as its section IV describes.",
-    runs=20,
+    runs=6,
+    paper_runs=20,
     planner="anytime",
     comparison=comparison,
     figures=_figures,

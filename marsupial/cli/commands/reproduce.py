@@ -14,7 +14,7 @@ def reproduce(
     paper: Annotated[str, typer.Argument(help="Which paper: wurm2010, wurm2008, alkhawaldah or mei.")],
     out: Annotated[Path, typer.Option(help="Folder to write to; a comparison in it is resumed.")],
     runs: Annotated[
-        int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: the paper's].")
+        int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: as below].")
     ] = None,
     planner: Annotated[
         str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
@@ -33,9 +33,9 @@ def reproduce(
 
     wurm2010: office and maze, 1-6 carriers with 1-3 rovers each, 30 runs, temporal planning against the heuristic.
 
-    wurm2008: two real offices, 2-6 and 2-8 robots, 20 runs, segments of the map against the closest frontier.
+    wurm2008: two real offices, 2-6 and 2-8 robots, 6 runs, segments of the map against the closest frontier.
 
-    alkhawaldah: two robots in worlds of cells with 0-40 obstacles, 10 runs, two bidding functions; sweeps of weights.
+    alkhawaldah: two robots in worlds of cells with 0-40 obstacles, 40 runs, two bidding functions; sweeps of weights.
 
     mei: one robot on floor plans and among random obstacles, 10 runs, energy and distance; energy-aware routes.
 
