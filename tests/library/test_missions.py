@@ -19,7 +19,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import PlanningTimes
 from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Grid
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid
 from marsupial.model.mission import MissionStarted, Status
 from marsupial.model.planning import Outcome
 from marsupial.model.robots import TeamMember, uniform_team
@@ -191,11 +191,23 @@ SHORT_SIGHTED = Scenario(
 )
 """The clairvoyant's plan for it has moves but no target."""
 
+HOMEWARD = Scenario(
+    name="two that see no farther than they stand, one of them at home when all is explored",
+    grid=draw("...", "#..", "..#"),
+    robot_types=(carrier(radius_m=0.1, range_m=0.5), rover(range_m=0.5)),
+    team=(
+        TeamMember(name="c1", type="carrier", start=Cell(1, 1)),
+        TeamMember(name="c2", type="carrier", start=Cell(1, 0)),
+    ),
+    goal=Goal(recover_rovers=False, return_home=True),
+)
+
 
 @pytest.mark.parametrize("strategy", EVERYBODY)
 @settings(max_examples=20, deadline=None)
 @given(scenarios())
 @example(SHORT_SIGHTED)
+@example(HOMEWARD)
 def test_any_small_map_is_explored_whole_and_no_rover_left_behind(strategy: str, scenario: Scenario) -> None:
     ended, watcher = watched(scenario, strategy)
     assert watcher.faults == []

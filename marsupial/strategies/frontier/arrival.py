@@ -24,7 +24,8 @@ class OnArrival(Lookout):
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Return who has arrived or failed, and whose frontier has been seen through."""
-        told = {Cause.ROBOT_FREE: sorted({action.robot for action in done})}
+        arrived = {action.robot for action in done if action.name is ActionName.EXPLORE}
+        told = {Cause.ROBOT_FREE: sorted(arrived)}
         if news.revealed:
             told[Cause.GONE] = self._seen_through(self._aims(work))
         triggers = setbacks_in(news) + tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
