@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import replace
@@ -245,6 +246,17 @@ def test_one_number_of_carriers_is_shown_by_the_number_of_rovers() -> None:
     svg = dict(documents(outcome_of(comparison)))["figures/exploration-time-lobby.svg"].decode()
     assert ">rovers per carrier<" in svg
     assert ">carriers<" not in svg
+
+
+def test_the_legend_has_as_many_rows_as_it_takes_to_fit_in() -> None:
+    contenders = [Contender("segmentation/discount=0.75"), Contender("closest-frontier"), Contender("orientation")]
+    svg = dict(documents(outcome_of(lobby(runs=2, contenders=contenders))))[
+        "figures/exploration-time-lobby.svg"
+    ].decode()
+    _, _, width, _ = map(float, re.findall(r'viewBox="([^"]*)"', svg)[0].split())
+    begins = {name: float(x) for x, name in re.findall(r'x="([0-9.]+)" y="[^>]*>([^<>]+)</text>', svg)}
+    for contender in contenders:
+        assert begins[str(contender)] + 4 * len(str(contender)) < width
 
 
 @pytest.fixture(scope="module")

@@ -37,9 +37,6 @@ LINES = ("-", "--", "-.", ":", "-", "--")
 
 PNG_DPI = 150
 
-MOST_IN_ROW = 4
-"""How many contenders the legend names in a row: more may not fit."""
-
 MOST_POINTS = 60
 """How many points a line has at most: all samples of all panels would make a page of megabytes."""
 
@@ -348,10 +345,12 @@ def _legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
         handles, labels = panel.get_legend_handles_labels()
         named |= dict(zip(labels, handles, strict=True))
     if named:
-        look: dict[str, Any] = {"frameon": False, "fontsize": 9, "labelcolor": INK}
-        drawing.legend(
-            named.values(), named.keys(), loc="outside upper left", ncols=min(len(named), MOST_IN_ROW), **look
-        )
+        look: dict[str, Any] = {"frameon": False, "fontsize": 9, "labelcolor": INK, "loc": "outside upper left"}
+        for columns in range(len(named), 0, -1):
+            legend = drawing.legend(named.values(), named.keys(), ncols=columns, **look)
+            if columns == 1 or legend.get_window_extent().width <= drawing.bbox.width:
+                break
+            legend.remove()
 
 
 def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
