@@ -128,9 +128,10 @@ class Surveyor:
         self._look(placed(robots))
         return self._frontiers
 
-    def lengths(self, kind: str, start: Cell, cells: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
-        """Return the lengths (n,) in cells of the ways of a robot type to n cells (x, y), inf where there is none."""
-        return self._ways[kind].lengths(start, cells, heading)
+    def lengths(self, kind: str, start: Cell, cells: Ints, heading: int | None = None) -> Floats:
+        """Return the lengths (n,) in cells of a robot type's ways to n cells (row-major), inf where there is none."""
+        width = self._territory.grid.width
+        return self._ways[kind].lengths(start, np.stack([cells % width, cells // width], axis=1), heading)
 
     def survey(
         self,

@@ -37,6 +37,15 @@ class OnArrival(Lookout):
                 return (Trigger(Cause.EXPLORED),)
         return ()
 
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+        """Return what the map known so far means for the team."""
+        robots = self._world.robots()
+        left = self._surveyor.anything_left(robots)
+        if not late:
+            self._note_explored(left=left)
+        targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
+        return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
+
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Take in that robots drive to where they were sent."""
         self._looked(fresh=since is not None)
@@ -44,6 +53,10 @@ class OnArrival(Lookout):
     @abstractmethod
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
         """Return the frontier cell (row-major index) of each robot on the way to one that it may give up."""
+
+    @abstractmethod
+    def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
+        """Return the targets for the robots that are not lost, as long as anything is left to explore."""
 
     def _seen_through(self, aims: Mapping[str, int]) -> list[str]:
         """Return the robots whose frontier cell is none any more."""
@@ -57,16 +70,6 @@ class WholeFrontiers(OnArrival):
 
     _cells: Mapping[str, Cell] = MappingProxyType({})
 
-    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return what the map known so far means for the team."""
-        robots = self._world.robots()
-        left = self._surveyor.anything_left(robots)
-        if not late:
-            self._note_explored(left=left)
-        targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
-        self._cells = {target.name: target.cell for target in targets}
-        return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
-
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
         width = self._territory.grid.width
         aims: dict[str, int] = {}
@@ -78,17 +81,18 @@ class WholeFrontiers(OnArrival):
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets; nobody is sent to where a robot stands already."""
-        width, now_ms = self._territory.grid.width, self._world.now_ms
+        now_ms = self._world.now_ms
         frontiers = self._surveyor.frontiers(self._world.robots())
         soonest_s: dict[str, Floats] = {}
         for name, frontier in frontiers.items():
             soonest_s[name] = np.full(len(frontier.cells), np.inf)
-            places = np.stack([frontier.viewpoints % width, frontier.viewpoints // width], axis=1)
             for robot in robots:
                 if robot.type != name or robot.cell is None:
                     continue
-                ways = self._surveyor.lengths(name, robot.cell, places, robot.heading)
+                ways = self._surveyor.lengths(name, robot.cell, frontier.viewpoints, robot.heading)
                 if robot.free_at_ms <= now_ms:
                     ways[ways == 0] = np.inf
                 np.minimum(soonest_s[name], ways / self._territory.kinds[name].speed_mps, out=soonest_s[name])
-        return self._surveyor.finder.find_whole(frontiers, soonest_s)
+        targets = self._surveyor.finder.find_whole(frontiers, soonest_s)
+        self._cells = {target.name: target.cell for target in targets}
+        return targets

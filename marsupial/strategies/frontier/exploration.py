@@ -118,13 +118,8 @@ class FrontierPace(OnArrival):
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Ask the rule, and return the situation whose targets are the frontier cells that robots go to."""
-        robots = self._world.robots()
-        left = self._surveyor.anything_left(robots)
-        if not late:
-            self._note_explored(left=left)
         self.choosing_s = 0.0
-        targets = self._targets([robot for robot in robots if not robot.lost]) if left else ()
-        return self._surveyor.survey(robots, self._world.now_ms, keep, targets)
+        return super().survey(work, keep, late=late)
 
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
         return self._goals if self._rule.gives_up else {}
@@ -208,8 +203,7 @@ class FrontierPace(OnArrival):
         )
 
         def lengths(robot: Explorer, cells: Ints) -> Floats:
-            xy = np.stack([cells % self._territory.grid.width, cells // self._territory.grid.width], axis=1)
-            return self._surveyor.lengths(robot.kind.name, robot.cell, xy, robot.heading)
+            return self._surveyor.lengths(robot.kind.name, robot.cell, cells, robot.heading)
 
         return FrontierView(
             grid=self._territory.grid,

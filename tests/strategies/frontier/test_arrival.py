@@ -1,20 +1,12 @@
 from __future__ import annotations
 
+from simulated_missions import Plans
+
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.mission.observer import Observer
-from marsupial.model.mission import Cause, MissionEvent, Planned, Status
+from marsupial.model.mission import Cause, Planned, Status
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
-
-
-class Plans(Observer):
-    def __init__(self) -> None:
-        self.made: list[Planned] = []
-
-    def event(self, event: MissionEvent) -> None:
-        if isinstance(event, Planned):
-            self.made.append(event)
 
 
 def plans_of(scenario: Scenario, planner: str = "anytime") -> list[Planned]:

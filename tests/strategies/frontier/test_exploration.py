@@ -2,14 +2,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from simulated_missions import Plans
 from small_missions import drawn_grid
 
 from marsupial.bench.papers.teams import explorers
 from marsupial.bench.papers.worlds import HOPPER, cell_world
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.library.missions import simulate
-from marsupial.mission.observer import Observer
-from marsupial.model.mission import Cause, MissionEvent, Planned, Status
+from marsupial.model.mission import Cause, Planned, Status
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.strategies.frontier.bidding import Bidding
@@ -17,15 +17,6 @@ from marsupial.strategies.frontier.closest import ClosestFrontier
 from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.frontier.parameters import with_parameters
 from marsupial.strategies.registry import check_suits, is_strategy, strategy
-
-
-class Plans(Observer):
-    def __init__(self) -> None:
-        self.made: list[Planned] = []
-
-    def event(self, event: MissionEvent) -> None:
-        if isinstance(event, Planned):
-            self.made.append(event)
 
 
 def flown(name: str, seed: int = 1) -> list[Planned]:
