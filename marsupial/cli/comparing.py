@@ -27,8 +27,8 @@ from marsupial.cli.missions import strategy_name
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.errors import UsageError
 from marsupial.formats.files import replace_file
-from marsupial.library.first_use import prepare
-from marsupial.library.missions import DEFAULT_PLANNER, planner_for, to_prepare
+from marsupial.library.first_use import prepare_mission
+from marsupial.library.missions import DEFAULT_PLANNER, planner_for
 from marsupial.library.scenarios import load_scenario
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Role
@@ -158,9 +158,9 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
     check_teams(comparison)
     runner = _runner(comparison, workers, ray)
     make_folder(out)
-    needed = (to_prepare(contender.strategy, contender.planner) for contender in comparison.contenders)
-    for planner in sorted({planner for planner in needed if planner is not None}):
-        prepare(planner, say)()  # compiled once here, loaded by the workers
+    scenario = next(iter(comparison.scenarios.values()))
+    for contender in comparison.contenders:
+        prepare_mission(scenario, contender.strategy, contender.planner, say)()  # compiled here, loaded by the workers
     drop = (ERROR, CRASHED) if retry_failed else ()
     try:
         with writing(out), compare_progress() as watch:

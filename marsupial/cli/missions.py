@@ -15,9 +15,9 @@ from marsupial.cli.display.progress import progress
 from marsupial.cli.interrupt import asked_to_stop
 from marsupial.cli.outputs import writing
 from marsupial.errors import UsageError
-from marsupial.library.first_use import prepare
+from marsupial.library.first_use import STAND_IN, prepare_mission
 from marsupial.library.metrics import Summary
-from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate, to_prepare
+from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate
 from marsupial.library.recording import LogFile
 from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer, Observers
@@ -53,14 +53,12 @@ def carry_out(request: MissionRequest) -> Summary:
     request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
-    needed = to_prepare(request.strategy, planner)
-    ready = None if needed is None else prepare(needed, say)  # which may take seconds: meanwhile the map is read
     scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
     scenario = _changed(scenario, request)
     for text in warnings:
         warn(text)
-    if ready is not None:
-        ready()
+    here = request.server is None
+    prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
     with ExitStack() as stack:
         observers: list[Observer] = [stack.enter_context(progress(scenario, request.seed))]
         if request.log is not None:

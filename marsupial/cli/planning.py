@@ -7,7 +7,7 @@ from typing import Any
 
 from marsupial.cli.display.messages import say
 from marsupial.cli.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
-from marsupial.library.first_use import prepare
+from marsupial.library.first_use import prepare_planner
 from marsupial.library.plans import Plans, Proposal
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
@@ -18,7 +18,7 @@ def search(situation: Situation, planner: str, budget: Budget) -> Plans:
     """Ask `planner` for plans and say on stderr what comes."""
     asked = engine(planner)
     if asked.info.missing is None:
-        prepare(planner, say)()
+        prepare_planner(planner, say)()
     with closing(Plans(situation, asked, budget)) as found:
         for proposal in found.all():
             say(_line(proposal))

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass, field, fields
-from functools import cache
 from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from marsupial.library.first_use import prepare
+from marsupial.library.first_use import prepare_mission
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate, to_prepare
+from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate
 from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observers
@@ -132,9 +131,7 @@ def explore(
     place = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
     limit = budget_of(budget, steps)
     asked = planner_for(strategy, planner)
-    needed = to_prepare(strategy, asked)
-    if needed is not None:
-        _prepared(needed)
+    prepare_mission(place, strategy, asked)()
     recorder = Recorder()
     with nullcontext() if log is None else LogFile(Path(log)) as file:
         summary = simulate(
@@ -149,9 +146,3 @@ def explore(
     told = {each.name: getattr(summary, each.name) for each in fields(Summary)}
     told["log"] = None if log is None else Path(log)
     return Exploration(**told, events=tuple(recorder.events))
-
-
-@cache
-def _prepared(planner: str) -> None:
-    """Get a planner ready once in this process, so that no budget pays for it."""
-    prepare(planner)()

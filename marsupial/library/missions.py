@@ -27,7 +27,7 @@ from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
-from marsupial.strategies.clairvoyant import CLAIRVOYANT, SEARCH
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.clairvoyant.strategy import Clairvoyant
 
 DEFAULT_PLANNER = "auto"
@@ -60,13 +60,6 @@ def planner_for(strategy: str | Strategy, planner: str | Engine) -> str | Engine
         If the strategy is of an installed package and can't be loaded.
     """
     return planner if isinstance(strategy, str) and registry.asks_planner(strategy) else NO_PLANNER
-
-
-def to_prepare(strategy: str | Strategy, planner: str | Engine) -> str | None:
-    """Return the name of the planner that has to be ready before a mission begins; None if there is none by name."""
-    if strategy == CLAIRVOYANT:
-        return SEARCH
-    return planner if isinstance(planner, str) and planner != NO_PLANNER else None
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:

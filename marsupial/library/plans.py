@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
-from marsupial.library.first_use import prepare
+from marsupial.library.first_use import prepare_planner
 from marsupial.library.missions import DEFAULT_PLANNER, budget_of
 from marsupial.library.situations import situation_of
 from marsupial.model.plan import Plan
@@ -132,7 +132,7 @@ def plan(
     found = engine(planner) if isinstance(planner, str) else planner
     wanted = situation_of(situation)
     if isinstance(planner, str) and found.info.missing is None:
-        prepare(planner)()
+        prepare_planner(planner)()
     return Plans(wanted, found, limit)
 
 

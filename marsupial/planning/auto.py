@@ -17,7 +17,7 @@ from marsupial.planning.portfolio.engine import Latest, Member, Portfolio
 from marsupial.planning.race import Clock
 
 MOST_TARGETS, MOST_ROBOTS = 12, 9
-"""Up to here branch and bound is worth its core; local search has one thread then."""
+"""Up to here, where there are any targets, branch and bound is worth its core; local search has one thread then."""
 
 HEAD_START_S = 0.01
 """How long local search runs alone: it has a plan by then, and branch and bound takes over better ones as they come."""
@@ -36,10 +36,9 @@ INFO = EngineInfo(
 class Auto(Portfolio):
     """The portfolio for the makespan, local search alone for priced arrival.
 
-    So in a mission of the temporal strategy it is local search, with both its threads, as long as there are targets:
-    branch and bound is left out there, since it searches for shorter makespans only and its bounds say nothing about
-    priced arrival. Once only rovers are to be recovered or carriers to drive home, for which the shortest plan is
-    asked, it is the portfolio.
+    So in a mission of the temporal strategy it is local search, with both its threads: branch and bound searches for
+    shorter makespans only, and its bounds say nothing about priced arrival. Where only rovers are to be recovered or
+    carriers to drive home it is left out as well: a mission would wait longer for its code than for those plans.
     """
 
     def solve(
@@ -64,4 +63,4 @@ def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
 
 
 def _is_small(situation: Situation) -> bool:
-    return len(situation.targets) <= MOST_TARGETS and len(situation.robots) <= MOST_ROBOTS
+    return 0 < len(situation.targets) <= MOST_TARGETS and len(situation.robots) <= MOST_ROBOTS

@@ -1,8 +1,15 @@
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
 import pytest
 
-from marsupial.library.first_use import prepare
+from marsupial.library.first_use import prepare_planner, try_planner
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.planning import engines
@@ -23,21 +30,29 @@ class Watched(Greedy):
         return super().solve(situation, budget)
 
 
+@pytest.fixture(autouse=True)
+def forget() -> None:
+    """Let planners be tried out again."""
+    try_planner.cache_clear()
+
+
 def test_an_engine_in_this_process_is_tried_out_on_a_team_that_needs_everything(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked: list[Situation] = []
     monkeypatch.setattr(engines, "ENGINES", {"watched": lambda: Watched(asked)})
-    prepare("watched")()
+    prepare_planner("watched")()
     assert len(asked) == 1
     assert asked[0].goal.return_home
     assert asked[0].robot_by_name["rover1"].carrier == "carrier1"
+    prepare_planner("watched")()
+    assert len(asked) == 1, "it is tried out once in a process"
 
 
 def test_an_engine_that_fails_at_that_is_left_for_whoever_asks_it_in_earnest(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Situation] = []
     monkeypatch.setattr(engines, "ENGINES", {"watched": lambda: Watched(asked, ValueError("no"))})
-    prepare("watched")()
+    prepare_planner("watched")()
     assert len(asked) == 1
 
 
@@ -45,5 +60,47 @@ def test_an_engine_that_fails_at_that_is_left_for_whoever_asks_it_in_earnest(mon
 def test_an_engine_with_processes_has_the_launcher_ready(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     calls = []
     monkeypatch.setattr("marsupial.library.first_use.warm_up", lambda wait=True, preload=(): calls.append(wait))
-    prepare(name)()
+    prepare_planner(name)()
     assert calls == [False, True]
+
+
+FRESH = """
+import json, sys
+from marsupial import native
+from marsupial.bench.suite.catalogue import INSTANCES
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.first_use import prepare_mission, prepare_planner
+from marsupial.library.missions import simulate
+from marsupial.model.planning import Budget
+from marsupial.planning.engines import engine
+
+said, late = [], []
+lobby = builtin_scenario("lobby", 2, 2)
+prepare_mission(lobby, "temporal", "auto", said.append)()
+for_mission = len(said)
+with native.watched(lambda name, done, most: late.append(name)):
+    for scenario in (lobby, builtin_scenario("rooms", 2, 2)):
+        simulate(scenario, strategy="temporal", planner="auto", budget=Budget(steps=2), seed=1)
+prepare_planner("auto", said.append)()
+with native.watched(lambda name, done, most: late.append(name)):
+    for name in ("rooms-2x2-8", "two-doors-2x1-6", "pressure-2x2-8", "homes-2x2-8", "in-flight-2x2-8"):
+        list(engine("auto").solve(INSTANCES[name].situation(), Budget(steps=2)))
+print(json.dumps({"for_mission": said[:for_mission], "for_planner": said[for_mission:], "late": late}))
+"""
+
+
+def test_all_is_compiled_before_a_budget_counts_and_nothing_is_said_where_it_was_compiled_before(
+    tmp_path: Path,
+) -> None:
+    def told() -> dict[str, Any]:
+        where = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+        done = subprocess.run([sys.executable, "-c", FRESH], env=where, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        found: dict[str, Any] = json.loads(done.stdout)
+        return found
+
+    cold, warm = told(), told()
+    assert cold["late"] == []
+    assert cold["for_mission"][0] == cold["for_planner"][0] == "compiling, which is done once on a machine ..."
+    assert all("functions done, of" in text for text in cold["for_mission"][1:])
+    assert warm == {"for_mission": [], "for_planner": [], "late": []}

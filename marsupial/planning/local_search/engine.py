@@ -37,7 +37,7 @@ class Anytime:
     `search.STEP` changes.
 
     The first call in a process takes up to half a second more, to load compiled code: a service had better make one
-    before a robot waits. The first call ever compiles, for about a minute.
+    before a robot waits. The first call ever compiles, for some twenty seconds.
 
     Priced arrival is its objective as well as the makespan; of priced arrival it proves nothing.
     """

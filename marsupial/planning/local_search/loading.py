@@ -81,7 +81,9 @@ def load(net: Net, events: Ints32) -> bool:
 def _clear(net: Net) -> None:
     """Make the net one in which nothing is done."""
     robots, targets = len(net.robots), net.groups[col.TARGETS, 0]
-    net.nodes[:] = 0
+    for node in range(len(net.nodes)):
+        for column in range(net.nodes.shape[1]):
+            net.nodes[node, column] = 0
     net.work[0, col.REACHING] = net.work[0, col.DRIVING] = net.work[0, col.LATE] = 0
     begin(net)
     net.work[0, col.UNUSED] = 0

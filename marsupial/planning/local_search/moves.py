@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
@@ -60,39 +59,21 @@ def lots(*, busy: bool) -> Ints:
     return np.cumsum([move.busy_rate if busy else move.rate for move in MOVES], dtype=np.int64)
 
 
-def _change_from(number: int) -> Callable[[Net, int], bool]:
-    """Return a compiled function that makes the move of a given number, `number` or higher.
+def _one_of(moves: Sequence[Move]) -> Callable[[Net, int], bool]:
+    """Return a function that makes the move of a number; compiled, it is one chain of comparisons with constants.
 
-    Numbers are constants in it, so that it becomes one chain of comparisons.
+    It is written as text, since a function for each link would take a second to compile.
     """
-    if number == len(MOVES):
-        return _no_change
-    make, needs_targets = MOVES[number].change, MOVES[number].needs_targets
-    others = _change_from(number + 1)
-
-    def change(net: Net, move: int) -> bool:
-        if move == number:
-            return (not needs_targets or net.groups[col.TARGETS, 0] > 0) and make(net)
-        return others(net, move)
-
-    return _unfolded(change)
+    lines = ["def change(net, move):"]
+    for number, move in enumerate(moves):
+        if_any = "net.groups[TARGETS, 0] > 0 and " if move.needs_targets else ""
+        lines.append(f"    if move == {number}:\n        return {if_any}move{number}(net)")
+    names: dict[str, Any] = {f"move{number}": move.change for number, move in enumerate(moves)}
+    names["TARGETS"] = col.TARGETS
+    exec(compile("\n".join([*lines, "    return False"]), __file__, "exec"), names)
+    chain: Callable[[Net, int], bool] = inlined(names["change"])
+    return chain
 
 
-def _unfolded(function: Callable[[Net, int], bool]) -> Callable[[Net, int], bool]:
-    """Compile a function into its caller before types are known, so that a chain of them is compiled once."""
-    compiled: Callable[[Net, int], bool] = njit(inline="always")(function)
-    return compiled
-
-
-@_unfolded
-def _no_change(net: Net, move: int) -> bool:
-    return False
-
-
-_first = _change_from(0)
-
-
-@inlined
-def change(net: Net, move: int) -> bool:
-    """Make the move of a number in the table; say whether it changed anything."""
-    return _first(net, move)
+change = _one_of(MOVES)
+"""Make the move of a number in the table; say whether it changed anything."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints, Ints32
 from marsupial.model.objective import MAKESPAN, Objective, PricedArrival, Value
-from marsupial.native import inlined, native
+from marsupial.native import inlined, native, outlined
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.encoding import ProblemData
 from marsupial.planning.local_search.loading import events_in, load, net_of
@@ -61,7 +61,7 @@ def start(net: Net, events: Ints32, best: Ints, best_nodes: Ints, blend: Floats,
     if not load(net, events) or propagate(net, np.inf, blend) == np.inf:
         return False
     if _improves(net, best, blend):
-        best_nodes[:] = net.nodes
+        _keep(net, best_nodes)
     set_due(net, _hoped_for(best, ambition))
     return True
 
@@ -95,26 +95,47 @@ def anneal(
     """
     cost = cost_of(net, blend)
     for _ in range(changes):
-        lot, move = draw(net, lots[-1]), 0
-        while lot >= lots[move]:
-            move += 1
-        begin(net)
-        if not change(net, move):
-            undo(net)
-            continue
-        limit = cost - temperature * math.log((draw(net, 1 << 30) + 1) / (1 << 30))
-        found = propagate(net, limit, blend)
-        if found > limit:
-            undo(net)
-            continue
-        accept(net)
-        cost = found
-        if _improves(net, best, blend):
-            best_nodes[:] = net.nodes
-            due = _hoped_for(best, ambition)
-            if due < net.work[0, col.DUE]:
-                set_due(net, due)
-                cost = cost_of(net, blend)
+        cost = _tried(net, best, best_nodes, lots, blend, temperature, ambition, cost)
+
+
+@outlined
+def _tried(
+    net: Net,
+    best: Ints,
+    best_nodes: Ints,
+    lots: Ints,
+    blend: Floats,
+    temperature: float,
+    ambition: float,
+    cost: float,
+) -> float:
+    lot, move = draw(net, lots[-1]), 0
+    while lot >= lots[move]:
+        move += 1
+    begin(net)
+    if not change(net, move):
+        undo(net)
+        return cost
+    limit = cost - temperature * math.log((draw(net, 1 << 30) + 1) / (1 << 30))
+    found = propagate(net, limit, blend)
+    if found > limit:
+        undo(net)
+        return cost
+    accept(net)
+    if _improves(net, best, blend):
+        _keep(net, best_nodes)
+        due = _hoped_for(best, ambition)
+        if due < net.work[0, col.DUE]:
+            set_due(net, due)
+            return cost_of(net, blend)
+    return found
+
+
+@inlined
+def _keep(net: Net, best_nodes: Ints) -> None:
+    for node in range(len(best_nodes)):
+        for column in range(best_nodes.shape[1]):
+            best_nodes[node, column] = net.nodes[node, column]
 
 
 @inlined

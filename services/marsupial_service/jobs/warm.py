@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from marsupial.library.first_use import try_planner
 from marsupial.model.planning import Budget, Improved
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, TargetInfo
@@ -35,13 +36,12 @@ def tiny() -> Situation:
 
 
 def load_planners() -> None:
-    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for most of a minute.
+    """Load marsupial's own planners with their compiled code; the first time ever it is compiled, for half a minute.
 
     Done in the fork server, of which workers are forks: so their first plan comes in milliseconds.
     """
     for planner in PLANNERS:
-        for _ in engine(planner).solve(tiny(), Budget(steps=1)):
-            pass
+        try_planner(planner)
 
 
 def plan_tiny(_: object) -> Iterator[bool]:

@@ -10,6 +10,7 @@ from collections import deque
 from dataclasses import replace
 
 from marsupial.formats.missionlog import encode_event
+from marsupial.library.first_use import try_mission
 from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
@@ -19,6 +20,11 @@ from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn, Wish
 from marsupial_service.missions.world import MapChanged, RemoteWorld, RobotCommand
+
+
+def load_missions() -> None:
+    """Load what missions run with compiled code; the first time ever it is compiled."""
+    try_mission("temporal", "auto", rovers=True)
 
 
 def fly(brief: Brief, channel: Channel) -> None:

@@ -20,7 +20,7 @@ from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store, kept
 
-PRELOAD = (load_analysis, host)
+PRELOAD = (load_analysis, host.load_missions)
 
 
 class Missions(Entries[MissionRecord]):
