@@ -28,6 +28,7 @@ from numba.core import event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 _LOG = logging.getLogger(__name__)
 
@@ -89,7 +90,13 @@ def _part(function: F, **options: bool) -> F:
 
 
 class _Part(CPUDispatcher):
-    """A function that is compiled for native ones only; called from Python it is the Python function."""
+    """A function that is compiled for native ones only; called from Python it is the Python function.
+
+    It is compiled once for all values of an argument: numba would do so again for each constant.
+    """
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        return super().get_call_template(tuple(map(unliteral, args)), kws)
 
     def __call__(self, *args: object) -> object:
         return self.py_func(*args)

@@ -1,8 +1,10 @@
 """Distances over passable cells: fields, cost matrices and routes.
 
 Motion is eight-connected: a step costs 1, a diagonal sqrt 2 and needs both cells beside it passable; outside the
-grid nothing is. The costs are those that A* finds. One bucket-queue search from a cell gives the exact costs to all
-cells around it and stops once those asked for are final, which serves a whole row of a cost matrix.
+grid nothing is. The costs are those that A* finds. Fields and routes come of a search that settles one cell after the
+other from a source; single costs of one that jumps from corner to corner, unless the ground is all corners. A matrix
+remembers the one before: as long as cells are only opened, a distance can't have changed unless a way by what was
+opened might be shorter.
 Floats are in cells; inf means that there is no path.
 """
 
@@ -10,17 +12,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from marsupial.arrays import Cells, Floats, Ints
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import SQRT2
+from marsupial.paths.distances import Distances
+from marsupial.paths.jumps import Jumps
 from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, Workspace
 
-_Numbers = npt.NDArray[np.intp]
+RAGGED = 0.3
+"""How many diagonal steps a jumping search takes for every open cell where it takes as long as settling them all."""
 
 
 class PathSearch:
@@ -38,8 +43,19 @@ class PathSearch:
 
     def __init__(self, passable: Mask, diagonal: float = SQRT2) -> None:
         self.passable = passable
-        height, width = passable.shape
-        self._work = Workspace(height, width, diagonal)
+        self._diagonal = diagonal
+        self._open = self._ragged = 0
+        self._distances = Distances(passable.shape[1], diagonal)
+
+    @cached_property
+    def _jumps(self) -> Jumps:
+        height, width = self.passable.shape
+        return Jumps((height, width), self._diagonal)
+
+    @cached_property
+    def _work(self) -> Workspace:
+        height, width = self.passable.shape
+        return Workspace(height, width, self._diagonal)
 
     def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
         """Return the distance of every cell from `source`.
@@ -56,7 +72,7 @@ class PathSearch:
         ndarray
             float64, shape (height, width); inf for cells that were not reached.
         """
-        start = self._load([source])
+        start = self._framed([source])
         if not self._work.passable(start)[0]:
             return np.full(self.passable.shape, np.inf)
         goals = NOWHERE
@@ -67,51 +83,70 @@ class PathSearch:
 
     def costs(self, source: Cell, wanted: Sequence[Cell] | Ints) -> Floats:
         """Return the distance of each wanted cell from `source`, stopping once all of them are final."""
-        start = self._load([source])
-        return self._costs(start, self._work.indices(wanted))
+        self._look()
+        start, cells = self._indices([source]), self._indices(wanted)
+        costs = np.full(cells.size, np.inf)
+        inside = np.flatnonzero(self._passable(cells))
+        if inside.size and self._passable(start)[0]:
+            costs[inside] = self._search(int(start[0]), cells[inside])
+        return costs
 
     def matrix(self, cells: Sequence[Cell]) -> Floats:
         """Return the distances between all pairs of `cells`, float64 (k, k), symmetric.
 
         Each pair is searched once. A cell on impassable ground is at inf from everything, itself included.
         """
-        unique, place = np.unique(self._load(cells), return_inverse=True)
+        self._look()
+        unique, place = np.unique(self._indices(cells), return_inverse=True)
         table = np.full((unique.size, unique.size), np.inf)
-        left = np.flatnonzero(self._work.passable(unique))
-        while left.size:
-            left = self._fill_component(unique, left, table)
+        inside = np.flatnonzero(self._passable(unique))
+        table[np.ix_(inside, inside)] = self._distances.between(unique[inside], self._search)
         return table[np.ix_(place, place)]
 
     def route(self, start: Cell, goal: Cell) -> Route | None:
         """Return a shortest route, both ends included, always the same one; None where there is none."""
-        ends = self._load([start, goal])
-        if not np.isfinite(self._costs(ends[1:], ends[:1])[0]):
+        ends = self._framed([start, goal])
+        if not self._work.passable(ends).all():
+            return None
+        self._work.search(ends[1:], ends[:1])
+        if not np.isfinite(self._work.costs(ends[:1])[0]):
             return None
         return route_of(start, self._work.descent(ends[0]))
 
-    def _load(self, cells: Sequence[Cell] | Ints) -> Cells:
+    def _framed(self, cells: Sequence[Cell]) -> Cells:
         self._work.load(self.passable)
         return self._work.indices(cells)
 
-    def _costs(self, source: Cells, wanted: Cells) -> Floats:
-        goals = wanted[self._work.passable(wanted)]
-        if not goals.size or not self._work.passable(source)[0]:
-            return np.full(wanted.size, np.inf)
-        self._work.search(source, goals)
-        return self._work.costs(wanted)
+    def _look(self) -> None:
+        """Take in what has changed of the mask."""
+        opened = self._jumps.load(self.passable)
+        self._distances.opened(opened)
+        if opened is None:
+            self._open, self._ragged = int(np.count_nonzero(self.passable)), 0
+        else:
+            self._open += opened.size
 
-    def _fill_component(self, cells: Cells, left: _Numbers, table: Floats) -> _Numbers:
-        """Fill `table` for the cells connected to the most central one `left`; return those that are not.
+    def _indices(self, cells: Sequence[Cell] | Ints) -> Ints:
+        """Return the row-major index of each cell; -1 for those outside the grid."""
+        height, width = self.passable.shape
+        x, y = np.array(cells, dtype=np.int64).reshape(-1, 2).T
+        return np.where((x >= 0) & (x < width) & (y >= 0) & (y < height), y * width + x, -1)
 
-        Outer cells go first: what remains draws together, and the searches get ever shorter. That all are connected
-        is known by then, so no search runs on to the end of the map for a cell it cannot reach.
+    def _passable(self, cells: Ints) -> Mask:
+        return (cells >= 0) & self.passable.ravel()[cells]
+
+    def _search(self, source: int, wanted: Ints) -> Floats:
+        """Return the distances of passable cells from another one, by the search that is the quicker one here.
+
+        Once a search has jumped about too much, it is left alone until a quarter more is open.
         """
-        y, x = np.divmod(cells[left].astype(np.int64), self.passable.shape[1] + 2)
-        centre = left[np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2)]
-        distances = self._costs(cells[[centre]], cells[left])
-        reached = np.isfinite(distances)
-        order = left[reached][np.argsort(-distances[reached], kind="stable")]
-        table[centre, left] = table[left, centre] = distances
-        inner = order[:-1]  # the last is the centre
-        table[np.ix_(inner, inner)] = self._work.pairs(cells[inner])
-        return left[~reached]
+        if 4 * self._open > 5 * self._ragged:
+            costs = self._jumps.costs(source, wanted)
+            self._ragged = self._open if self._jumps.steps > RAGGED * self._open else 0
+            return costs
+        width = self.passable.shape[1]
+        xy = np.stack([np.append(wanted, source) % width, np.append(wanted, source) // width], axis=1)
+        self._work.load(self.passable)
+        framed = self._work.indices(xy)
+        self._work.search(framed[-1:], framed[:-1])
+        return self._work.costs(framed[:-1])

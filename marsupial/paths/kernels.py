@@ -157,22 +157,6 @@ def _step(passable: Bytes, offsets: Words, diagonal: float, cell: np.uint64, tur
 
 
 @native
-def pairs(work: Buffers, stale: np.uint64, cells: Cells, table: Floats) -> np.uint64:
-    """Search from each of the connected `cells` to those after it and fill in `table`; return what is touched.
-
-    The other parameters are those of `flood`.
-    """
-    for k in range(cells.size - 1):
-        if stale * np.uint64(4) > np.uint64(work.cost.size):
-            work.cost[:] = np.inf
-            stale = ZERO
-        _, stale = flood(work, stale, cells[k : k + 1], cells[k + 1 :], np.inf)
-        for i in range(k + 1, cells.size):
-            table[k, i] = table[i, k] = work.cost[cells[i]]
-    return stale
-
-
-@native
 def _plant(work: Buffers, sources: Cells) -> np.uint64:
     """Set all sources to 0, queue those with a neighbour that is none, and return how many these are."""
     for k in range(sources.size):

@@ -101,16 +101,6 @@ class Workspace:
         self._stale = int(touched)
         return float(final)
 
-    def pairs(self, cells: Cells) -> Floats:
-        """Return the distances between passable `cells` that are all connected, float64 (k, k), symmetric.
-
-        Each is searched from in turn, only as far as those after it: quickest where these draw together.
-        """
-        table = np.zeros((cells.size, cells.size))
-        stale = kernels.pairs(self._buffers, np.uint64(self._stale), cells, table)
-        self._stale = int(stale)
-        return table
-
     def costs(self, at: Cells) -> Floats:
         """Return what the last search found for these cells."""
         return self._buffers.cost[at]

@@ -1,0 +1,381 @@
+"""Distances between cells by jumps from corner to corner, on ground that is kept in bits.
+
+Of all shortest ways between two cells one turns only where it passes a corner of something closed, but for one turn
+after diagonal steps. So a search need not settle every cell: it runs along rows, columns and diagonals, 64 cells of a
+row or column in a few instructions, and goes on from the corners it passes. What turns are left out, and why that costs
+nothing, is said at `marsupial.paths.kernels.flood`.
+
+References
+----------
+Harabor and Grastien, Online Graph Pruning for Pathfinding on Grid Maps, AAAI 2011; Improving Jump Point Search, ICAPS
+2014, section 3 (rows in blocks of bits).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from marsupial.arrays import Bytes, Floats, Ints, Ints32, Words
+from marsupial.model.grid import Mask
+from marsupial.native import inlined, native, outlined
+from marsupial.paths.kernels import TOLERANCE
+
+FRAME = 64
+"""How many closed cells there are before the first one of a row or column of bits; some are after the last one."""
+
+_ONE, _NONE, _ALL = np.uint64(1), np.uint64(0), np.uint64(0xFFFFFFFFFFFFFFFF)
+_SHIFT, _LAST = np.uint64(6), np.uint64(63)
+
+_EAST, _SOUTH, _WEST, _NORTH = 0, 2, 4, 6
+"""Directions: digits of steps, as everywhere (`marsupial.paths.routes`)."""
+
+
+class Ground(NamedTuple):
+    """What is open, as bits: cell (x, y) is bit x + `FRAME` of line y + 1 of the rows, and so for columns.
+
+    Attributes
+    ----------
+    rows, columns
+        Whether a cell is open.
+    row_goals, column_goals
+        Whether its distance is asked for.
+    """
+
+    rows: Words
+    columns: Words
+    row_goals: Words
+    column_goals: Words
+
+
+class State(NamedTuple):
+    """What a search knows of each cell, row-major, and the corners it has to go on from, in buckets of width 1.
+
+    Attributes
+    ----------
+    cost, found, arrived
+        The distance of a cell, which holds if `found` is the number of this search; the bits of the directions in
+        which a corner was arrived at by such a way.
+    heads
+        (buckets,): a ring, longer than any jump; the last entry of each bucket, and one more.
+    next, cell, turn, length
+        The entries: the one before it in its bucket, and one more; a corner, how it is arrived at, how far it is.
+    counts
+        (4,): see `_SEARCHES`.
+    """
+
+    cost: Floats
+    found: Ints32
+    arrived: Bytes
+    heads: Ints32
+    next: Ints32
+    cell: Ints32
+    turn: Bytes
+    length: Floats
+    counts: Ints
+
+
+_SEARCHES, _ENTRIES, _WAITING, _STEPS = range(4)
+"""In `State.counts`: the number of this search, how many entries there are and how many of them are not done, and how
+many diagonal steps it has taken."""
+
+
+class Jumps:
+    """Searches on one mask, which may change between calls. Not for use by two threads at once.
+
+    Parameters
+    ----------
+    shape
+        Of the mask, (height, width).
+    diagonal
+        The length of a diagonal step, 1 to sqrt 2.
+    """
+
+    def __init__(self, shape: tuple[int, int], diagonal: float) -> None:
+        height, width = shape
+        self._shape, self._diagonal = shape, diagonal
+        rows, columns = (height + 2, (width + FRAME) // 64 + 1), (width + 2, (height + FRAME) // 64 + 1)
+        self._ground = Ground(*(np.zeros(size, dtype=np.uint64) for size in (rows, columns, rows, columns)))
+        buckets = 1 << (2 * (height + width)).bit_length()
+        size = height * width
+        self._state = State(
+            cost=np.empty(size, dtype=np.float64),
+            found=np.zeros(size, dtype=np.int32),
+            arrived=np.empty(size, dtype=np.uint8),
+            heads=np.zeros(buckets, dtype=np.int32),
+            **_entries(64 + 16 * (height + width)),
+            counts=np.zeros(4, dtype=np.int64),
+        )
+
+    @property
+    def steps(self) -> int:
+        """How many diagonal steps the last search took, which is what its time goes with."""
+        return int(self._state.counts[_STEPS])
+
+    def load(self, passable: Mask) -> Ints | None:
+        """Take over which cells are open now; return those newly so, row-major, or None if any is closed again."""
+        width = self._shape[1]
+        lines = self._ground.rows[1:-1].view(np.uint8)[:, FRAME // 8 : FRAME // 8 + (width + 7) // 8]
+        bits = np.packbits(passable, axis=1, bitorder="little")
+        y, byte = np.nonzero(bits != lines)
+        if not y.size:
+            return np.empty(0, dtype=np.int64)
+        before, now = (np.unpackbits(each[y, byte, None], axis=1, bitorder="little") for each in (lines, bits))
+        lines[y, byte] = bits[y, byte]
+        which, bit = np.nonzero(before != now)
+        cells = y[which] * width + byte[which] * 8 + bit
+        _flip(self._ground.columns, cells, width)
+        return None if before[which, bit].any() else cells.astype(np.int64)
+
+    def costs(self, source: int, wanted: Ints) -> Floats:
+        """Return the distances (n,) of n open cells from an open one, all row-major; inf where there is no way."""
+        while not _search(self._ground, self._state, self._shape[1], self._diagonal, source, wanted):
+            self._state = self._state._replace(**_entries(4 * len(self._state.cell)))
+        reached = self._state.found[wanted] == self._state.counts[_SEARCHES]
+        return np.where(reached, self._state.cost[wanted], np.inf)
+
+
+def _entries(count: int) -> dict[str, Any]:
+    kinds: dict[str, npt.DTypeLike] = {"next": np.int32, "cell": np.int32, "turn": np.uint8, "length": np.float64}
+    return {name: np.empty(count, dtype=kind) for name, kind in kinds.items()}
+
+
+def _counting(count: Callable[[Any, Any], Any]) -> Any:
+    """Return a function of a word that isn't 0, by the processor's instruction for it."""
+
+    def typed(context: Any, word: Any) -> Any:
+        return types.uint64(types.uint64), lambda context, builder, signature, words: count(builder, words[0])
+
+    return intrinsic(typed)
+
+
+_lowest = _counting(lambda builder, word: builder.cttz(word, ir.Constant(ir.IntType(1), 1)))
+_highest = _counting(
+    lambda builder, word: builder.xor(
+        builder.ctlz(word, ir.Constant(ir.IntType(1), 1)), ir.Constant(ir.IntType(64), 63)
+    )
+)
+
+
+@native
+def _flip(lines: Words, cells: Ints, width: int) -> None:
+    """Change the bits of cells in columns."""
+    for index in cells:
+        bit = np.uint64(index // width + FRAME)
+        lines[index % width + 1, bit >> _SHIFT] ^= _ONE << (bit & _LAST)
+
+
+@native
+def _search(ground: Ground, state: State, width: int, diagonal: float, source: int, wanted: Ints) -> bool:
+    """Find the distances of cells from a source; say whether there was room for all entries."""
+    state.counts[_SEARCHES] += 1
+    state.counts[_ENTRIES] = state.counts[_WAITING] = state.counts[_STEPS] = 0
+    for bucket in range(len(state.heads)):
+        state.heads[bucket] = 0
+    for goal in wanted:
+        _mark(ground.row_goals, goal // width, goal % width, True)
+        _mark(ground.column_goals, goal % width, goal // width, True)
+    room = _spread(ground, state, width, diagonal, source, wanted)
+    for goal in wanted:
+        _mark(ground.row_goals, goal // width, goal % width, False)
+        _mark(ground.column_goals, goal % width, goal // width, False)
+    return room
+
+
+@inlined
+def _mark(lines: Words, line: int, at: int, on: bool) -> None:
+    word, bit = np.uint64(at + FRAME) >> _SHIFT, _ONE << (np.uint64(at) & _LAST)
+    if on:
+        lines[line + 1, word] |= bit
+    else:
+        lines[line + 1, word] &= ~bit
+
+
+@inlined
+def _spread(ground: Ground, state: State, width: int, diagonal: float, source: int, wanted: Ints) -> bool:
+    x, y = source % width, source // width
+    _enter(state, source, 0.0)
+    for turn in range(8):
+        _go(ground, state, width, diagonal, x, y, turn, 0.0)
+    level, left = 0, len(wanted)
+    while state.counts[_WAITING] > 0:
+        while left > 0 and _known(state, wanted[left - 1]) < level + 1.0:
+            left -= 1
+        if left == 0:
+            return True
+        bucket = level & (len(state.heads) - 1)
+        entry = state.heads[bucket]
+        state.heads[bucket] = 0
+        while entry > 0:
+            if state.counts[_ENTRIES] + 64 + 4 * (len(ground.rows) + len(ground.columns)) > len(state.cell):
+                return False
+            cell, length, turn = _number(state.cell[entry - 1]), state.length[entry - 1], state.turn[entry - 1]
+            entry = state.next[entry - 1]
+            state.counts[_WAITING] -= 1
+            if length <= _known(state, cell) + TOLERANCE:
+                _turn(ground, state, width, diagonal, cell, _number(turn), length)
+        level += 1
+    return True
+
+
+@inlined
+def _number(word: np.uint64) -> int:
+    return np.int64(word)  # type: ignore[return-value]
+
+
+@inlined
+def _known(state: State, cell: int) -> float:
+    return state.cost[cell] if state.found[cell] == state.counts[_SEARCHES] else np.inf
+
+
+@inlined
+def _enter(state: State, cell: int, length: float) -> bool:
+    """Enter the distance of a cell unless it is known to be as short; say whether it was entered."""
+    shorter = length < _known(state, cell) - TOLERANCE
+    if shorter:
+        state.cost[cell], state.found[cell], state.arrived[cell] = length, state.counts[_SEARCHES], 0
+    return shorter
+
+
+@inlined
+def _note(state: State, cell: int, turn: int, length: float) -> None:
+    """Note a corner to go on from, unless it was arrived at in the same direction or by a shorter way."""
+    bit = np.uint8(1 << turn)
+    if not _enter(state, cell, length) and (length > state.cost[cell] + TOLERANCE or state.arrived[cell] & bit):
+        return
+    state.arrived[cell] |= bit
+    entry, bucket = state.counts[_ENTRIES], int(length) & (len(state.heads) - 1)
+    state.cell[entry], state.turn[entry], state.length[entry] = cell, turn, length
+    state.next[entry] = state.heads[bucket]
+    state.heads[bucket] = entry + 1
+    state.counts[_ENTRIES] += 1
+    state.counts[_WAITING] += 1
+
+
+@inlined
+def _turn(ground: Ground, state: State, width: int, diagonal: float, cell: int, turn: int, length: float) -> None:
+    """Go on from a corner that was arrived at in a straight line: ahead, and to the sides that have opened there."""
+    x, y = cell % width, cell // width
+    _go(ground, state, width, diagonal, x, y, turn, length)
+    for side in range(-1, 2, 2):
+        across = turn + 2 * side & 7
+        u, v = x + _dx(across), y + _dy(across)
+        if _open(ground, u, v) and not _open(ground, u - _dx(turn), v - _dy(turn)):
+            _go(ground, state, width, diagonal, x, y, across, length)
+            _go(ground, state, width, diagonal, x, y, turn + side & 7, length)
+
+
+@inlined
+def _dx(turn: int) -> int:
+    return 0 if turn & 3 == 2 else (-1 if 2 < turn < 6 else 1)
+
+
+@inlined
+def _dy(turn: int) -> int:
+    return 0 if turn & 3 == 0 else (1 if turn < 4 else -1)
+
+
+@inlined
+def _open(ground: Ground, x: int, y: int) -> bool:
+    return _is_set(ground.rows, y, x)
+
+
+@inlined
+def _is_set(lines: Words, line: int, at: int) -> bool:
+    bit = np.uint64(at + FRAME)
+    return lines[line + 1, bit >> _SHIFT] >> (bit & _LAST) & _ONE != _NONE
+
+
+@outlined
+def _go(ground: Ground, state: State, width: int, diagonal: float, x: int, y: int, turn: int, length: float) -> None:
+    """Go from a cell, which is `length` away, in a direction as far as one can, noting goals and corners."""
+    if not turn & 1:
+        _run(ground, state, width, x, y, turn, length)
+        return
+    dx, dy = _dx(turn), _dy(turn)
+    while _open(ground, x + dx, y) and _open(ground, x, y + dy) and _open(ground, x + dx, y + dy):
+        x, y, length = x + dx, y + dy, length + diagonal
+        state.counts[_STEPS] += 1
+        if _is_set(ground.row_goals, y, x):
+            _enter(state, y * width + x, length)
+        _run(ground, state, width, x, y, _EAST if dx > 0 else _WEST, length)
+        _run(ground, state, width, x, y, _SOUTH if dy > 0 else _NORTH, length)
+
+
+@inlined
+def _run(ground: Ground, state: State, width: int, x: int, y: int, turn: int, length: float) -> None:
+    """Go along a row or column up to the next corner or what is closed."""
+    if turn == _EAST:
+        _rise(ground.rows, ground.row_goals, state, y, x, y * width, 1, turn, length)
+    elif turn == _WEST:
+        _fall(ground.rows, ground.row_goals, state, y, x, y * width, 1, turn, length)
+    elif turn == _SOUTH:
+        _rise(ground.columns, ground.column_goals, state, x, y, x, width, turn, length)
+    else:
+        _fall(ground.columns, ground.column_goals, state, x, y, x, width, turn, length)
+
+
+@inlined
+def _rise(
+    lines: Words, goals: Words, state: State, line: int, at: int, first: int, apart: int, turn: int, length: float
+) -> None:
+    """Go from bit `at` of a line upwards; cells of the line are `apart` from each other, the first one is `first`.
+
+    One can turn to a side where it is open there and closed one cell before.
+    """
+    start = np.uint64(at + FRAME)
+    word, ahead = start >> _SHIFT, _ALL << (start & _LAST) << _ONE
+    left, right = lines[line, word - _ONE] >> _LAST, lines[line + 2, word - _ONE] >> _LAST
+    while True:
+        here, a, b = lines[line + 1, word], lines[line, word], lines[line + 2, word]
+        ends = (~here | a & ~(a << _ONE | left) | b & ~(b << _ONE | right)) & ahead
+        passed = goals[line + 1, word] & ahead & here
+        if ends:
+            passed &= ends ^ ends - _ONE  # those up to the end
+        while passed:
+            cell = _number(word << _SHIFT | _lowest(passed)) - FRAME
+            _enter(state, first + apart * cell, length + (cell - at))
+            passed &= passed - _ONE
+        if ends:
+            end = _lowest(ends)
+            if here >> end & _ONE:
+                cell = _number(word << _SHIFT | end) - FRAME
+                _note(state, first + apart * cell, turn, length + (cell - at))
+            return
+        left, right, ahead = a >> _LAST, b >> _LAST, _ALL
+        word += _ONE
+
+
+@inlined
+def _fall(
+    lines: Words, goals: Words, state: State, line: int, at: int, first: int, apart: int, turn: int, length: float
+) -> None:
+    """Go downwards, as `_rise` goes upwards."""
+    start = np.uint64(at + FRAME)
+    word, ahead = start >> _SHIFT, ~(_ALL << (start & _LAST))
+    left, right = _NONE, _NONE
+    if word + _ONE < np.uint64(lines.shape[1]):
+        left, right = lines[line, word + _ONE] << _LAST, lines[line + 2, word + _ONE] << _LAST
+    while True:
+        here, a, b = lines[line + 1, word], lines[line, word], lines[line + 2, word]
+        ends = (~here | a & ~(a >> _ONE | left) | b & ~(b >> _ONE | right)) & ahead
+        end = _highest(ends) if ends else _NONE
+        passed = goals[line + 1, word] & ahead & here & (_ALL << end if ends else _ALL)
+        while passed:
+            bit = _highest(passed)
+            cell = _number(word << _SHIFT | bit) - FRAME
+            _enter(state, first + apart * cell, length + (at - cell))
+            passed ^= _ONE << bit
+        if ends:
+            if here >> end & _ONE:
+                cell = _number(word << _SHIFT | end) - FRAME
+                _note(state, first + apart * cell, turn, length + (at - cell))
+            return
+        left, right, ahead = a << _LAST, b << _LAST, _ALL
+        word -= _ONE
