@@ -28,7 +28,7 @@ from numba.core import event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
-from numba.core.types import unliteral
+from numba.types import unliteral
 
 _LOG = logging.getLogger(__name__)
 

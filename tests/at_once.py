@@ -54,7 +54,8 @@ def reach_at_once(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
         docks = [d.cells for (_, name), d in docking.items() if name == rover.name] if mine else []
         cells = [Cell(int(x), int(y)) for mask in docks for y, x in np.argwhere(mask)]
         by_type[rover.name] = _connected(territory, rover, cells + [r.cell for r in mine if r.cell is not None])
-    return Reach(by_type=by_type, docking=docking)
+    fresh = {name: np.flatnonzero(mask) for name, mask in by_type.items()}
+    return Reach(by_type=by_type, fresh=fresh, docking=docking)
 
 
 def _connected(territory: Territory, kind: RobotType, cells: Iterable[Cell]) -> Mask:

@@ -45,7 +45,10 @@ class GrowingReach:
         self._read = 0
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
-        """Return what the team can reach; the masks are live and change with the next answer."""
+        """Return what the team can reach; the masks are live and change with the next answer.
+
+        What is fresh in it is so since the answer before.
+        """
         names = frozenset(robot.name for robot in robots)
         if names != self._names:
             self._begin(names)
@@ -69,10 +72,12 @@ class GrowingReach:
             if area.empty:
                 landings = [np.flatnonzero(dock.docking.cells) for dock in docks]
             starts = np.concatenate([self._starts(rover, robots), *landings])
+            fresh[rover.name] = _NONE
             if any(robot.type == rover.name for robot in robots):
-                area.grow(starts, opened.get(rover.name, _NONE))
+                fresh[rover.name] = area.grow(starts, opened.get(rover.name, _NONE))
         return Reach(
             by_type={name: area.cells for name, area in self._areas.items()},
+            fresh=fresh,
             docking={pair: dock.docking for pair, dock in self._docks.items()},
         )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.arrays import Flags, Ints, Ints32
+from marsupial.arrays import Ints, Ints32
 from marsupial.maps.footprint import standable
 from marsupial.model.grid import Grid, Mask
 from marsupial.model.robots import RobotType
@@ -39,11 +39,8 @@ def groups(cells: Ints, shape: tuple[int, int]) -> list[Ints]:
     list of ndarray
         The indices of each group in ascending order; groups in the order of their first cells.
     """
-    left = np.zeros(shape[0] * shape[1], dtype=np.bool_)
-    left[cells] = True
-    found = np.empty(len(cells), dtype=np.int64)
-    ends = np.empty(len(cells), dtype=np.int64)
-    count = _group(left, np.sort(cells), shape[1], found, ends)
+    found, ends = np.empty((2, len(cells)), dtype=np.int64)
+    count = _group(np.sort(cells), *shape, found, ends)
     return [np.sort(group) for group in np.split(found, ends[: count - 1])] if count else []
 
 
@@ -58,26 +55,28 @@ def largest_reach(grid: Grid, kind: RobotType) -> Mask:
 
 
 @native
-def _group(left: Flags, cells: Ints, width: int, found: Ints, ends: Ints) -> int:
-    """Enter the groups of `cells`, see `groups`, one after the other; return how many there are.
+def _group(cells: Ints, height: int, width: int, found: Ints, ends: Ints) -> int:
+    """Enter the groups of `cells`, ascending, see `groups`, one after the other; return how many there are.
 
-    `left` says for every cell of the map whether it is one of them, and is cleared. `ends` receives the group's ends.
+    `ends` receives the group's ends.
     """
+    left = np.ones(cells.size, dtype=np.bool_)
     head = tail = count = 0
-    for cell in cells:
-        if not left[cell]:
+    for k in range(cells.size):
+        if not left[k]:
             continue
-        left[cell] = False
-        found[tail] = cell
+        left[k] = False
+        found[tail] = cells[k]
         tail += 1
         while head < tail:
             y, x = found[head] // width, found[head] % width
             head += 1
-            for v in range(max(y - 1, 0), min(y + 2, left.size // width)):
+            for v in range(max(y - 1, 0), min(y + 2, height)):
                 for u in range(max(x - 1, 0), min(x + 2, width)):
-                    if left[v * width + u]:
-                        left[v * width + u] = False
-                        found[tail] = v * width + u
+                    near = np.searchsorted(cells, v * width + u)
+                    if near < cells.size and left[near] and cells[near] == v * width + u:
+                        left[near] = False
+                        found[tail] = cells[near]
                         tail += 1
         ends[count] = tail
         count += 1

@@ -8,12 +8,11 @@ through, as robots can't pass there either.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.arrays import Flags, Floats, Ints
+from marsupial.arrays import Floats, Ints
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
 
@@ -57,14 +56,6 @@ class _View(NamedTuple):
     seen: Ints
 
 
-class _Clusters(NamedTuple):
-    """Buffers for clusters: the seed of each, their members one after the other, and the end of each among these."""
-
-    seeds: Ints
-    members: Ints
-    ends: Ints
-
-
 class Sight:
     """Fields of view on one grid, with reusable buffers.
 
@@ -94,36 +85,6 @@ class Sight:
         self._stamp += 1
         seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
         return seen
-
-    def count(self, code: int, cell: Cell, range_cells: float) -> int:
-        """Return how many of the cells `visible` from `cell` have this code."""
-        return int(_count(self._view.cells, self.visible(cell, range_cells), code))
-
-    def clusters(self, groups: Sequence[Ints], range_cells: float) -> list[tuple[int, Ints]]:
-        """Split cells into clusters whose members are all visible from the cluster's seed.
-
-        Parameters
-        ----------
-        groups
-            Row-major indices, each once, in the order in which seeds are chosen: in each group the cell in the middle
-            of what is left of it. A seed's cluster may take cells of other groups.
-
-        Returns
-        -------
-        list
-            (seed, members in ascending order) of each.
-        """
-        if not groups:
-            return []
-        cells = np.concatenate(groups)
-        ends = np.cumsum([len(group) for group in groups])
-        free = np.zeros(self._view.cells.size, dtype=np.bool_)
-        free[cells] = True
-        found = _Clusters(*np.empty((3, len(cells)), dtype=np.int64))
-        count = _split(self._view, range_cells, self._stamp, cells, ends, free, found)
-        self._stamp += count
-        members = np.split(found.members, found.ends[: count - 1])
-        return [(seed, np.sort(group)) for seed, group in zip(found.seeds[:count].tolist(), members, strict=True)]
 
 
 @native
@@ -179,62 +140,3 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
             high, next_high = next_high, high
             n = m
     return count
-
-
-@native
-def _count(cells: CellArray, indices: Ints, code: int) -> int:
-    count = 0
-    for index in indices:
-        count += cells[index // cells.shape[1], index % cells.shape[1]] == code
-    return count
-
-
-@native
-def _split(view: _View, reach: float, stamp: int, left: Ints, ends: Ints, free: Flags, found: _Clusters) -> int:
-    """Enter the clusters of the groups in `left`, which end at `ends`; return how many there are.
-
-    `free` says for every cell of the map whether it is one that is in no cluster yet.
-    """
-    width = view.cells.shape[1]
-    begin = count = tail = 0
-    for end in ends:
-        size = _free_first(left, begin, end - begin, free)
-        while size:
-            seed = _middle(left, begin, size, width)
-            found.seeds[count] = seed
-            for k in range(_sweep(view, seed % width, seed // width, reach, stamp + count + 1)):
-                if free[view.seen[k]]:
-                    free[view.seen[k]] = False
-                    found.members[tail] = view.seen[k]
-                    tail += 1
-            found.ends[count] = tail
-            count += 1
-            size = _free_first(left, begin, size, free)
-        begin = end
-    return count
-
-
-@native
-def _free_first(left: Ints, begin: int, size: int, free: Flags) -> int:
-    """Move the free ones of `size` cells to their front, in order; return how many there are."""
-    kept = 0
-    for k in range(begin, begin + size):
-        if free[left[k]]:
-            left[begin + kept] = left[k]
-            kept += 1
-    return kept
-
-
-@native
-def _middle(left: Ints, begin: int, size: int, width: int) -> int:
-    """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
-    x = y = 0
-    for k in range(begin, begin + size):
-        x += left[k] % width
-        y += left[k] // width
-    best, nearest = left[begin], np.inf
-    for k in range(begin, begin + size):
-        apart = (left[k] % width - x / size) ** 2 + (left[k] // width - y / size) ** 2
-        if apart < nearest:
-            best, nearest = left[k], apart
-    return best

@@ -21,9 +21,8 @@ import numpy as np
 
 from marsupial.arrays import Flags, Floats, Ints
 from marsupial.maps.reach import groups
-from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
-from marsupial.maps.window import Window
+from marsupial.maps.views import Views
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
 from marsupial.model.mission import MapTarget, Remaining
 from marsupial.native import native
@@ -83,11 +82,11 @@ class TargetFinder:
         grid = territory.grid
         hopeful = grid.opaque_codes()
         hopeful[UNKNOWN] = 0
-        self._sight = Sight(grid.cells, hopeful)
+        self._views = Views(grid.cells, hopeful, UNKNOWN)
         self._drivable = code_table({code for kind in territory.kinds.values() for code in kind.terrains})
         self._frontier: Ints = np.empty(0, dtype=np.int64)
         self._read = 0
-        self._viewpoints: Ints = np.empty(grid.cells.size, dtype=np.int64)
+        self._viewpoints: dict[str, Ints] = {}
         self._nearest = {
             kind.name: Nearest(territory.see_through, 1.1 * kind.radius_m / grid.resolution_m + 2.5)
             for kind in territory.kinds.values()
@@ -97,6 +96,9 @@ class TargetFinder:
         """Return the known cells, ascending, that some type can drive on and that have an unknown neighbour."""
         news = self._territory.revealed[self._read :]
         self._read += len(news)
+        self._views.forget()
+        for indices in news:
+            self._views.revealed(indices)
         # what was revealed before can only cease to be one
         left = np.concatenate([self._frontier, *news])
         self._frontier = np.sort(left[self.at_unknown(left)])
@@ -140,9 +142,9 @@ class TargetFinder:
         return tuple(targets)
 
     def frontiers(self, reach: Reach) -> Mapping[str, Frontier]:
-        """Return what each type can explore, by name, for a team with that reach."""
+        """Return what each type can explore, by name, for a team with that reach, which follows the one before."""
         cells = self.frontier()
-        return {name: self._frontier_of(name, reach.by_type[name], cells) for name in sorted(self._territory.kinds)}
+        return {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
 
     def at_unknown(self, cells: Ints) -> Flags:
         """Say which cells (n,), row-major indices, some type can drive on and have an unknown neighbour."""
@@ -160,23 +162,26 @@ class TargetFinder:
         left = np.setdiff1d(self.frontier(), covered)
         return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
 
-    def _frontier_of(self, name: str, reach: Mask, cells: Ints) -> Frontier:
+    def _frontier_of(self, name: str, reach: Reach, cells: Ints) -> Frontier:
         """Return what a type can explore from its reach, of all frontier cells."""
         footprint = self._territory.footprints[name]
-        count = _viewpoints(reach, footprint.standable, footprint.possible, self._territory.known, self._viewpoints)
-        viewpoints = self._viewpoints[:count]
+        # a cell that was no viewpoint when it was reached never becomes one
+        left = self._viewpoints.get(name)
+        left = np.flatnonzero(reach.by_type[name]) if left is None else np.concatenate([left, reach.fresh[name]])
+        found = left[_are_viewpoints(left, reach.by_type[name], footprint.standable, footprint.possible)]
+        viewpoints = np.unique(found)
+        self._viewpoints[name] = viewpoints
         nearest = self._nearest[name].once(viewpoints, cells)
         near = nearest >= 0
         if not near.any():
-            lone = viewpoints.copy()
-            return Frontier(cells=lone, viewpoints=lone)
+            return Frontier(cells=viewpoints, viewpoints=viewpoints)
         return Frontier(cells=cells[near], viewpoints=nearest[near])
 
     def _clusters(self, cells: Ints, range_cells: float) -> list[tuple[int, Ints]]:
         """Split cells into clusters whose members all see the cluster's seed; return (seed, members) of each."""
         touching = groups(cells, self._territory.grid.cells.shape)
         # the unknown between two cells is no reason to keep them apart; known walls are
-        return self._sight.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
+        return self._views.clusters(sorted(touching, key=lambda g: (-len(g), int(g[0]))), range_cells)
 
     def _by_explorers(self, frontiers: Mapping[str, Frontier]) -> Iterator[tuple[list[str], Ints]]:
         """Yield the cells, ascending, that the same types can explore, with those types."""
@@ -199,7 +204,7 @@ class TargetFinder:
         cell = cell_at(seed, grid.width)
         best = max(viewpoints, key=lambda name: (self._territory.kinds[name].sensor_range_m, name))
         range_cells = self._territory.kinds[best].sensor_range_m / grid.resolution_m
-        hidden = self._sight.count(UNKNOWN, viewpoints[best], range_cells)
+        hidden = self._views.hidden(viewpoints[best], range_cells)
         return Target(
             name=f"t_{cell.x}_{cell.y}",
             cell=cell,
@@ -260,21 +265,16 @@ def _at_unknown(cells: CellArray, drivable: Flags, indices: Ints) -> Flags:
 
 
 @native
-def _viewpoints(reach: Mask, standable: Mask, possible: Mask, window: Window, out: Ints) -> int:
-    """Enter the reachable cells of a window beside which one might stand one day, row-major; return how many.
-
-    The masks are (height, width).
-    """
+def _are_viewpoints(cells: Ints, reach: Mask, standable: Mask, possible: Mask) -> Flags:
+    """Say which cells are reachable and beside one where one might stand one day; the masks are (height, width)."""
     height, width = reach.shape
-    count = 0
-    for y in range(window.bottom, window.top):
-        for x in range(window.left, window.right):
-            if reach[y, x] and (
-                (x > 0 and possible[y, x - 1] and not standable[y, x - 1])
-                or (x + 1 < width and possible[y, x + 1] and not standable[y, x + 1])
-                or (y > 0 and possible[y - 1, x] and not standable[y - 1, x])
-                or (y + 1 < height and possible[y + 1, x] and not standable[y + 1, x])
-            ):
-                out[count] = y * width + x
-                count += 1
-    return count
+    out = np.zeros(cells.size, dtype=np.bool_)
+    for k, index in enumerate(cells):
+        y, x = index // width, index % width
+        out[k] = reach[y, x] and (
+            (x > 0 and possible[y, x - 1] and not standable[y, x - 1])
+            or (x + 1 < width and possible[y, x + 1] and not standable[y, x + 1])
+            or (y > 0 and possible[y - 1, x] and not standable[y - 1, x])
+            or (y + 1 < height and possible[y + 1, x] and not standable[y + 1, x])
+        )
+    return out

@@ -39,9 +39,13 @@ class Docking:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reach:
-    """What each robot type can reach (masks by type name), and where pairs (carrier type, rover type) can dock."""
+    """What each robot type can reach (masks by type name), and where pairs (carrier type, rover type) can dock.
+
+    `fresh` holds, by type name, the cells (row-major) that are new in it, or there again.
+    """
 
     by_type: Mapping[str, Mask]
+    fresh: Mapping[str, npt.NDArray[np.int64]]
     docking: Mapping[tuple[str, str], Docking]
 
 

@@ -279,13 +279,13 @@ class SimulatedWorld:
 def _reveal(seen: Ints, contact: Ints, x: int, y: int, truth: CellArray, known: CellArray, fresh: Ints) -> int:
     """Enter in `known` what is seen from (x, y) and touched around it; list what is new in `fresh`."""
     height, width = truth.shape
+    codes, found = truth.ravel(), known.ravel()
     count = 0
     for index in seen:
-        v, u = index // width, index % width
-        if known[v, u] == UNKNOWN:
-            known[v, u] = truth[v, u]
+        if found[index] == UNKNOWN:
+            found[index] = codes[index]
             fresh[count] = index
-            count += known[v, u] != UNKNOWN
+            count += found[index] != UNKNOWN
     for k in range(len(contact)):
         u, v = x + contact[k, 0], y + contact[k, 1]
         if 0 <= u < width and 0 <= v < height and known[v, u] == UNKNOWN:

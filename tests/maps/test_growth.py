@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from marsupial.maps.growth import GrowingReach
+from marsupial.maps.targets import TargetFinder
 from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
@@ -59,11 +60,11 @@ def moved(robot: PlacedRobot, reach: Reach, data: st.DataObject) -> PlacedRobot:
 
 @settings(deadline=None, max_examples=200)
 @given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH)), seed=st.integers(0, 2**32 - 1), data=st.data())
-def test_reach_that_grew_is_that_found_anew(truth: CellArray, seed: int, data: st.DataObject) -> None:
+def test_reach_and_frontiers_that_grew_are_those_found_anew(truth: CellArray, seed: int, data: st.DataObject) -> None:
     rng = np.random.default_rng(seed)
     known = np.full_like(truth, UNKNOWN)
     territory = Territory(Grid(cells=known, resolution_m=1.0), (CARRIER, ROVER))
-    growing = GrowingReach(territory)
+    growing, finder = GrowingReach(territory), TargetFinder(territory)
     free = np.flatnonzero(truth == FLOOR)
     if not len(free):
         return
@@ -74,7 +75,12 @@ def test_reach_that_grew_is_that_found_anew(truth: CellArray, seed: int, data: s
         known.ravel()[new] = truth.ravel()[new]
         territory.reveal(new)
         reach = reach_at_once(territory, robots)
-        assert_same(growing.reach(robots), reach)
+        grown = growing.reach(robots)
+        assert_same(grown, reach)
+        anew = TargetFinder(territory).frontiers(reach)
+        for name, frontier in finder.frontiers(grown).items():
+            assert frontier.cells.tolist() == anew[name].cells.tolist()
+            assert frontier.viewpoints.tolist() == anew[name].viewpoints.tolist()
         robots = [moved(robot, reach, data) for robot in robots]
         if len(robots) > 2 and data.draw(st.integers(0, 4)) == 0:
             robots = robots[:-1]

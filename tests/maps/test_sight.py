@@ -207,29 +207,3 @@ def _ray(grid: Grid, opaque: CellArray, cell: Cell, angle: float) -> list[int]:
         met.append(y * grid.width + x)
         if opaque[grid.cells[y, x]]:
             return met
-
-
-def test_cells_are_counted_by_code() -> None:
-    grid = draw("..?#", "o.??")
-    table = grid.opaque_codes()
-    table[UNKNOWN] = 0
-    assert Sight(grid.cells, table).count(UNKNOWN, Cell(0, 0), FAR) == 3
-
-
-@settings(deadline=None)
-@given(cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR)), data=st.data())
-def test_clusters_are_seen_from_the_middle_of_what_is_left(cells: CellArray, data: st.DataObject) -> None:
-    sight = Sight(cells, Grid(cells=cells, resolution_m=1.0).opaque_codes())
-    width, range_cells = cells.shape[1], data.draw(st.sampled_from((1.0, 2.0, 3.5)))
-    chosen = data.draw(st.lists(st.integers(0, cells.size - 1), unique=True))
-    cut = data.draw(st.integers(0, len(chosen)))
-    groups = [np.array(sorted(part), dtype=np.int64) for part in (chosen[:cut], chosen[cut:]) if part]
-    free, expected = set(chosen), []
-    for group in groups:
-        while rest := [index for index in group.tolist() if index in free]:
-            x, y = np.mod(rest, width), np.array(rest) // width
-            seed = rest[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))]
-            members = free & set(sight.visible(Cell(seed % width, seed // width), range_cells).tolist())
-            free -= members
-            expected.append((seed, sorted(members)))
-    assert [(seed, members.tolist()) for seed, members in sight.clusters(groups, range_cells)] == expected
