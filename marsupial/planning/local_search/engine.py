@@ -1,5 +1,6 @@
 """The anytime engine: list scheduling's plan at once, then simulated annealing on the exact schedule.
 
+By priced arrival, and where there is no target, it stops when more steps would gain next to nothing: see `ENOUGH`.
 Once the makespan is as short as the lower bound, only the mean time at which targets are reached and the driving can
 get better, and that gets as much effort as there has been so far, and a little more. Where
 `marsupial.planning.list_scheduling.greedy` finds no plan and none is given, there is none: a search over plans needs
@@ -8,6 +9,7 @@ one to begin with.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -27,6 +29,10 @@ from marsupial.planning.local_search.team import Team
 STEPS_PER_ROUND, LISTING_SHARE = 5, 0.08
 """How many steps of a budget there have to be for one more round of list scheduling, and what share of the seconds all
 rounds but the first take at most."""
+
+ENOUGH, LEAST_ENOUGH = 0.5, 32
+"""After how many steps, for each pair of targets, plans get better by less than a hundredth if there are twice as many;
+at least so many. Where robots wait for each plan, as in missions, a budget in seconds is not used any further."""
 
 SIZE = 2
 """How many searches there are, each in a thread."""
@@ -82,7 +88,7 @@ class Anytime:
                 yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
         data = encode(situation, objective)
         bound_ms = makespan_bound_ms(data) if shortest else 0
-        pace = Pace(budget, self._clock, begun, bound_ms)
+        pace = Pace(budget, self._clock, begun, bound_ms, _enough(situation, objective))
         makespan_ms = min(plan.makespan_ms for plan in plans)
         for plan in self._improvements(situation, data, plans, pace, objective):
             makespan_ms = plan.makespan_ms
@@ -123,6 +129,14 @@ class Anytime:
                     yield plan_of(situation, team.events)
             if best < told:
                 yield plan_of(situation, team.events)
+
+
+def _enough(situation: Situation, objective: Objective) -> float:
+    """Return how many steps are worth their time where no proof may end the search."""
+    targets = len(situation.targets)
+    if targets and objective == MAKESPAN:
+        return math.inf
+    return max(LEAST_ENOUGH, ENOUGH * targets**2)
 
 
 def _finished(makespan_ms: int, bound_ms: int, elapsed_s: float) -> Finished:

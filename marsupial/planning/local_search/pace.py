@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from marsupial.model.objective import Value
@@ -19,24 +20,40 @@ TURN_S, TURN_SHARE = 0.01, 0.05
 
 
 class Pace:
-    """The use of a budget; `bound_ms` is a makespan that can't be shortened."""
+    """The use of a budget.
 
-    def __init__(self, budget: Budget, clock: Callable[[], float], begun: float, bound_ms: int) -> None:
+    Parameters
+    ----------
+    bound_ms
+        A makespan that can't be shortened.
+    enough
+        Steps after which a budget in seconds is not used any further.
+    """
+
+    def __init__(
+        self,
+        budget: Budget,
+        clock: Callable[[], float],
+        begun: float,
+        bound_ms: int,
+        enough: float = math.inf,
+    ) -> None:
         self.bound_ms = bound_ms
         self.steps = 1
         """How many steps to take before the next question."""
         self._clock, self._begun = clock, begun
         self._timed = budget.seconds is not None
         self._end = float(budget.steps or 0) if budget.seconds is None else budget.seconds
+        self._enough = enough if self._timed else math.inf
         self._turn = min(TURN_S, TURN_SHARE * self._end)
         self._at_bound = False
-        self._turns = self._done = 0
+        self._turns = self._done = self._taken = 0
         self._spent = self._told = self._first = 0.0
 
     @property
     def used(self) -> float:
         """The share of the budget used so far, from 0 to 1."""
-        return min(1.0, self._spent / self._end)
+        return min(1.0, max(self._spent / self._end, self._taken / self._enough))
 
     @property
     def has_begun(self) -> bool:
@@ -46,9 +63,9 @@ class Pace:
     @property
     def expected(self) -> float:
         """How many steps the budget suffices for, judged by those done if it is in seconds."""
-        return (
-            (self._end - self._first) / max(1e-6, self._now() - self._first) * self._done if self._timed else self._end
-        )
+        if not self._timed:
+            return self._end
+        return min(self._enough, (self._end - self._first) / max(1e-6, self._now() - self._first) * self._done)
 
     def goes_on(self, score: Value) -> bool:
         """Note that a turn of `steps` begins and say whether it may; the first one always may."""
@@ -58,11 +75,13 @@ class Pace:
         if not self._at_bound and score[0] - EPSILON_MS <= self.bound_ms:
             self._at_bound = True
             self._end = min(self._end, 2 * self._spent + (POLISH_S if self._timed else POLISH_STEPS))
-        goes_on = not self._turns or self._spent < self._end
+        goes_on = not self._turns or (self._spent < self._end and self._done < self._enough)
         if self._timed and self._turns:
             per_step = (self._spent - self._first) / self._done
-            self.steps = max(1, int(min(self._turn, self._end - self._spent) / max(1e-6, per_step)))
+            steps = min(min(self._turn, self._end - self._spent) / max(1e-6, per_step), self._enough - self._done)
+            self.steps = max(1, int(steps))
         self._turns += 1
+        self._taken = self._done
         self._done += self.steps
         return goes_on
 
