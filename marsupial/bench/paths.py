@@ -190,7 +190,11 @@ def _rows(name: str, passable: Mask, graph: csr_array, cells: list[Cell], repeat
 
     jobs: tuple[tuple[str, Callable[[], Lengths], Callable[[], Lengths]], ...] = (
         ("field", lambda: search.field(cells[0]).ravel(), lambda: lengths_from(nodes[:1])[0]),
-        (f"matrix K = {len(cells)}", lambda: search.matrix(cells), lambda: lengths_from(nodes)[:, nodes]),
+        (
+            f"matrix K = {len(cells)}",
+            lambda: PathSearch(passable).matrix(cells),  # a search remembers its last one
+            lambda: lengths_from(nodes)[:, nodes],
+        ),
         ("corner to corner", length_of_route, lambda: lengths_from(nodes[:1])[0, nodes[1]]),
     )
     rows = []

@@ -4,7 +4,7 @@ from situations import carrier, default_types, door, hall, one_room, room, rover
 
 from marsupial.model.objective import PricedArrival
 from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Budget, Improved, Outcome
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
@@ -81,3 +81,19 @@ def test_nothing_is_proven() -> None:
     *_, last = Anytime().solve(near_and_far(), Budget(steps=1), objective=priced(near=1.0, far=1.0))
     assert not isinstance(last, Improved)
     assert (last.outcome, last.lower_bound_ms) == (Outcome.SATISFICING, None)
+
+
+def test_a_budget_in_seconds_is_not_used_up_where_more_would_gain_next_to_nothing() -> None:
+    steps = []
+
+    def clock() -> float:
+        steps.append(None)
+        return 1e-4 * len(steps)
+
+    engine, by = Anytime(clock), priced(near=1.0, far=1.0)
+    *_, ended = engine.solve(near_and_far(), Budget(seconds=100.0), objective=by)
+    assert isinstance(ended, Finished)
+    assert ended.elapsed_s < 0.1
+    *_, ended = engine.solve(near_and_far(), Budget(seconds=0.001), objective=by)
+    assert isinstance(ended, Finished)
+    assert ended.elapsed_s < 0.002

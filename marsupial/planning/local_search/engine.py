@@ -30,9 +30,9 @@ STEPS_PER_ROUND, LISTING_SHARE = 5, 0.08
 """How many steps of a budget there have to be for one more round of list scheduling, and what share of the seconds all
 rounds but the first take at most."""
 
-ENOUGH, LEAST_ENOUGH = 0.5, 32
-"""After how many steps, for each pair of targets, plans get better by less than a hundredth if there are twice as many;
-at least so many. Where robots wait for each plan, as in missions, a budget in seconds is not used any further."""
+ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 400
+"""After how many steps, for each pair of targets, at least and at most, a budget in seconds is not used any further
+where robots wait for one plan after the other, as in missions: docs/planners.md says what more of them would gain."""
 
 SIZE = 2
 """How many searches there are, each in a thread."""
@@ -136,7 +136,7 @@ def _enough(situation: Situation, objective: Objective) -> float:
     targets = len(situation.targets)
     if targets and objective == MAKESPAN:
         return math.inf
-    return max(LEAST_ENOUGH, ENOUGH * targets**2)
+    return min(MOST_ENOUGH, max(LEAST_ENOUGH, ENOUGH * targets**2))
 
 
 def _finished(makespan_ms: int, bound_ms: int, elapsed_s: float) -> Finished:
