@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 import unruly_planners
-from launcher_tree import below_launcher
+from launcher_tree import below_launcher, nothing_runs
 from situations import SOLVABLE, in_flight, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
 
 from marsupial.errors import EngineUnavailable, UsageError
@@ -36,10 +36,7 @@ def available(name: str) -> Engine:
 @pytest.fixture(autouse=True)
 def nothing_left() -> Iterator[None]:
     yield
-    until = time.monotonic() + 5
-    while below_launcher() and time.monotonic() < until:
-        time.sleep(0.01)
-    assert below_launcher() == []
+    assert nothing_runs()
 
 
 def first_plan(solver: Engine, situation: Situation) -> Plan:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from launcher_tree import below_launcher
+from launcher_tree import below_launcher, nothing_runs
 from situations import carrier, door, hall, in_flight, one_hall, one_room, room, rover, situation_of
 
 from marsupial.cli.main import main
@@ -57,10 +57,7 @@ def wait_for(name):
 @pytest.fixture(autouse=True)
 def nothing_left() -> Iterator[None]:
     yield
-    until = time.monotonic() + 5
-    while below_launcher() and time.monotonic() < until:
-        time.sleep(0.01)
-    assert below_launcher() == []
+    assert nothing_runs()
 
 
 def stand_in(folder: Path, body: str, places: str = "{domain} {problem}") -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from launcher_tree import below_launcher
+from launcher_tree import below_launcher, nothing_runs
 from mission_house import Driver, open_missions, run, started, team
 from undisturbed import undisturbed
 
@@ -117,4 +117,4 @@ def test_no_process_is_left_when_missions_are_stopped(tmp_path: Path) -> None:
                 assert not await Driver(team()).drive(missions, record, 3)
 
     run(fly())
-    assert below_launcher() == []
+    assert nothing_runs()
