@@ -9,14 +9,17 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
-from marsupial.cli.options import PlanningBudget, Seed
+from marsupial.cli.options import Seed
+
+STEPS = 100
+"""For each planning without a budget: counted, so that the demo comes out the same on every machine."""
 
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("demo"),
     scenario: Annotated[str, typer.Option(help="Scenario, as `marsupial run` takes it.")] = "office",
     seed: Seed = 1,
-    budget: PlanningBudget = None,
+    budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
 ) -> None:
     """Run a whole mission beside the baseline, and write a replay.
 
@@ -33,7 +36,8 @@ def demo(
     from marsupial.replay.page import replay_page
 
     make_folder(out)
-    request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget)
+    steps = STEPS if budget is None else None
+    request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget, steps=steps)
     summaries, logs = [], []
     for strategy in ("temporal", "heuristic"):
         log = out / f"{strategy}.jsonl"
