@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from marsupial.arrays import Flags, Ints, Ints32
-from marsupial.maps.reach import groups, parts
+from marsupial.maps.reach import groups, middle, parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.window import Window
@@ -245,8 +245,7 @@ def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> li
         rest = rest[~near(index, rest)]
     chosen: list[int] = []
     while len(rest):
-        x, y = rest % width, rest // width
-        index = int(rest[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))])
+        index = int(middle(rest, width))
         chosen.append(index)
         rest = rest[~near(index, rest)]
     return chosen

@@ -44,6 +44,21 @@ def groups(cells: Ints, shape: tuple[int, int]) -> list[Ints]:
     return [np.sort(group) for group in np.split(found, ends[: count - 1])] if count else []
 
 
+@native
+def middle(cells: Ints, width: int) -> int:
+    """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
+    x = y = 0
+    for index in cells:
+        x += index % width
+        y += index // width
+    best, nearest = cells[0], np.inf
+    for index in cells:
+        apart = (index % width - x / cells.size) ** 2 + (index // width - y / cells.size) ** 2
+        if apart < nearest:
+            best, nearest = index, apart
+    return best
+
+
 def largest_reach(grid: Grid, kind: RobotType) -> Mask:
     """Return the mask of the largest connected area where a robot of type `kind` may stand (maybe empty)."""
     labels, count = parts(standable(grid, kind))

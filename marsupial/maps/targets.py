@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from marsupial.arrays import Flags, Floats, Ints
-from marsupial.maps.reach import groups
+from marsupial.maps.reach import groups, middle
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.views import Views
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
@@ -224,7 +224,7 @@ class TargetFinder:
             reason = "not reached: no robot can stand close enough to reveal more"
         else:
             reason = "too narrow for every robot type of the team"
-        seed = _middle(group, grid.width)
+        seed = int(middle(group, grid.width))
         return Remaining(cell=cell_at(seed, grid.width), frontier_cells=len(group), reason=reason)
 
 
@@ -239,12 +239,6 @@ def _around(group: Ints, shape: tuple[int, int]) -> tuple[Ints, Ints]:
     y = np.clip((group // shape[1])[:, None] + np.repeat(near, 3), 0, shape[0] - 1)
     x = np.clip((group % shape[1])[:, None] + np.tile(near, 3), 0, shape[1] - 1)
     return y, x
-
-
-def _middle(group: Ints, width: int) -> int:
-    """Return the member nearest to the centre of gravity of a group (the first of several)."""
-    x, y = group % width, group // width
-    return int(group[int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))])
 
 
 @native

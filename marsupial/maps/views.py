@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from marsupial.arrays import Bytes, Flags, Ints, Ints32
+from marsupial.maps.reach import middle
 from marsupial.maps.sight import Sight
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
@@ -81,7 +82,7 @@ class Views:
         for group in groups:
             left = group[self._free[group]]
             while left.size:
-                seed = int(_middle(left, width))
+                seed = int(middle(left, width))
                 members = np.sort(_taken(self._seen(seed, range_cells), self._free))
                 found.append((seed, members))
                 left = left[self._free[left]]
@@ -137,18 +138,3 @@ def _taken(indices: Ints | Ints32, free: Flags) -> Ints:
             out[count] = index
             count += 1
     return out[:count].copy()
-
-
-@native
-def _middle(cells: Ints, width: int) -> int:
-    """Return the cell nearest to the centre of gravity of some cells (the first of several)."""
-    x = y = 0
-    for index in cells:
-        x += index % width
-        y += index // width
-    best, nearest = cells[0], np.inf
-    for index in cells:
-        apart = (index % width - x / cells.size) ** 2 + (index // width - y / cells.size) ** 2
-        if apart < nearest:
-            best, nearest = index, apart
-    return best

@@ -38,7 +38,7 @@ class Distances:
             self._table[~(self._table <= least)] = np.nan
 
     def between(self, cells: Ints, search: Callable[[int, Ints], Floats]) -> Floats:
-        """Return the distances (k, k) between k passable cells, each of them once.
+        """Return the distances (k, k) between k passable cells, one or more, each of them once.
 
         Parameters
         ----------
@@ -46,9 +46,9 @@ class Distances:
             Finds the distances of some cells from one.
         """
         table = self._recalled(cells)
-        labels = connected_components(np.isfinite(table), directed=False)[1] if cells.size else cells
+        labels = connected_components(np.isfinite(table), directed=False)[1]
         x, y = cells % self._width, cells // self._width
-        outward = np.hypot(x - x.mean(), y - y.mean()) if cells.size else np.empty(0)
+        outward = np.hypot(x - x.mean(), y - y.mean())
         while True:
             unknown = np.isnan(table)
             counts = unknown.sum(axis=1)

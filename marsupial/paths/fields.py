@@ -100,7 +100,8 @@ class PathSearch:
         unique, place = np.unique(self._indices(cells), return_inverse=True)
         table = np.full((unique.size, unique.size), np.inf)
         inside = np.flatnonzero(self._passable(unique))
-        table[np.ix_(inside, inside)] = self._distances.between(unique[inside], self._search)
+        if inside.size:
+            table[np.ix_(inside, inside)] = self._distances.between(unique[inside], self._search)
         return table[np.ix_(place, place)]
 
     def route(self, start: Cell, goal: Cell) -> Route | None:
@@ -113,7 +114,7 @@ class PathSearch:
             return None
         return route_of(start, self._work.descent(ends[0]))
 
-    def _framed(self, cells: Sequence[Cell]) -> Cells:
+    def _framed(self, cells: Sequence[Cell] | Ints) -> Cells:
         self._work.load(self.passable)
         return self._work.indices(cells)
 
@@ -145,8 +146,7 @@ class PathSearch:
             self._ragged = self._open if self._jumps.steps > RAGGED * self._open else 0
             return costs
         width = self.passable.shape[1]
-        xy = np.stack([np.append(wanted, source) % width, np.append(wanted, source) // width], axis=1)
-        self._work.load(self.passable)
-        framed = self._work.indices(xy)
+        y, x = np.divmod(np.append(wanted, source), width)
+        framed = self._framed(np.stack([x, y], axis=1))
         self._work.search(framed[-1:], framed[:-1])
         return self._work.costs(framed[:-1])

@@ -37,7 +37,7 @@ _EAST, _SOUTH, _WEST, _NORTH = 0, 2, 4, 6
 """Directions: digits of steps, as everywhere (`marsupial.paths.routes`)."""
 
 
-class Ground(NamedTuple):
+class _Ground(NamedTuple):
     """What is open, as bits: cell (x, y) is bit x + `FRAME` of line y + 1 of the rows, and so for columns.
 
     Attributes
@@ -46,15 +46,37 @@ class Ground(NamedTuple):
         Whether a cell is open.
     row_goals, column_goals
         Whether its distance is asked for.
+    width
+        Of the map.
+    diagonal
+        The length of a diagonal step.
     """
 
     rows: Words
     columns: Words
     row_goals: Words
     column_goals: Words
+    width: int
+    diagonal: float
 
 
-class State(NamedTuple):
+class _Line(NamedTuple):
+    """A row or column of the ground: what is open, what is a goal, and its number.
+
+    Attributes
+    ----------
+    first, apart
+        The row-major index of its first cell, and how far apart those of its cells are.
+    """
+
+    bits: Words
+    goals: Words
+    number: int
+    first: int
+    apart: int
+
+
+class _State(NamedTuple):
     """What a search knows of each cell, row-major, and the corners it has to go on from, in buckets of width 1.
 
     Attributes
@@ -82,7 +104,7 @@ class State(NamedTuple):
 
 
 _SEARCHES, _ENTRIES, _WAITING, _STEPS = range(4)
-"""In `State.counts`: the number of this search, how many entries there are and how many of them are not done, and how
+"""In `_State.counts`: the number of this search, how many entries there are and how many of them are not done, and how
 many diagonal steps it has taken."""
 
 
@@ -99,12 +121,18 @@ class Jumps:
 
     def __init__(self, shape: tuple[int, int], diagonal: float) -> None:
         height, width = shape
-        self._shape, self._diagonal = shape, diagonal
         rows, columns = (height + 2, (width + FRAME) // 64 + 1), (width + 2, (height + FRAME) // 64 + 1)
-        self._ground = Ground(*(np.zeros(size, dtype=np.uint64) for size in (rows, columns, rows, columns)))
+        self._ground = _Ground(
+            rows=np.zeros(rows, dtype=np.uint64),
+            columns=np.zeros(columns, dtype=np.uint64),
+            row_goals=np.zeros(rows, dtype=np.uint64),
+            column_goals=np.zeros(columns, dtype=np.uint64),
+            width=width,
+            diagonal=diagonal,
+        )
         buckets = 1 << (2 * (height + width)).bit_length()
         size = height * width
-        self._state = State(
+        self._state = _State(
             cost=np.empty(size, dtype=np.float64),
             found=np.zeros(size, dtype=np.int32),
             arrived=np.empty(size, dtype=np.uint8),
@@ -120,7 +148,7 @@ class Jumps:
 
     def load(self, passable: Mask) -> Ints | None:
         """Take over which cells are open now; return those newly so, row-major, or None if any is closed again."""
-        width = self._shape[1]
+        width = self._ground.width
         lines = self._ground.rows[1:-1].view(np.uint8)[:, FRAME // 8 : FRAME // 8 + (width + 7) // 8]
         bits = np.packbits(passable, axis=1, bitorder="little")
         y, byte = np.nonzero(bits != lines)
@@ -135,7 +163,7 @@ class Jumps:
 
     def costs(self, source: int, wanted: Ints) -> Floats:
         """Return the distances (n,) of n open cells from an open one, all row-major; inf where there is no way."""
-        while not _search(self._ground, self._state, self._shape[1], self._diagonal, source, wanted):
+        while not _search(self._ground, self._state, source, wanted):
             self._state = self._state._replace(**_entries(4 * len(self._state.cell)))
         reached = self._state.found[wanted] == self._state.counts[_SEARCHES]
         return np.where(reached, self._state.cost[wanted], np.inf)
@@ -172,24 +200,29 @@ def _flip(lines: Words, cells: Ints, width: int) -> None:
 
 
 @native
-def _search(ground: Ground, state: State, width: int, diagonal: float, source: int, wanted: Ints) -> bool:
+def _search(ground: _Ground, state: _State, source: int, wanted: Ints) -> bool:
     """Find the distances of cells from a source; say whether there was room for all entries."""
     state.counts[_SEARCHES] += 1
     state.counts[_ENTRIES] = state.counts[_WAITING] = state.counts[_STEPS] = 0
     for bucket in range(len(state.heads)):
         state.heads[bucket] = 0
     for goal in wanted:
-        _mark(ground.row_goals, goal // width, goal % width, True)
-        _mark(ground.column_goals, goal % width, goal // width, True)
-    room = _spread(ground, state, width, diagonal, source, wanted)
+        _mark(ground, goal, True)
+    room = _spread(ground, state, source, wanted)
     for goal in wanted:
-        _mark(ground.row_goals, goal // width, goal % width, False)
-        _mark(ground.column_goals, goal % width, goal // width, False)
+        _mark(ground, goal, False)
     return room
 
 
 @inlined
-def _mark(lines: Words, line: int, at: int, on: bool) -> None:
+def _mark(ground: _Ground, goal: int, on: bool) -> None:
+    x, y = goal % ground.width, goal // ground.width
+    _set(ground.row_goals, y, x, on)
+    _set(ground.column_goals, x, y, on)
+
+
+@inlined
+def _set(lines: Words, line: int, at: int, on: bool) -> None:
     word, bit = np.uint64(at + FRAME) >> _SHIFT, _ONE << (np.uint64(at) & _LAST)
     if on:
         lines[line + 1, word] |= bit
@@ -198,11 +231,11 @@ def _mark(lines: Words, line: int, at: int, on: bool) -> None:
 
 
 @inlined
-def _spread(ground: Ground, state: State, width: int, diagonal: float, source: int, wanted: Ints) -> bool:
-    x, y = source % width, source // width
+def _spread(ground: _Ground, state: _State, source: int, wanted: Ints) -> bool:
+    x, y = source % ground.width, source // ground.width
     _enter(state, source, 0.0)
     for turn in range(8):
-        _go(ground, state, width, diagonal, x, y, turn, 0.0)
+        _go(ground, state, x, y, turn, 0.0)
     level, left = 0, len(wanted)
     while state.counts[_WAITING] > 0:
         while left > 0 and _known(state, wanted[left - 1]) < level + 1.0:
@@ -219,7 +252,7 @@ def _spread(ground: Ground, state: State, width: int, diagonal: float, source: i
             entry = state.next[entry - 1]
             state.counts[_WAITING] -= 1
             if length <= _known(state, cell) + TOLERANCE:
-                _turn(ground, state, width, diagonal, cell, _number(turn), length)
+                _turn(ground, state, cell, _number(turn), length)
         level += 1
     return True
 
@@ -230,12 +263,12 @@ def _number(word: np.uint64) -> int:
 
 
 @inlined
-def _known(state: State, cell: int) -> float:
+def _known(state: _State, cell: int) -> float:
     return state.cost[cell] if state.found[cell] == state.counts[_SEARCHES] else np.inf
 
 
 @inlined
-def _enter(state: State, cell: int, length: float) -> bool:
+def _enter(state: _State, cell: int, length: float) -> bool:
     """Enter the distance of a cell unless it is known to be as short; say whether it was entered."""
     shorter = length < _known(state, cell) - TOLERANCE
     if shorter:
@@ -244,7 +277,7 @@ def _enter(state: State, cell: int, length: float) -> bool:
 
 
 @inlined
-def _note(state: State, cell: int, turn: int, length: float) -> None:
+def _note(state: _State, cell: int, turn: int, length: float) -> None:
     """Note a corner to go on from, unless it was arrived at in the same direction or by a shorter way."""
     bit = np.uint8(1 << turn)
     if not _enter(state, cell, length) and (length > state.cost[cell] + TOLERANCE or state.arrived[cell] & bit):
@@ -259,16 +292,16 @@ def _note(state: State, cell: int, turn: int, length: float) -> None:
 
 
 @inlined
-def _turn(ground: Ground, state: State, width: int, diagonal: float, cell: int, turn: int, length: float) -> None:
+def _turn(ground: _Ground, state: _State, cell: int, turn: int, length: float) -> None:
     """Go on from a corner that was arrived at in a straight line: ahead, and to the sides that have opened there."""
-    x, y = cell % width, cell // width
-    _go(ground, state, width, diagonal, x, y, turn, length)
+    x, y = cell % ground.width, cell // ground.width
+    _go(ground, state, x, y, turn, length)
     for side in range(-1, 2, 2):
         across = turn + 2 * side & 7
         u, v = x + _dx(across), y + _dy(across)
         if _open(ground, u, v) and not _open(ground, u - _dx(turn), v - _dy(turn)):
-            _go(ground, state, width, diagonal, x, y, across, length)
-            _go(ground, state, width, diagonal, x, y, turn + side & 7, length)
+            _go(ground, state, x, y, across, length)
+            _go(ground, state, x, y, turn + side & 7, length)
 
 
 @inlined
@@ -282,7 +315,7 @@ def _dy(turn: int) -> int:
 
 
 @inlined
-def _open(ground: Ground, x: int, y: int) -> bool:
+def _open(ground: _Ground, x: int, y: int) -> bool:
     return _is_set(ground.rows, y, x)
 
 
@@ -293,49 +326,48 @@ def _is_set(lines: Words, line: int, at: int) -> bool:
 
 
 @outlined
-def _go(ground: Ground, state: State, width: int, diagonal: float, x: int, y: int, turn: int, length: float) -> None:
+def _go(ground: _Ground, state: _State, x: int, y: int, turn: int, length: float) -> None:
     """Go from a cell, which is `length` away, in a direction as far as one can, noting goals and corners."""
     if not turn & 1:
-        _run(ground, state, width, x, y, turn, length)
+        _run(ground, state, x, y, turn, length)
         return
     dx, dy = _dx(turn), _dy(turn)
     while _open(ground, x + dx, y) and _open(ground, x, y + dy) and _open(ground, x + dx, y + dy):
-        x, y, length = x + dx, y + dy, length + diagonal
+        x, y, length = x + dx, y + dy, length + ground.diagonal
         state.counts[_STEPS] += 1
         if _is_set(ground.row_goals, y, x):
-            _enter(state, y * width + x, length)
-        _run(ground, state, width, x, y, _EAST if dx > 0 else _WEST, length)
-        _run(ground, state, width, x, y, _SOUTH if dy > 0 else _NORTH, length)
+            _enter(state, y * ground.width + x, length)
+        _run(ground, state, x, y, _EAST if dx > 0 else _WEST, length)
+        _run(ground, state, x, y, _SOUTH if dy > 0 else _NORTH, length)
 
 
 @inlined
-def _run(ground: Ground, state: State, width: int, x: int, y: int, turn: int, length: float) -> None:
+def _run(ground: _Ground, state: _State, x: int, y: int, turn: int, length: float) -> None:
     """Go along a row or column up to the next corner or what is closed."""
-    if turn == _EAST:
-        _rise(ground.rows, ground.row_goals, state, y, x, y * width, 1, turn, length)
-    elif turn == _WEST:
-        _fall(ground.rows, ground.row_goals, state, y, x, y * width, 1, turn, length)
-    elif turn == _SOUTH:
-        _rise(ground.columns, ground.column_goals, state, x, y, x, width, turn, length)
+    if turn & _SOUTH:
+        line, at = _Line(ground.columns, ground.column_goals, x, x, ground.width), y
     else:
-        _fall(ground.columns, ground.column_goals, state, x, y, x, width, turn, length)
+        line, at = _Line(ground.rows, ground.row_goals, y, y * ground.width, 1), x
+    if turn < _WEST:
+        _rise(line, state, at, turn, length)
+    else:
+        _fall(line, state, at, turn, length)
 
 
 @inlined
-def _rise(
-    lines: Words, goals: Words, state: State, line: int, at: int, first: int, apart: int, turn: int, length: float
-) -> None:
-    """Go from bit `at` of a line upwards; cells of the line are `apart` from each other, the first one is `first`.
+def _rise(line: _Line, state: _State, at: int, turn: int, length: float) -> None:
+    """Go from bit `at` of a line upwards.
 
     One can turn to a side where it is open there and closed one cell before.
     """
+    lines, goals, number, first, apart = line
     start = np.uint64(at + FRAME)
     word, ahead = start >> _SHIFT, _ALL << (start & _LAST) << _ONE
-    left, right = lines[line, word - _ONE] >> _LAST, lines[line + 2, word - _ONE] >> _LAST
+    left, right = lines[number, word - _ONE] >> _LAST, lines[number + 2, word - _ONE] >> _LAST
     while True:
-        here, a, b = lines[line + 1, word], lines[line, word], lines[line + 2, word]
+        here, a, b = lines[number + 1, word], lines[number, word], lines[number + 2, word]
         ends = (~here | a & ~(a << _ONE | left) | b & ~(b << _ONE | right)) & ahead
-        passed = goals[line + 1, word] & ahead & here
+        passed = goals[number + 1, word] & ahead & here
         if ends:
             passed &= ends ^ ends - _ONE  # those up to the end
         while passed:
@@ -353,20 +385,19 @@ def _rise(
 
 
 @inlined
-def _fall(
-    lines: Words, goals: Words, state: State, line: int, at: int, first: int, apart: int, turn: int, length: float
-) -> None:
+def _fall(line: _Line, state: _State, at: int, turn: int, length: float) -> None:
     """Go downwards, as `_rise` goes upwards."""
+    lines, goals, number, first, apart = line
     start = np.uint64(at + FRAME)
     word, ahead = start >> _SHIFT, ~(_ALL << (start & _LAST))
     left, right = _NONE, _NONE
     if word + _ONE < np.uint64(lines.shape[1]):
-        left, right = lines[line, word + _ONE] << _LAST, lines[line + 2, word + _ONE] << _LAST
+        left, right = lines[number, word + _ONE] << _LAST, lines[number + 2, word + _ONE] << _LAST
     while True:
-        here, a, b = lines[line + 1, word], lines[line, word], lines[line + 2, word]
+        here, a, b = lines[number + 1, word], lines[number, word], lines[number + 2, word]
         ends = (~here | a & ~(a >> _ONE | left) | b & ~(b >> _ONE | right)) & ahead
         end = _highest(ends) if ends else _NONE
-        passed = goals[line + 1, word] & ahead & here & (_ALL << end if ends else _ALL)
+        passed = goals[number + 1, word] & ahead & here & (_ALL << end if ends else _ALL)
         while passed:
             bit = _highest(passed)
             cell = _number(word << _SHIFT | bit) - FRAME

@@ -20,7 +20,7 @@ from typing import ClassVar
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.maps.reach import groups
+from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import Sight
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
@@ -97,8 +97,7 @@ class WidestFrontier(_Sensing):
     def pick(self, view: FrontierView, robot: Explorer, cells: Ints) -> int:
         """Return the cell of the widest frontier that is nearest to its centre of gravity."""
         widest = max(groups(cells, view.grid.cells.shape), key=len)
-        x, y = view.xy(widest)
-        return int(widest[np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2)])
+        return int(middle(widest, view.grid.width))
 
 
 def clockwise(view: FrontierView, robot: Explorer, cells: Ints) -> Ints:
