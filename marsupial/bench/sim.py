@@ -149,7 +149,7 @@ def _sight_row(size: int, seed: int, repeats: int, views: int) -> SightRow:
     theirs = None
     if not isinstance(library, NotCompiled):
         plain, reach = PlainSight(library, truth), kind.sensor_range_m / truth.resolution_m
-        theirs = timed(lambda: [plain.visible(cell, reach).copy() for cell in cells], repeats)
+        theirs = timed(lambda: [plain.visible(cell, reach).copy() for cell in cells], repeats, warm=True)
     return SightRow(
         map=SIGHT_MAP,
         size=size,

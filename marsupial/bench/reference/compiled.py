@@ -71,7 +71,7 @@ class PlainSearch:
     def __init__(self, library: ctypes.CDLL, passable: Mask, queue: int) -> None:
         self._library, self._queue = library, queue
         self._open = np.ascontiguousarray(np.pad(passable, 1).astype(np.uint8))
-        self._cost = np.empty(self._open.shape)
+        self._cost = np.full(self._open.shape, np.inf)  # written to, so that the first search need not claim memory
 
     def field(self, source: Cell, wanted: Cell | None = None) -> Floats:
         """Return the distances (height, width) from a passable cell, a view that the next search overwrites.

@@ -75,7 +75,7 @@ def sim(
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
     sizes: Sizes = None,
     seed: Annotated[int, typer.Option(min=0, help="Draws the maps of views and the starts.")] = 1,
-    repeats: Annotated[int, typer.Option(min=1, help="How often each is timed; the median counts.")] = 1,
+    repeats: Annotated[int, typer.Option(min=1, help="How often each is timed; the median counts.")] = 3,
     json: Rows = None,
 ) -> None:
     """The simulator beside the time it simulates and sensing beside plain C; where the time of missions goes.
