@@ -46,7 +46,12 @@ def paths(
 
 @bench.command()
 def analysis(
-    sizes: Sizes = None,
+    sizes: Annotated[
+        list[int] | None,
+        typer.Option(
+            "--size", min=256, max=8192, help="Cells of a map a side; may be repeated [default: 256 to 2048]."
+        ),
+    ] = None,
     seed: MapSeed = 1,
     repeats: Annotated[int, typer.Option(min=1, help="How often something is revealed; the median counts.")] = 5,
     json: Rows = None,
