@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.arrays import Flags, Ints, Ints32
-from marsupial.maps.reach import groups, middle, parts
+from marsupial.arrays import Ints
+from marsupial.maps.reach import groups, middle, spread
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.window import Window
@@ -69,10 +69,10 @@ def find_meetings(
             continue
         # two pairs of types may meet at the same two cells
         suffix = f"_{number + 1}" if len(reach.docking) > 1 else ""
-        pair = _Pair(territory, reach, carrier, rover, suffix)
-        points += pair.on_borders(targets, robots, points)
-        points += pair.on_the_spot(targets, robots, points)
-        connects |= pair.connections(targets, points)
+        pair = _Pair(territory, reach, carrier, rover, suffix, targets, robots)
+        points += pair.on_borders(points)
+        points += pair.on_the_spot(points)
+        connects |= pair.connections(points)
     return Meetings(points=tuple(points), connects=connects)
 
 
@@ -86,29 +86,49 @@ def _still_good(point: MapMeeting, reach: Reach) -> bool:
 
 
 class _Pair:
-    """Meeting points of one carrier type with one rover type."""
+    """Meeting points of one carrier type with one rover type; only the areas that matter are looked at."""
 
-    def __init__(self, territory: Territory, reach: Reach, carrier: str, rover: str, suffix: str) -> None:
-        self._territory = territory
+    def __init__(
+        self,
+        territory: Territory,
+        reach: Reach,
+        carrier: str,
+        rover: str,
+        suffix: str,
+        targets: Sequence[Target],
+        robots: Sequence[PlacedRobot],
+    ) -> None:
+        self._territory, self._targets, self._robots = territory, targets, robots
         self._docking = docking = reach.docking[carrier, rover]
         self._carrier, self._rover, self._suffix = carrier, rover, suffix
         self._width = territory.grid.width
-        self._rover_reach = reach.by_type[rover]
-        self._dock = docking.cells & self._rover_reach
-        self._window = territory.known
-        self._areas = np.zeros(self._dock.shape, dtype=np.int32)
-        cut = self._window.cut
-        self._docking_count = int(np.count_nonzero(self._dock[cut]))
-        self._areas[cut], self._area_count = parts(self._rover_reach[cut] & ~docking.cells[cut])
+        cut = territory.known.cut
+        self._dock, rover_only = np.zeros((2, *docking.cells.shape), dtype=np.bool_)
+        self._dock[cut] = docking.cells[cut] & reach.by_type[rover][cut]
+        rover_only[cut] = reach.by_type[rover][cut] & ~docking.cells[cut]
+        self._areas = np.zeros(docking.cells.shape, dtype=np.int32)
+        self._cells_of: dict[int, Ints] = {}
+        self._enter_areas(rover_only)
 
-    def on_borders(
-        self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
-    ) -> list[MapMeeting]:
+    def _enter_areas(self, rover_only: Mask) -> None:
+        """Find the areas with a target that no carrier can explore, or with a rover on the ground, or next to one."""
+        seeds = [target.viewpoints[self._rover] for target in self._rover_only()]
+        seeds += [robot.cell for robot in self._robots if robot.type == self._rover and robot.cell is not None]
+        queue = np.empty(rover_only.size if seeds else 0, dtype=np.int64)
+        for seed in seeds:
+            around = Window.around(seed, seed, 0 if rover_only[seed.y, seed.x] else 1, rover_only.shape)
+            for index in around.on_map(np.flatnonzero(rover_only[around.cut]), self._width).tolist():
+                if not self._areas.flat[index]:
+                    area = self._areas.flat[index] = len(self._cells_of) + 1
+                    queue[0] = index
+                    self._cells_of[area] = queue[: spread(rover_only, self._areas, area, queue, 1)].copy()
+
+    def on_borders(self, points: Sequence[MapMeeting]) -> list[MapMeeting]:
         """Return a point for each stretch of border of the rover-only areas that matter."""
         stretch = STRETCH_M / self._territory.grid.resolution_m
         served = [(self._index(p.rover_cell), self._areas_near(p.rover_cell)) for p in points if self._fits(p)]
         found: list[MapMeeting] = []
-        for area, border in self._borders(targets, robots):
+        for area, border in self._borders():
             for cells in groups(border, self._dock.shape):
                 here = [index for index, areas in served if area in areas or area == _NO_AREA]
                 taken = [index for index in here if _apart(index, cells, self._width) <= _SAME_DOOR_CELLS]
@@ -117,25 +137,23 @@ class _Pair:
                     served.append((index, self._areas_near(found[-1].rover_cell)))
         return found
 
-    def on_the_spot(
-        self, targets: Sequence[Target], robots: Sequence[PlacedRobot], points: Sequence[MapMeeting]
-    ) -> list[MapMeeting]:
+    def on_the_spot(self, points: Sequence[MapMeeting]) -> list[MapMeeting]:
         """Return points where rovers on the ground stand now, and where loaded carriers do."""
         spots: list[MapMeeting] = []
-        for robot in robots:
+        for robot in self._robots:
             if robot.cell is None:
                 continue
             if robot.type == self._rover and self._dock[robot.cell.y, robot.cell.x]:
                 spots.append(self._point(self._index(robot.cell)))
-            loaded = any(other.carrier == robot.name and other.type == self._rover for other in robots)
-            if robot.type == self._carrier and loaded and self._useful_rover(targets):
-                spots += self._beside(robot.cell)
+            loaded = any(other.carrier == robot.name and other.type == self._rover for other in self._robots)
+            if robot.type == self._carrier and loaded and self._has_targets():
+                spots += self._within_reach(robot.cell)
         names = {point.name for point in points}
         return list({spot.name: spot for spot in spots if spot.name not in names}.values())
 
-    def connections(self, targets: Sequence[Target], points: Sequence[MapMeeting]) -> dict[str, frozenset[str]]:
+    def connections(self, points: Sequence[MapMeeting]) -> dict[str, frozenset[str]]:
         """Return per point of this pair the rover-only targets in the areas that it borders on."""
-        cells = {target.name: target.viewpoints[self._rover] for target in self._rover_only(targets)}
+        cells = {target.name: target.viewpoints[self._rover] for target in self._rover_only()}
         areas_of = {name: self._areas_near(cell) for name, cell in cells.items()}
         reach = STRETCH_M / self._territory.grid.resolution_m
         served: dict[str, frozenset[str]] = {}
@@ -147,47 +165,34 @@ class _Pair:
                 served[point.name] = frozenset(near | {name for name, areas in areas_of.items() if areas & mine})
         return served
 
-    def _borders(self, targets: Sequence[Target], robots: Sequence[PlacedRobot]) -> Iterator[tuple[int, Ints]]:
+    def _borders(self) -> Iterator[tuple[int, Ints]]:
         """Yield the border of each rover-only area that matters: the cells beside it where docking is possible.
 
-        Last, as those of `_NO_AREA`, come the cells of the targets that are at no area but where docking is possible.
+        Areas come in the order of their first cells. Last, as those of `_NO_AREA`, come the cells of the targets that
+        are at no area but where docking is possible.
         """
-        wanted = np.zeros(self._area_count + 1, dtype=np.bool_)
-        wanted[sorted(self._areas_of_interest(targets, robots))] = True
-        near, areas = self._beside_areas(wanted)
-        for area in np.flatnonzero(wanted).tolist():
-            yield area, np.unique(near[areas == area])
-        cells = [target.viewpoints[self._rover] for target in self._rover_only(targets)]
-        lone = {self._index(c) for c in cells if self._dock[c.y, c.x] and not self._areas_near(c)}
+        for area, cells in sorted(self._cells_of.items(), key=lambda item: int(item[1].min())):
+            yield area, np.unique(_beside(cells, self._dock))
+        viewpoints = [target.viewpoints[self._rover] for target in self._rover_only()]
+        lone = {self._index(c) for c in viewpoints if self._dock[c.y, c.x] and not self._areas_near(c)}
         yield _NO_AREA, np.array(sorted(lone), dtype=np.int64)
 
-    def _beside_areas(self, wanted: Flags) -> tuple[Ints, Ints32]:
-        """Return the cells next to wanted areas where docking is possible and, beside them, which area it is."""
-        cells, labels = np.empty(4 * self._docking_count, dtype=np.int64), np.empty(4 * self._docking_count, np.int32)
-        count = _beside_wanted(self._areas, self._dock, wanted, self._window, cells, labels)
-        return cells[:count], labels[:count]
-
-    def _rover_only(self, targets: Sequence[Target]) -> list[Target]:
+    def _rover_only(self) -> list[Target]:
         carriers = {kind.name for kind in self._territory.of_role(Role.CARRIER)}
-        return [t for t in targets if self._rover in t.viewpoints and not carriers & t.viewpoints.keys()]
+        return [t for t in self._targets if self._rover in t.viewpoints and not carriers & t.viewpoints.keys()]
 
-    def _useful_rover(self, targets: Sequence[Target]) -> bool:
-        return any(self._rover in target.viewpoints for target in targets)
-
-    def _areas_of_interest(self, targets: Sequence[Target], robots: Sequence[PlacedRobot]) -> set[int]:
-        cells = [target.viewpoints[self._rover] for target in self._rover_only(targets)]
-        cells += [robot.cell for robot in robots if robot.type == self._rover and robot.cell is not None]
-        return set().union(*(self._areas_near(cell) for cell in cells)) if cells else set()
+    def _has_targets(self) -> bool:
+        return any(self._rover in target.viewpoints for target in self._targets)
 
     def _areas_near(self, cell: Cell) -> set[int]:
-        """Return the rover-only areas at a cell or, for a cell where docking is possible, next to it."""
+        """Return the areas that matter at a cell or, for a cell where docking is possible, next to it."""
         here = int(self._areas[cell.y, cell.x])
         if here:
             return {here}
         window = self._areas[max(0, cell.y - 1) : cell.y + 2, max(0, cell.x - 1) : cell.x + 2]
         return set(window.ravel().tolist()) - {_NO_AREA}
 
-    def _beside(self, carrier_cell: Cell) -> list[MapMeeting]:
+    def _within_reach(self, carrier_cell: Cell) -> list[MapMeeting]:
         """Return the point where a carrier standing there sets a rover down, if there is room for one."""
         x, y = carrier_cell
         if self._dock[y, x] and self._territory.see_through[y, x]:
@@ -252,28 +257,17 @@ def _spread(cells: Ints, taken: Sequence[int], stretch: float, width: int) -> li
 
 
 @native
-def _beside_wanted(areas: Ints32, dock: Mask, wanted: Flags, window: Window, cells: Ints, labels: Ints32) -> int:
-    """Enter the docking cells of a window beside wanted areas, and which area that is; return how many.
-
-    Parameters
-    ----------
-    areas, dock
-        (height, width): the label of each cell's area, and whether one can dock there.
-    wanted
-        (areas + 1,), by label.
-    cells, labels
-        Receive row-major indices and labels; a cell comes as often as it has neighbours in such areas.
-    """
-    height, width = areas.shape
+def _beside(cells: Ints, dock: Mask) -> Ints:
+    """Return the docking cells (height, width) beside these, by row-major index; once for each cell beside."""
+    height, width = dock.shape
+    found = np.empty(4 * len(cells), dtype=np.int64)
     count = 0
-    for y in range(window.bottom, window.top):
-        for x in range(window.left, window.right):
-            if not dock[y, x]:
-                continue
-            for direction in range(4):
-                u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
-                v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
-                if 0 <= u < width and 0 <= v < height and wanted[areas[v, u]]:
-                    cells[count], labels[count] = y * width + x, areas[v, u]
-                    count += 1
-    return count
+    for cell in cells:
+        y, x = cell // width, cell % width
+        for direction in range(4):
+            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
+            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
+            if 0 <= u < width and 0 <= v < height and dock[v, u]:
+                found[count] = v * width + u
+                count += 1
+    return found[:count]

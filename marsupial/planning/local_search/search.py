@@ -38,6 +38,9 @@ RUNS, RUN_CHANGES, RUN_ENOUGH, RUNS_SHARE = 6, 1500, 9000, 0.7
 """How many runs there are where each has that many changes per target, and more where each would have more than is
 enough; the share of the budget of all but the last."""
 
+BUSY_RUN_CHANGES = 100_000
+"""The same where there are many transfers: one long run is better there than several short ones."""
+
 REACHING_SHARE, REACHING_CROWDED, DRIVING_SHARE = 0.2, 0.02, 1e-4
 """What a ms of the mean time at which targets are reached costs beside one of being late, or per target where there
 are many, and a ms of driving."""
@@ -196,7 +199,8 @@ class Annealing:
         self._best_nodes = self._net.nodes.copy()
         self._best = np.array([LATEST, 0, 0, bound_ms], dtype=np.int64)
         targets = int(data.groups[col.TARGETS, 0])
-        self._lots = lots(busy=transfers >= max(BUSY, targets))
+        self._busy = transfers >= max(BUSY, targets)
+        self._lots = lots(busy=self._busy)
         self._objective, self._blend = objective, _blend_of(data, objective)
         self._begin_at(beginnings[0])
         self._scale_ms = float(self._best[0]) * (objective.total_worth if isinstance(objective, PricedArrival) else 1.0)
@@ -220,7 +224,10 @@ class Annealing:
         """Choose the number of runs and how hot they begin for a budget of about that many steps."""
         self._hot = self._heat(steps)
         changes = RUNS_SHARE * steps * STEP / max(1, int(self._data.groups[col.TARGETS, 0]))
-        runs = int(max(min(float(RUNS), changes / RUN_CHANGES), changes / RUN_ENOUGH))
+        if self._busy:
+            runs = int(changes / BUSY_RUN_CHANGES)
+        else:
+            runs = int(max(min(float(RUNS), changes / RUN_CHANGES), changes / RUN_ENOUGH))
         self._runs = runs + 1 if runs > 1 else 1
 
     def is_last_run(self, used: float) -> bool:
