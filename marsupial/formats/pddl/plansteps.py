@@ -46,7 +46,7 @@ class Reading:
     """The plan that steps mean, and of each action that was mended its new times, in order of start."""
 
     plan: Plan
-    mended: tuple[str, ...]
+    mended: tuple[str, ...] = ()
 
 
 def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
