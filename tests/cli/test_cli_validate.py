@@ -49,3 +49,32 @@ def test_another_domain_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture
     )
     assert main(["validate", str(domain), str(example / "problem.pddl"), str(example / "valid-first.plan")]) == 3
     assert "not the canonical domain" in capsys.readouterr().err
+
+
+def test_a_plan_of_rounded_times_is_retimed_and_that_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    example = PDDL / "examples" / "deploy"
+    plan = tmp_path / "plan.txt"
+    plan.write_text(
+        "0.00: (MOVE ROBOT0 CARRIER_TYPE P M1) [D:5.00; C:0.10]\n"
+        "5.00: (UNDOCK ROBOT1 ROBOT0 M1) [D:5.00; C:0.10]\n"
+        "10.00: (EXPLORE ROBOT1 ROVER_TYPE M1 T2) [D:8.00; C:0.10]\n"
+        "10.00: (EXPLORE ROBOT0 CARRIER_TYPE M1 T3) [D:10.00; C:0.10]\n"
+        "20.00: (EXPLORE ROBOT0 CARRIER_TYPE T3 T1) [D:23.00; C:0.10]\n"
+    )
+    assert main(["validate", str(PDDL / "domain.pddl"), str(example / "problem.pddl"), str(plan)]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert first == "valid: 5 actions, makespan 43.003 s"
+    assert second == (
+        "retimed, as times were printed rounded: 4 of 5 actions; "
+        "the first on line 2: (undock robot1 robot0 m1) from 5.001 for 5.000 s"
+    )
+
+
+def test_a_foreign_domain_is_told_in_three_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    example = PDDL / "examples" / "deploy"
+    domain = tmp_path / "domain.pddl"
+    domain.write_text("(define (domain depots) (:types crate) (:predicates (clear ?x)))")
+    assert main(["validate", str(domain), str(example / "problem.pddl"), str(example / "valid-first.plan")]) == 3
+    assert len(capsys.readouterr().err.splitlines()) == 3

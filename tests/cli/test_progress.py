@@ -13,6 +13,8 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.grid import Grid
 from marsupial.model.mission import MissionStarted
+from marsupial.model.planning import Outcome
+from marsupial.model.strategy import PlanningReport
 
 
 def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
@@ -45,3 +47,24 @@ def test_without_colours_nothing_moves(monkeypatch: pytest.MonkeyPatch, capsys: 
     lines = capsys.readouterr().err.splitlines()
     assert "robots, seed" in lines[0]
     assert all("\x1b" not in line for line in lines)
+
+
+def failed(outcome: Outcome, detail: str) -> PlanningReport:
+    return PlanningReport(planner="cmd:x", outcome=outcome, wall_s=0.1, detail=detail)
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_that_a_planner_fails_is_said_once_with_its_words(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = io.StringIO()
+    console = Console(file=file, force_terminal=terminal, width=200, _environ={})
+    monkeypatch.setattr(module, "Console", lambda **_: console)
+    with progress(builtin_scenario("lobby"), 1) as observer:
+        observer.planned(failed(Outcome.SATISFICING, "nobody can serve t1"))
+        observer.planned(failed(Outcome.OPTIMAL, "cmd:x: optimal (there is nothing to do)"))
+        observer.planned(failed(Outcome.NO_PLAN, "cmd:x: no_plan (saying: Unrecognised [switch] \x1b)"))
+        observer.planned(failed(Outcome.CRASHED, "cmd:x: crashed"))
+    told = file.getvalue() + capsys.readouterr().err
+    assert told.count("the mission goes on without") == 1
+    assert "cmd:x: no_plan (saying: Unrecognised [switch] ?); the mission goes on without (said once)" in told

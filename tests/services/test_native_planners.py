@@ -24,7 +24,7 @@ from marsupial.model.strategy import PlanningReport
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial_service.client import Client, simulate_by
-from marsupial_service.intake.situations import plan_of
+from marsupial_service.intake.situations import reading_of
 from marsupial_service.schemas.requests import ActionsPlan
 
 ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)
@@ -104,7 +104,7 @@ def test_a_job_is_given_a_valid_plan(http: httpx.Client, planner: str) -> None:
         job = http.post(links["cancel"]).json()
     assert (job["state"] in ("succeeded", "cancelled"), job["planner"]) == (True, planner)
     situation = situation_from_fields(http.get(job["links"]["situation"]).json()["situation"])
-    plan = plan_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation)
+    plan = reading_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
     assert check(situation, plan).valid
 
 

@@ -12,7 +12,7 @@ from talk import frames
 
 from marsupial.formats.situation import situation_from_fields
 from marsupial.planning.checker import check
-from marsupial_service.intake.situations import plan_of
+from marsupial_service.intake.situations import reading_of
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 
@@ -48,9 +48,9 @@ def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
     assert (job["state"], job["outcome"] in ("optimal", "satisficing")) == ("succeeded", True)
     found = http.get(job["links"]["situation"]).json()
     situation = situation_from_fields(found["situation"])
-    plan = plan_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation)
+    plan = reading_of(ActionsPlan.model_validate({"actions": job["best"]["actions"]}), situation).plan
     assert check(situation, plan).valid
-    assert plan_of(TextPlan(ipc=job["best"]["ipc"]), situation) == plan
+    assert reading_of(TextPlan(ipc=job["best"]["ipc"]), situation).plan == plan
     assert (found["places"] is not None) == (demo == "yard")
     if demo == "yard":
         assert set(situation.places) == set(found["places"])
@@ -133,6 +133,10 @@ def test_a_plan_can_be_validated(http: httpx.Client, tiny: dict[str, Any]) -> No
     for plan in ({"actions": best["actions"]}, {"ipc": best["ipc"]}):
         verdict = http.post("/v1/validations", json={"situation": situation, "plan": plan}).json()
         assert (verdict["valid"], verdict["makespan_ms"]) == (True, best["makespan_ms"])
+        assert verdict["retimed"] == 0
+    rounded = re.sub(r"\[(\d+\.\d\d)\d\]", r"[\1]", best["ipc"]).replace(".001:", ".00:").replace(".002:", ".00:")
+    verdict = http.post("/v1/validations", json={"situation": situation, "plan": {"ipc": rounded}}).json()
+    assert (verdict["valid"], verdict["retimed"]) == (True, 2)
     late = [{**best["actions"][0], "start_ms": -1}, *best["actions"][1:]]
     verdict = http.post("/v1/validations", json={"situation": situation, "plan": {"actions": late}}).json()
     assert (verdict["valid"], verdict["violation"]["kind"], verdict["violation"]["time_ms"]) == (False, "too_early", -1)

@@ -17,14 +17,16 @@ def validate(
 ) -> None:
     """Say whether a plan is valid, or what is wrong with it.
 
-    What is wrong is the first violation, with its time and action.
+    What is wrong is the first violation, with its time and action. Where a
+    planner has printed times rounded to hundredths of a second, the plan is
+    retimed within these digits first, and that is said.
 
     Example: marsupial validate domain.pddl problem.pddl plan.txt
     """
     from marsupial.cli.display.tables import print_text
     from marsupial.errors import PlanTextError, SituationError
     from marsupial.formats.files import about, read_text
-    from marsupial.formats.pddl.plantext import read_plan_text
+    from marsupial.formats.pddl.plantext import read_plan
     from marsupial.formats.pddl.text import check_domain, read_problem
     from marsupial.planning.checker import check
 
@@ -35,10 +37,15 @@ def validate(
     with about(problem):
         situation = read_problem(problem_text)
     with about(plan):
-        actions = read_plan_text(plan_text, situation)
-    verdict = check(situation, actions)
+        reading = read_plan(plan_text, situation)
+    actions = reading.plan.actions
+    verdict = check(situation, reading.plan)
     if verdict.valid:
-        print_text(f"valid: {len(actions.actions)} actions, makespan {verdict.makespan_ms / 1000:.3f} s\n")
-        return
-    print_text(f"invalid: {verdict.violation}\n")
-    raise typer.Exit(INVALID_PLAN)
+        print_text(f"valid: {len(actions)} actions, makespan {verdict.makespan_ms / 1000:.3f} s\n")
+    else:
+        print_text(f"invalid: {verdict.violation}\n")
+    if reading.mended:
+        count = f"{len(reading.mended)} of {len(actions)}"
+        print_text(f"retimed, as times were printed rounded: {count} actions; the first on {reading.mended[0]}\n")
+    if not verdict.valid:
+        raise typer.Exit(INVALID_PLAN)

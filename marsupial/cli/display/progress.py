@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console, Group
@@ -19,10 +19,12 @@ from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
 from marsupial.library.metrics import clock, counted
 from marsupial.library.missions import reachable_area
-from marsupial.mission.observer import Observer
+from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
+from marsupial.model.planning import Outcome
 from marsupial.model.scenario import Scenario
+from marsupial.model.strategy import PlanningReport
 
 LINE_EVERY_MS = 180_000
 """Simulated time between two lines."""
@@ -31,16 +33,33 @@ FRAME_EVERY_S = 0.1
 """Wall-clock time between two pictures."""
 
 
+_WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
+"""Outcomes that are no failure of a planner; with no plan in them, there was nothing to do."""
+
+
 @contextmanager
 def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
     """Yield an observer that shows a mission of this scenario as it goes."""
     watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
     console = Console(file=sys.stderr)
     if not moves(console):
-        yield _Lines(watch)
+        yield Observers([_Lines(watch), _FirstFailure(say)])
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
-        yield _Moving(watch, live, console)
+        yield Observers([_Moving(watch, live, console), _FirstFailure(lambda text: console.print(Text(text)))])
+
+
+class _FirstFailure(Observer):
+    """Says once that the planner failed, with its last words: nobody else notices, since other plans are followed."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self._tell = tell
+        self._told = False
+
+    def planned(self, report: PlanningReport) -> None:
+        if report.detail and report.outcome not in _WITH_PLAN and not self._told:
+            self._told = True
+            self._tell(printable(f"{report.detail}; the mission goes on without (said once)"))
 
 
 class _Lines(Observer):

@@ -31,6 +31,9 @@ SUPERTYPES: Mapping[str, str | None] = {
 }
 """The domain's types, each with the one it is a kind of."""
 
+LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
+"""The types that objects may have."""
+
 PREDICATES: Mapping[str, tuple[str, ...]] = {
     "at": ("robot", "location"),
     "on": ("rover", "carrier"),

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from marsupial.errors import InvalidPlanError, PlanTextError, Problem
-from marsupial.formats.pddl.facts import duration_ms
+from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
 from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
 from marsupial.model.robots import Role
@@ -24,13 +24,29 @@ from marsupial.model.situation import Situation
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One line of a PDDL plan: PDDL names, exact seconds; `where` is how to call it in a message."""
+    """One line of a PDDL plan: PDDL names, seconds as printed; `where` is how to call it in a message.
+
+    Attributes
+    ----------
+    start_off, duration_off
+        By how many seconds the true time may differ from the printed one, which is rounded.
+    """
 
     start: Fraction
     name: str
     args: tuple[str, ...]
     duration: Fraction | None
     where: str = ""
+    start_off: Fraction = Fraction(0)
+    duration_off: Fraction = Fraction(0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """The plan that steps mean, and of each action that was mended its new times, in order of start."""
+
+    plan: Plan
+    mended: tuple[str, ...] = ()
 
 
 def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
@@ -45,7 +61,12 @@ def steps_of(plan: Plan, situation: Situation) -> tuple[Step, ...]:
 
 
 def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
-    """Return the plan that the steps mean for `situation`.
+    """Return the plan that the steps mean for `situation`; raises as `reading_of` does."""
+    return reading_of(steps, situation).plan
+
+
+def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
+    """Return the plan that the steps mean for `situation`, and what of it had been rounded away.
 
     Raises
     ------
@@ -62,11 +83,11 @@ def plan_of(steps: Iterable[Step], situation: Situation) -> Plan:
             problems.append(Problem(step.where, f"({' '.join((step.name, *step.args))}): {fault}"))
     if problems:
         raise PlanTextError(problems)
-    return Plan.of(_spaced(timed))
+    return _spaced(timed)
 
 
 class _Unreadable(Exception):
-    """A step that means no action; `plan_of` turns it into a problem."""
+    """A step that means no action; `reading_of` turns it into a problem."""
 
 
 def _step(action: Action, situation: Situation) -> Step:
@@ -113,11 +134,15 @@ def _names(situation: Situation) -> _Names:
 
 @dataclass(frozen=True, slots=True)
 class _Timed:
-    """An action in rounded ms, with its exact start and end."""
+    """An action in rounded ms, with the start and end its step gives it and by how much these may be off, in ms."""
 
     action: Action
     start: Fraction
     end: Fraction
+    start_off: Fraction
+    end_off: Fraction
+    where: str
+    mended: bool
 
 
 def _timed(step: Step, situation: Situation, names: _Names) -> _Timed:
@@ -125,12 +150,24 @@ def _timed(step: Step, situation: Situation, names: _Names) -> _Timed:
     if step.start < 0:
         raise _Unreadable(f"starts before the plan, at {float(step.start):g}")
     free = _free_ms(action.robot, action.origin, situation)
-    duration = Fraction(_told_ms(action, situation)) if step.duration is None else step.duration * 1000 - free
-    if duration <= 0:
+    told = _told_ms(action, situation)
+    if step.duration is None and told is None:
+        raise _Unreadable(f"no duration given, and no path from {action.origin} to {action.place} that tells it")
+    printed = Fraction(told or 0) if step.duration is None else step.duration * 1000 - free
+    off = step.duration_off * 1000
+    exact = Fraction(told) if told is not None and abs(told - printed) <= off else printed
+    if exact <= 0:
         raise _Unreadable(f"{action.robot} is busy for {free} ms at first, the action must take longer")
     start = step.start * 1000 + free
-    action = replace(action, start_ms=_nearest(start), duration_ms=_nearest(duration))
-    return _Timed(action, start, start + duration)
+    return _Timed(
+        action=replace(action, start_ms=_nearest(start), duration_ms=_nearest(exact)),
+        start=start,
+        end=start + printed,
+        start_off=step.start_off * 1000,
+        end_off=step.start_off * 1000 + off,
+        where=step.where,
+        mended=exact != printed,
+    )
 
 
 def _nearest(value: Fraction) -> int:
@@ -171,29 +208,30 @@ def _check(name: str | None, noun: str, names: _Names) -> None:
         raise _Unreadable(f"there is no {noun} {name}")
 
 
-def _told_ms(action: Action, situation: Situation) -> int:
-    """Return how long an action takes by the situation, for plans that leave durations out."""
+def _told_ms(action: Action, situation: Situation) -> int | None:
+    """Return how long an action takes by the situation; None where there is no path."""
     kind = situation.type_of(action.robot)
     if action.origin is None:
         return duration_ms(kind.dock_ms if action.name is ActionName.DOCK else kind.undock_ms)
     travel = situation.travel(kind.name, action.origin, action.place)
-    if travel is None:
-        raise _Unreadable(f"no duration given, and no path from {action.origin} to {action.place} that tells it")
-    return duration_ms(travel)
+    return None if travel is None else duration_ms(travel)
 
 
-def _spaced(timed: Sequence[_Timed]) -> list[Action]:
+def _spaced(timed: Sequence[_Timed]) -> Reading:
     """Return the actions with the gaps that rounding closed opened again."""
-    last: dict[str, tuple[Fraction, int]] = {}
+    last: dict[str, tuple[_Timed, int]] = {}
     actions: list[Action] = []
+    mended: list[str] = []
     for item in sorted(timed, key=lambda item: (item.start, item.end)):
-        start = item.action.start_ms
-        for robot in item.action.robots:
-            end, end_ms = last.get(robot, (item.start, 0))
-            if end < item.start:
+        start, wrong = item.action.start_ms, item.mended
+        for before, end_ms in (last[robot] for robot in item.action.robots if robot in last):
+            off = before.end_off + item.start_off
+            if before.end < item.start or (off and before.end <= item.start + off):
                 start = max(start, end_ms + EPSILON_MS)
+                wrong = wrong or before.end >= item.start
         action = replace(item.action, start_ms=start)
         actions.append(action)
-        for robot in action.robots:
-            last[robot] = item.end, action.end_ms
-    return actions
+        if wrong:
+            mended.append(f"{item.where}: {action} from {seconds(start)} for {seconds(action.duration_ms)} s")
+        last.update(dict.fromkeys(action.robots, (item, action.end_ms)))
+    return Reading(plan=Plan.of(actions), mended=tuple(mended))

@@ -13,12 +13,12 @@ from fractions import Fraction
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.assemble import assemble
-from marsupial.formats.pddl.facts import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.facts import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.foreign import foreign_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.formats.pddl.table import FactTable
 from marsupial.model.situation import Situation
 
-_LEAVES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())
 _SECTIONS = (":domain", ":objects", ":init", ":goal", ":metric", ":requirements")
 
 
@@ -28,9 +28,11 @@ def read_problem(text: str) -> Situation:
     Raises
     ------
     SituationError
-        With every problem found and its line.
+        With every problem found and its line; of another domain's problem only what it lacks.
     """
     form = parse_form(text)
+    if strange := foreign_problem(form):
+        raise SituationError(strange)
     reader = _Reader()
     reader.read(form)
     reader.table.refuse_if_wrong()
@@ -77,8 +79,8 @@ class _Reader:
         for word, kind in typed_list(section.items[1:]):
             if isinstance(word, Form):
                 self.table.wrong(word.line, f"an object's name is expected, got {word}")
-            elif str(kind) not in _LEAVES:
-                self.table.wrong(kind.line, f"{word}: type must be one of {', '.join(sorted(_LEAVES))}, got {kind}")
+            elif str(kind) not in LEAF_TYPES:
+                self.table.wrong(kind.line, f"{word}: type must be one of {', '.join(sorted(LEAF_TYPES))}, got {kind}")
             elif word.text in self.table.kinds:
                 self.table.wrong(word.line, f"object {word} is declared twice")
             else:

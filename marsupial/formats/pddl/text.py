@@ -11,6 +11,7 @@ from functools import cache
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.facts import problem_facts
+from marsupial.formats.pddl.foreign import foreign_domain
 from marsupial.formats.pddl.names import encode_name
 from marsupial.formats.pddl.read import read_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
@@ -60,9 +61,14 @@ def check_domain(text: str) -> None:
     Raises
     ------
     SituationError
-        With each predicate, function, type or action that is missing, unknown or different, and its line.
+        With each predicate, function, type or action that is missing, unknown or different, and its line; where most
+        are missing, with what is missing by kind.
     """
-    given, wanted = _declarations(parse_form(text)), _declarations(parse_form(domain_text()))
+    form = parse_form(text)
+    given, wanted = _declarations(form), _declarations(parse_form(domain_text()))
+    name = ", ".join(name for kind, name in given if kind == "name")
+    if strange := foreign_domain(name, form.line, given, list(wanted)):
+        raise SituationError(strange)
     problems = [
         Problem("", f"not the canonical domain: {kind} {name} is missing")
         for kind, name in wanted

@@ -27,7 +27,14 @@ from marsupial.model.planning import EngineInfo, Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
-from marsupial.planning.external.output import PLAN_PREFIX, TAIL_BYTES, PlanFiles, PlanReader, Printed
+from marsupial.planning.external.output import (
+    PLAN_PREFIX,
+    TAIL_BYTES,
+    PlanFiles,
+    PlanReader,
+    Printed,
+    last_words,
+)
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
@@ -215,20 +222,19 @@ class _Child:
 
 def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Situation) -> tuple[Outcome, str]:
     code = child.returncode
+    words = "" if reader.accepted else last_words(child.errors, printed.tail)
     if child.stopped:
-        return Outcome.TIMEOUT, "stopped at the end of its time"
+        return Outcome.TIMEOUT, f"stopped at the end of its time{words}"
     how = f"it {death(code)}"
     if code < 0:
-        return _as_ended(code, child), how + _last_words(child, printed)
+        return _as_ended(code, child), how + last_words(child.errors, printed.tail)
     if reader.accepted:
         return Outcome.SATISFICING, how
     if printed.claim is not None and not reader.faults:
         if reader.incumbent.plan is not None or _can_be_solved(situation):
             return Outcome.NO_PLAN, f"it says {printed.claim!r}, which is not so: marsupial has a plan"
         return Outcome.UNSOLVABLE, f"it says {printed.claim!r}"
-    if code > 0:
-        return _as_ended(code, child), how + _last_words(child, printed)
-    return Outcome.NO_PLAN, how
+    return _as_ended(code, child) if code > 0 else Outcome.NO_PLAN, how + words
 
 
 def _as_ended(code: int, child: _Child) -> Outcome:
@@ -239,10 +245,3 @@ def _can_be_solved(situation: Situation) -> bool:
     """Say whether there is a plan after all: planners also call a problem unsolvable that they can't handle."""
     plan, _ = serve(situation)
     return check(situation, plan).valid
-
-
-def _last_words(child: _Child, printed: Printed) -> str:
-    """Return the last lines of stderr, or of stdout where that is silent."""
-    text = (child.errors.strip() or printed.tail.strip()).decode(errors="replace")
-    lines = [line.strip() for line in text.splitlines() if line.strip()][-3:]
-    return f", saying: {' | '.join(lines)[-400:]}" if lines else ""

@@ -26,6 +26,16 @@ PLAN_PREFIX = "plan"
 TAIL_BYTES = 2000
 """How much is kept of what was printed last."""
 
+_LAST_LINES = 3
+_LINE_LETTERS = 240
+"""How much of what a planner said last is told, of each line and in lines."""
+
+_COMPLAINT = re.compile(
+    r"error|unknown|unrecogni[sz]ed|unsupported|invalid|fail|assert|no such|(?:can ?not|can't|could not) ",
+    re.IGNORECASE,
+)
+"""What a line says that tells why there is no plan; some planners print all their options after it (POPF)."""
+
 _SCAN_S = 0.05
 _PLAN_BYTES = 4 << 20
 """How much of one plan is read."""
@@ -33,7 +43,6 @@ _PLAN_BYTES = 4 << 20
 _LINE_BYTES = 1 << 16
 
 _STEP = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?\s*:\s*\(", re.IGNORECASE)
-_LPG_DURATION = re.compile(r"\[\s*D:\s*([^;\]\s]+)\s*;[^\]]*\]", re.IGNORECASE)
 _UNSOLVABLE = re.compile(
     r"problem unsolvable(!|$)"  # POPF, OPTIC; not "unsolvable by EHC, and best-first search has been disabled"
     r"|the problem is unsolvable since at the fixpoint level"  # LPG
@@ -41,6 +50,29 @@ _UNSOLVABLE = re.compile(
     r"|problem has been proven unsolvable",
     re.IGNORECASE,
 )
+
+
+def last_words(errors: bytes, printed: bytes) -> str:
+    """Return the end of what was said on stderr and on stdout, to be put behind how the planner ended.
+
+    Of each the last lines, after the first that sounds like a complaint.
+    """
+    told = [" | ".join(_telling(text.decode(errors="replace"))) for text in (errors, printed) if text.strip()]
+    return f", saying: {' || '.join(told)}" if told else ""
+
+
+def _telling(text: str) -> list[str]:
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    last = lines[-_LAST_LINES:]
+    complaint = next((line for line in lines[:-_LAST_LINES] if _COMPLAINT.search(line)), None)
+    told = last if complaint is None or any(map(_COMPLAINT.search, last)) else [complaint, *last]
+    return [_shown(line) for line in told]
+
+
+def _shown(line: str) -> str:
+    """Return a line cut short, without what would steer a terminal."""
+    cut = line if len(line) <= _LINE_LETTERS else f"{line[:_LINE_LETTERS]}..."
+    return "".join(letter if letter.isprintable() else "?" for letter in " ".join(cut.split()))
 
 
 class Printed:
@@ -155,7 +187,7 @@ class PlanReader:
                 self.faults.append(fault)
 
     def _read(self, text: str) -> Plan:
-        return retime(self._situation, read_plan_text(_LPG_DURATION.sub(r"[\1]", text), self._situation).actions)
+        return retime(self._situation, read_plan_text(text, self._situation).actions)
 
     @property
     def summary(self) -> str:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from marsupial.errors import InputError, PlanTextError, Problem, SituationError
 from marsupial.formats.fields import Notes
-from marsupial.formats.pddl.plantext import read_plan_text
+from marsupial.formats.pddl.plansteps import Reading
+from marsupial.formats.pddl.plantext import read_plan
 from marsupial.formats.situation import check_places, travel_tables
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
@@ -78,11 +79,11 @@ def budget_of(budget: Budget | None, limits: ServiceLimits, default_s: float) ->
     return budget
 
 
-def plan_of(body: ActionsPlan | TextPlan, situation: Situation) -> Plan:
+def reading_of(body: ActionsPlan | TextPlan, situation: Situation) -> Reading:
     """Return the plan of a request (field ``plan``), valid or not. Raises PlanTextError if its text can't be read."""
     if isinstance(body, ActionsPlan):
-        return Plan(actions=tuple(body.actions))
+        return Reading(plan=Plan(actions=tuple(body.actions)))
     try:
-        return read_plan_text(body.ipc, situation)
+        return read_plan(body.ipc, situation)
     except InputError as error:
         raise PlanTextError([Problem("plan.ipc", str(problem)) for problem in error.problems]) from error

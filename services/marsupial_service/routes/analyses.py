@@ -16,7 +16,7 @@ from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.maps import map_state_of
-from marsupial_service.intake.situations import plan_of, situation_of
+from marsupial_service.intake.situations import reading_of, situation_of
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
@@ -55,5 +55,6 @@ async def validate(state: Service, body: ValidationBody) -> Response:
 
 def _verdict(body: ValidationBody, limits: ServiceLimits) -> answers.VerdictAnswer:
     situation = situation_of(body.situation, limits)
-    plan = plan_of(body.plan, situation)
-    return answers.VerdictAnswer.of(check(situation, plan), actions=len(plan.actions))
+    reading = reading_of(body.plan, situation)
+    actions, retimed = len(reading.plan.actions), len(reading.mended)
+    return answers.VerdictAnswer.of(check(situation, reading.plan), actions=actions, retimed=retimed)

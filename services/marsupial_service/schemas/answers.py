@@ -135,12 +135,13 @@ class ViolationAnswer(Answer):
 
 
 class VerdictAnswer(Answer):
-    """Whether a plan is valid."""
+    """Whether a plan is valid; `retimed` counts the actions whose times its text had rounded to hundredths."""
 
     valid: bool
     violation: ViolationAnswer | None
     makespan_ms: int
     actions: int
+    retimed: int
 
 
 class PlannerAnswer(Answer):

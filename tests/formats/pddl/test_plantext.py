@@ -7,12 +7,15 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from situations import in_flight, one_room, situations, two_rooms
+from situations import carrier, hall, in_flight, one_room, situation_of, situations, two_rooms
 
 from marsupial.errors import InvalidPlanError, PlanTextError
-from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
+from marsupial.formats.pddl.facts import seconds
+from marsupial.formats.pddl.plansteps import Step, steps_of
+from marsupial.formats.pddl.plantext import read_plan, read_plan_text, write_plan_text
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.situation import Situation
+from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 
 MOVE = Action(name=ActionName.MOVE, start_ms=0, duration_ms=10_000, robot="c1", origin="c1_start", place="m1")
@@ -154,3 +157,81 @@ def test_a_smaller_epsilon_than_ours_makes_no_difference(situation: Situation, m
     shifted = read_plan_text("\n".join(lines), situation)
     late = 0 if micros < 500 else 1
     assert shifted == Plan(actions=tuple(replace(a, start_ms=a.start_ms + late) for a in plan.actions))
+
+
+def odd_drives() -> Situation:
+    """Return: a carrier beside a target, 1 ms away, and 3 s further another; with the rest of the way 5 ms longer."""
+    situation = situation_of([carrier()], {"t1": hall(0), "t2": hall(3)}, {}, {"c1_start": hall(0)})
+    table = situation.travel_ms["carrier"].copy()
+    table[table == 3_000] = 3_005
+    return replace(situation, travel_ms={**situation.travel_ms, "carrier": table})
+
+
+def test_a_bracket_too_much_at_the_end_of_a_line_is_passed_over() -> None:
+    text = """; Version LPG-td-1.4
+; MakeSpan 19.00
+
+0.0002:   (MOVE C1 CARRIER_TYPE C1_START M1) [10.0000])
+15.0007:   (EXPLORE R1 ROVER_TYPE M1 T1) [4.0000])
+10.0005:   (UNDOCK R1 C1 M1) [5.0000])
+
+
+"""
+    reading = read_plan(text, one_room())
+    assert (reading.plan, reading.mended) == (PLAN, ())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        " 0.0000: (explore c1 carrier_type c1_start t1) [D:0.00; C:0.10]\n"
+        " 0.0010: (explore c1 carrier_type t1 t2) [D:3.01; C:0.10]\n",
+        "0.00: (explore c1 carrier_type c1_start t1) [0.00]\n0.00: (explore c1 carrier_type t1 t2) [3.00]\n",
+    ],
+    ids=["LPG stdout", "two decimals"],
+)
+def test_times_rounded_to_hundredths_are_mended_to_the_situations_own(text: str) -> None:
+    reading = read_plan(text, odd_drives())
+    assert [(action.start_ms, action.duration_ms) for action in reading.plan.actions] == [(0, 1), (2, 3_005)]
+    assert reading.mended == (
+        "line 1: (explore c1 c1_start t1) from 0.000 for 0.001 s",
+        "line 2: (explore c1 t1 t2) from 0.002 for 3.005 s",
+    )
+
+
+@pytest.mark.parametrize("duration", ["0.02", "0.010", "0.0", "1e-3"])
+def test_what_rounding_does_not_explain_is_left_to_the_checker(duration: str) -> None:
+    text = f"0.00: (explore c1 carrier_type c1_start t1) [{duration}]\n4.00: (explore c1 carrier_type t1 t2) [3.02]\n"
+    if duration == "0.0":
+        with pytest.raises(PlanTextError, match="must take longer"):
+            read_plan(text, odd_drives())
+        return
+    reading = read_plan(text, odd_drives())
+    assert [action.duration_ms for action in reading.plan.actions] == [round(float(duration) * 1000), 3_020]
+    assert reading.mended == ()
+    assert not check(odd_drives(), reading.plan).valid
+
+
+def test_an_overlap_beyond_the_printed_digits_is_left_to_the_checker() -> None:
+    text = "0.0: (explore c1 carrier_type c1_start t1) [0.00]\n0.10: (explore c1 carrier_type t1 t2) [3.01]\n"
+    early = "3.09: (explore c1 carrier_type t2 t1) [3.01]\n"
+    late = "3.10: (explore c1 carrier_type t2 t1) [3.01]\n"
+    assert not check(odd_drives(), read_plan(text + early, odd_drives()).plan).valid
+    assert check(odd_drives(), read_plan(text + late, odd_drives()).plan).valid
+
+
+@given(situations())
+@settings(deadline=None, max_examples=60)
+def test_plans_printed_without_gaps_and_with_durations_in_hundredths_are_valid(situation: Situation) -> None:
+    plan, _ = serve(situation)
+    lines = [_as_lpg_prints(step) for step in steps_of(plan, situation)]
+    reading = read_plan("\n".join(lines), situation)
+    verdict = check(situation, plan)
+    assert check(situation, reading.plan).valid == verdict.valid
+    assert reading.plan.makespan_ms <= verdict.makespan_ms
+
+
+def _as_lpg_prints(step: Step) -> str:
+    """Return a step as LPG prints it, which leaves no gaps between actions."""
+    start, duration = seconds(max(0, int(1000 * step.start) - 1)), float(step.duration or 0)
+    return f" {start}0: ({' '.join((step.name, *step.args))}) [D:{duration:.2f}; C:0.10]"

@@ -148,10 +148,17 @@ def test_the_last_plan_of_an_optimiser_that_finds_no_better_one_stands(tmp_path:
         " 0.0000: (EXPLORE C1 CARRIER_TYPE C1_START T1) [D:10.00; C:0.10]\n"
         " 10.0000: (EXPLORE C1 CARRIER_TYPE T1 T2) [D:20.00; C:0.10]\n\n\nMETRIC_VALUE = 30.00\n",
         "10.01: (explore c1 carrier_type t1 t2)[2e1]\r\n0: ( explore c1 carrier_type c1_start t1 ) [1.0E+01]\r\n",
-        "0.00000000: (explore c1 carrier_type c1_start t1 ) [10.00000000]\n"
-        "10.00000000: (explore c1 carrier_type t1 t2 ) [20.00000000]\n",
+        "0.00000000: (explore c1 carrier_type c1_start t1) [10.00000000]\n"
+        "10.00000000: (explore c1 carrier_type t1 t2) [20.00000000]\n",
+        "; Version LPG-td-1.4\n; MakeSpan 30.00\n\n"
+        "0.0002:   (EXPLORE C1 CARRIER_TYPE C1_START T1) [10.0000])\n"
+        "10.0005:   (EXPLORE C1 CARRIER_TYPE T1 T2) [20.0000])\n\n\n",
+        "b (2.000 | 10.000)b (1.000 | 30.001);;;; Solution Found\n; Time 0.00\n"
+        "0.000: (explore c1 carrier_type c1_start t1)  [10.000]\n10.001: (explore c1 carrier_type t1 t2)  [20.000]\n",
+        "; better plan 2\n; cost = 30.00100000000001\n; makespan = 30.001\n"
+        "0.000: (explore c1 carrier_type c1_start t1) [10.000]\n10.001: (explore c1 carrier_type t1 t2) [20.000]\n",
     ],
-    ids=["LPG file", "LPG stdout", "unordered, scientific", "TFD, touching"],
+    ids=["LPG file", "LPG stdout", "unordered, scientific", "TFD, touching", "LPG-td 1.4 file", "POPF", "Kairos"],
 )
 def test_what_planners_write_is_read_and_timed_anew(tmp_path: Path, text: str) -> None:
     assert solve(stand_in(tmp_path, f"say({text!r})"))[0] == [30_001]
@@ -191,16 +198,19 @@ def write_greedy_plan(situation: Situation) -> str:
     return write_plan_text(serve(situation)[0], situation)
 
 
+def test_a_drive_of_a_millisecond_printed_as_none_is_read(tmp_path: Path) -> None:
+    situation = situation_of([carrier()], {"t1": hall(0)}, {}, {"c1_start": hall(0)})
+    text = " 0.0000: (explore c1 carrier_type c1_start t1) [D:0.00; C:0.10]\n"
+    assert solve(stand_in(tmp_path, f"say({text!r})"), situation)[0] == [1]
+
+
 def test_rubbish_is_no_plan(tmp_path: Path) -> None:
     body = "sys.stdout.buffer.write(bytes(range(256)) * 100); say('0.1: no plan' + chr(10)); say('x' * 300000)"
-    assert solve(stand_in(tmp_path, body)) == (
-        [],
-        Finished(
-            outcome=Outcome.NO_PLAN,
-            detail="it ended with exit code 0; 0 plans accepted",
-            elapsed_s=pytest.approx(30, abs=30),
-        ),
-    )
+    makespans, end = solve(stand_in(tmp_path, body))
+    assert (makespans, end.outcome) == ([], Outcome.NO_PLAN)
+    assert end.detail.startswith("it ended with exit code 0, saying: xxx")
+    assert end.detail.endswith("xxx...; 0 plans accepted")
+    assert end.detail.isprintable()
 
 
 def test_wrong_and_unreadable_plans_are_counted_with_the_first_reason(tmp_path: Path) -> None:
@@ -224,6 +234,19 @@ def test_an_exit_code_without_a_plan_is_a_crash_with_the_end_of_stderr(tmp_path:
 def test_an_exit_code_without_stderr_is_a_crash_with_the_end_of_stdout(tmp_path: Path) -> None:
     _, end = solve(stand_in(tmp_path, "say('Unrecognised switch'); sys.exit(1)"))
     assert "saying: Unrecognised switch" in end.detail
+
+
+def test_a_planner_that_ends_without_a_plan_is_told_with_what_it_said(tmp_path: Path) -> None:
+    usage = "".join(f"\t-{letter}\tOption {letter};\n" for letter in "abcd")
+    body = f"print('Reading', file=sys.stderr); say({usage!r}.join(['Unrecognised switch n' + chr(10), '']))"
+    _, end = solve(stand_in(tmp_path, body))
+    assert end.outcome is Outcome.NO_PLAN
+    assert "saying: Reading || Unrecognised switch n | -b Option b; | -c Option c; | -d Option d;; 0" in end.detail
+
+
+def test_a_planner_whose_time_is_up_without_a_plan_is_told_with_what_it_said(tmp_path: Path) -> None:
+    _, end = solve(stand_in(tmp_path, "say('one' + chr(10)); time.sleep(1000)"), budget=Budget(seconds=1))
+    assert end.detail == "stopped at the end of its time, saying: one; 0 plans accepted"
 
 
 def test_an_exit_code_after_a_plan_takes_nothing_from_the_plan(tmp_path: Path) -> None:

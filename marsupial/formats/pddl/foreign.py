@@ -1,0 +1,82 @@
+"""PDDL that is not of the canonical domain at all: what is missing in a few lines, and not what is wrong in a thousand.
+
+A text counts as foreign by its words: where most types, facts and goals of a problem, or most declarations of a domain,
+are others than the canonical domain's. What the domain is called decides nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+from marsupial.errors import Problem
+from marsupial.formats.pddl.facts import FUNCTIONS, LEAF_TYPES, PREDICATES
+from marsupial.formats.pddl.sexpr import Form, Word, at_line, typed_list
+
+_TYPES = ("robot_type", "carrier", "rover", "start", "target", "meeting")
+_FACTS = ("at", "is_a", "can_explore", "path", "path_cost", "capacity", "dock_time")
+"""What a problem has that is worth a plan."""
+
+_MOST_NAMES = 6
+"""How many names a line lists."""
+
+Declared = tuple[str, str]
+"""Kind and name of something that a domain declares."""
+
+
+def foreign_problem(form: Form) -> tuple[Problem, ...]:
+    """Return what `form` lacks of a problem of the canonical domain, in three lines; nothing where it may be one."""
+    sections = [item for item in form.items if isinstance(item, Form)]
+    kinds = [(f"type {kind}", item) for item, kind in _declared(sections)]
+    facts = [(item.head, item) for item in _facts(sections)]
+    known = {f"type {kind}" for kind in LEAF_TYPES} | set(PREDICATES) | set(FUNCTIONS)
+    used = {name for name, _ in (*kinds, *facts)}
+    if len(used - known) <= len(used & known):
+        return ()
+    strange = [(name, item) for name, item in (*kinds, *facts) if name not in known]
+    missing = [kind for kind in _TYPES if f"type {kind}" not in used], [fact for fact in _FACTS if fact not in used]
+    domain = next((item for item in sections if item.head == ":domain"), form)
+    return (
+        at_line(domain.line, f"not a problem of marsupial's own domain, as `marsupial export` writes it, but {domain}"),
+        Problem("", f"missing: objects of the types {_listed(missing[0])}; facts {_listed(missing[1])}"),
+        at_line(strange[0][1].line, f"{len(strange)} objects and facts mean nothing here, the first: {strange[0][1]}"),
+    )
+
+
+def foreign_domain(
+    name: str, line: int, given: Collection[Declared], wanted: Sequence[Declared]
+) -> tuple[Problem, ...]:
+    """Return what a domain lacks of the canonical one, in three lines; nothing where it has half of it or more."""
+    missing = [each for each in wanted if each not in given]
+    if 2 * len(missing) <= len(wanted):
+        return ()
+    strange = [each for each in given if each not in wanted]
+    return (
+        at_line(line, f"not the canonical domain, as `marsupial export` writes it, but {name or 'one without a name'}"),
+        Problem("", f"missing: {_sorted_by_kind(missing)}"),
+        Problem("", f"unknown here: {_sorted_by_kind(strange)}"),
+    )
+
+
+def _declared(sections: Sequence[Form]) -> Iterator[tuple[Word | Form, Word | Form]]:
+    for section in sections:
+        if section.head == ":objects":
+            yield from typed_list(section.items[1:])
+
+
+def _facts(sections: Sequence[Form]) -> Iterator[Form]:
+    """Yield the facts and goals; of a number its function."""
+    for section in sections:
+        parts = section.items[1:] if section.head in (":init", ":goal") else ()
+        for part in parts:
+            inner = part.items[1:] if isinstance(part, Form) and part.head in ("and", "=") else (part,)
+            yield from (item for item in inner if isinstance(item, Form) and item.head)
+
+
+def _sorted_by_kind(declared: Sequence[Declared]) -> str:
+    kinds = dict.fromkeys(kind for kind, _ in declared)
+    return "; ".join(f"{kind} {_listed([name for of, name in declared if of == kind])}" for kind in kinds) or "nothing"
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    return ", ".join(names[:_MOST_NAMES]) + more if names else "none"
