@@ -67,8 +67,9 @@ class _Lines(Observer):
 
     def now(self) -> str:
         """Return how far the mission is."""
-        doing = counted(self._plans, "plan") if self._plans else "getting the simulator ready ..."
-        return f"{self._head()}  {doing}"
+        if not self._plans:
+            return "preparing the mission ..."
+        return f"{self._head()}  {counted(self._plans, 'plan')} so far"
 
     def event(self, event: MissionEvent) -> None:
         self._watch.event(event)
