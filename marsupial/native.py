@@ -5,7 +5,7 @@ code, but a change there goes unnoticed (https://numba.readthedocs.io/en/stable/
 written to where it should not, after an upgrade. So code is kept by all the sources it may be made of.
 
 It is kept beside the sources, or where numba keeps the user's. Where neither folder can be written to, as in a
-read-only container, a temporary one is used, and that is logged in one line.
+read-only container, a temporary one is used, or nothing is kept if there is none; either is logged in one line.
 """
 
 from __future__ import annotations
@@ -151,19 +151,37 @@ def native(function: F) -> F:
     folders = sorted({Path(each.__code__.co_filename).parent for each in made})
     digest = hashlib.sha256(b"".join(map(_digest, folders))).hexdigest()
     function.__qualname__ += f"-{digest[:16]}"
-    keeping = njit(cache=True, nogil=True, no_cfunc_wrapper=True)
+    compiled = _compiled(function)
+    _natives.append(compiled)
+    return compiled
+
+
+def _compiled(function: F) -> Any:
+    options = {"nogil": True, "no_cfunc_wrapper": True}
     try:
-        kept = keeping(function)
+        return njit(cache=True, **options)(function)
     except RuntimeError:  # there is no folder to keep it in
-        os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = _temporary_folder()
-        kept = keeping(function)
-    _natives.append(kept)
-    return kept
+        folder = _temporary_folder()
+    if folder is None:
+        return njit(**options)(function)
+    os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
+    return njit(cache=True, **options)(function)
 
 
 @cache
-def _temporary_folder() -> str:
-    """Return a folder for compiled code that nobody else can write to: the user's, or one for this process alone."""
+def _temporary_folder() -> str | None:
+    """Return a folder for compiled code that nobody else can write to: the user's, or one for this process alone.
+
+    There is none where no folder for temporary files can be written to.
+    """
+    try:
+        return _made_temporary_folder()
+    except OSError:
+        _LOG.warning("compiled code is not kept: there is no folder that can be written to")
+        return None
+
+
+def _made_temporary_folder() -> str:
     folder = Path(tempfile.gettempdir(), f"marsupial-{os.getuid()}")
     try:
         folder.mkdir(mode=0o700, exist_ok=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from marsupial.errors import MapError, Problem
 from marsupial.formats.files import read_bytes
 from marsupial.formats.mapfiles import movingai
+from marsupial.formats.mapfiles.faults import raise_any
 from marsupial.model.grid import Cell
 
 
@@ -59,7 +60,7 @@ def read_scen(path: Path | str) -> tuple[ScenProblem, ...]:
             found.append(_scen_problem(line))
         except ValueError as error:
             problems.append(Problem(f"line {number}", str(error)))
-    movingai._raise_any(problems, str(path))
+    raise_any(problems, str(path))
     return tuple(found)
 
 

@@ -6,6 +6,7 @@ The environment is filled from the package index, as a user's would be.
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 import venv
@@ -49,6 +50,15 @@ def test_an_installed_wheel_runs_a_mission_and_finds_its_files(elsewhere: Path) 
     assert "not installed" in succeed(marsupial, "planners", cwd=elsewhere)
     bench = ("bench", "planners", "--engine", "greedy", "--instance", "mission-lobby-*", "--budget", "0.1")
     assert "best known" in succeed(marsupial, *bench, cwd=elsewhere)
+
+
+def test_an_installed_wheel_has_the_sources_in_c_that_benches_compile(elsewhere: Path) -> None:
+    marsupial = elsewhere / "env" / "bin" / "marsupial"
+    shown = succeed(marsupial, "bench", "paths", "--size", "64", "--repeats", "1", cwd=elsewhere)
+    if shutil.which("cc") is None:
+        assert shown.endswith("C is left out: there is no compiler (cc)\n")
+    else:
+        assert "C is left out" not in shown
 
 
 def test_an_installed_wheel_is_a_typed_library(elsewhere: Path) -> None:

@@ -1,51 +1,69 @@
-"""Path costs beside scipy's `csgraph.dijkstra`, in one process and on the same grids.
+"""Path costs beside those of others, in one process and on the same grids.
 
-Three jobs on two kinds of map: the field of one cell, the cost matrix of K cells, one route from corner to corner.
-scipy needs the grid as a sparse graph; building it is timed apart and left out of the ratios. Each figure is the least
-CPU time of some repeats, and both sides' results are compared in the same run. The field of least energy, whose search
-has 8 states a cell, stands beside the field of lengths.
+Three jobs on three kinds of map, from small to large ones: the field of one cell, the cost matrix of K cells, one route
+from corner to corner. The references are Dijkstra's search in plain C (`dijkstra.c`), with a binary heap and with
+buckets of width 1, and scipy's `csgraph.dijkstra`. What they need beforehand is not counted: C's framed copy of the
+grid, and scipy's sparse graph, whose building is timed apart. All results are compared in the same run. The field of
+least energy, whose search has 8 states a cell, stands beside the field of lengths.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+import ctypes
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from marsupial.arrays import Floats
+from marsupial.bench.drawn import MASKS
+from marsupial.bench.reference.compiled import BUCKETS, HEAP, NotCompiled, PlainSearch, compiled
+from marsupial.bench.timing import timed
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import SQRT2
 from marsupial.paths.energy import EnergySearch, MotionCosts
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import route_length
 
-Lengths = npt.NDArray[np.float64]
-Result = TypeVar("Result")
+SIZES = (256, 512, 1024, 2048)
 
-ROOM = 32
-"""Edge of a room in cells, one wall included."""
+SCIPY_MOST, SCIPY_MATRIX_MOST, ENERGY_MOST = 2048, 1024, 2048
+"""The largest maps, in cells a side, on which scipy and the search for least energy take part: beyond, scipy's graph
+and the states of the other take gigabytes, and a matrix by scipy takes minutes."""
+
+C_HEAP, C_BUCKETS, SCIPY = "C, heap", "C, buckets", "scipy"
+REFERENCES = (C_HEAP, C_BUCKETS, SCIPY)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathsRow:
-    """One job on one map: CPU seconds of both, and the largest difference between their results in cells."""
+    """One job on one map beside one reference.
+
+    Parameters
+    ----------
+    size
+        Cells of the map a side.
+    ours_s, reference_s
+        CPU seconds.
+    difference
+        The largest one between both results, in cells.
+    """
 
     map: str
+    size: int
     job: str
+    reference: str
     ours_s: float
-    scipy_s: float
+    reference_s: float
     difference: float
 
     @property
     def ratio(self) -> float:
         """How many times faster ours is."""
-        return self.scipy_s / self.ours_s
+        return self.reference_s / self.ours_s
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +71,7 @@ class EnergyRow:
     """The fields of least energy and of lengths on one map, in CPU seconds."""
 
     map: str
+    size: int
     energy_s: float
     length_s: float
 
@@ -64,80 +83,76 @@ class EnergyRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PathsBench:
-    """All rows, and per map the CPU seconds scipy's graph took to build."""
+    """All rows; by map and size the CPU seconds that scipy's graph took to build; why there is no C, if there is none.
 
-    size: int
+    A matrix is over `cells` cells.
+    """
+
+    sizes: tuple[int, ...]
     cells: int
     seed: int
     repeats: int
     rows: tuple[PathsRow, ...]
     energy: tuple[EnergyRow, ...]
-    build_s: tuple[tuple[str, float], ...]
+    build_s: Mapping[tuple[str, int], float]
+    missing: str | None
 
 
-def rand20(size: int, seed: int) -> Mask:
-    """Return a square map with 20 % of its cells blocked at random."""
-    return np.random.default_rng(seed).random((size, size)) >= 0.2
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """What ours and each reference does, and all they should agree on."""
+
+    name: str
+    ours: Callable[[], Floats]
+    references: Mapping[str, Callable[[], Floats]]
 
 
-def rooms(size: int, seed: int) -> Mask:
-    """Return a square map of rooms 32 cells wide with a door, one cell wide, in each wall between two."""
-    random = np.random.default_rng(seed)
-    passable = np.ones((size, size), dtype=np.bool_)
-    passable[ROOM - 1 :: ROOM] = False
-    passable[:, ROOM - 1 :: ROOM] = False
-    for wall in range(ROOM - 1, size, ROOM):
-        for room in range(0, size, ROOM):
-            doors = np.minimum(room + random.integers(0, ROOM - 1, 2), size - 1)
-            passable[wall, doors[0]] = True
-            passable[doors[1], wall] = True
-    return passable
+@dataclass(frozen=True, slots=True)
+class _Ground:
+    """One map, and what references made of it beforehand."""
+
+    map: str
+    passable: Mask
+    cells: list[Cell]
+    plain: Mapping[str, PlainSearch]
+    graph: csr_array | None
 
 
-MAPS: dict[str, Callable[[int, int], Mask]] = {"rand20": rand20, "rooms": rooms}
-
-
-def bench_paths(size: int = 1024, seed: int = 1, repeats: int = 3, cells: int = 40) -> PathsBench:
-    """Time both sides on maps of `size` squared; a matrix is over `cells` cells."""
+def bench_paths(
+    sizes: Sequence[int] = SIZES,
+    seed: int = 1,
+    repeats: int = 3,
+    cells: int = 40,
+    tell: Callable[[str], None] = lambda text: None,
+) -> PathsBench:
+    """Time all sides on maps of these sizes, in cells a side; `tell` is told which map is next."""
+    library = compiled("dijkstra")
     rows: list[PathsRow] = []
     energy: list[EnergyRow] = []
-    builds: list[tuple[str, float]] = []
-    for name, make in MAPS.items():
-        passable = make(size, seed)
-        graph, build_s = _least_cpu(partial(grid_graph, passable), 1)
-        builds.append((name, build_s))
-        chosen = _connected_cells(passable, cells, seed)
-        rows += _rows(name, passable, graph, chosen, repeats)
-        energy.append(_energy_row(name, passable, chosen[0], repeats))
+    builds: dict[tuple[str, int], float] = {}
+    for size in sizes:
+        for name, make in MASKS.items():
+            tell(f"{name}, {size} x {size} cells")
+            passable = make(size, seed)
+            graph = None
+            if size <= SCIPY_MOST:
+                built = timed(partial(grid_graph, passable), 1)
+                graph, builds[name, size] = built.result, built.cpu_s
+            chosen = _connected_cells(passable, cells, seed)
+            ground = _Ground(name, passable, chosen, _plain_searches(library, passable), graph)
+            rows += [row for job in _jobs(ground) for row in _rows(ground, job, repeats)]
+            if size <= ENERGY_MOST:
+                energy.append(_energy_row(ground, repeats))
     return PathsBench(
-        size=size,
+        sizes=tuple(sizes),
         cells=cells,
         seed=seed,
         repeats=repeats,
         rows=tuple(rows),
         energy=tuple(energy),
-        build_s=tuple(builds),
+        build_s=builds,
+        missing=library.reason if isinstance(library, NotCompiled) else None,
     )
-
-
-def table(result: PathsBench) -> str:
-    """Write a result as text."""
-    lines = [
-        f"path costs on {result.size} x {result.size} cells, 8-connected, no corner cutting; seed {result.seed}, "
-        f"least CPU time of {result.repeats}",
-        f"{'map':<8}{'job':<16}{'ours ms':>10}{'scipy ms':>11}{'ratio':>8}{'max difference':>17}",
-    ]
-    for row in result.rows:
-        ours, theirs = 1e3 * row.ours_s, 1e3 * row.scipy_s
-        lines.append(f"{row.map:<8}{row.job:<16}{ours:>10.1f}{theirs:>11.1f}{row.ratio:>7.1f}x{row.difference:>17.1e}")
-    for pair in result.energy:
-        lines.append(
-            f"{pair.map:<8}energy field {1e3 * pair.energy_s:.1f} ms over 8 headings a cell, field of lengths "
-            f"{1e3 * pair.length_s:.1f} ms: {pair.per_state:.2f} times as long per state"
-        )
-    for name, seconds in result.build_s:
-        lines.append(f"{name:<8}scipy's graph took {1e3 * seconds:.0f} ms to build, not counted above")
-    return "\n".join(lines)
 
 
 def grid_graph(passable: Mask) -> csr_array:
@@ -165,6 +180,12 @@ def _shifted(dx: int, dy: int) -> tuple[tuple[slice, slice], tuple[slice, slice]
     return (rows[0], columns[0]), (rows[1], columns[1])
 
 
+def _plain_searches(library: ctypes.CDLL | NotCompiled, passable: Mask) -> Mapping[str, PlainSearch]:
+    if isinstance(library, NotCompiled):
+        return {}
+    return {name: PlainSearch(library, passable, queue) for name, queue in ((C_HEAP, HEAP), (C_BUCKETS, BUCKETS))}
+
+
 def _connected_cells(passable: Mask, count: int, seed: int) -> list[Cell]:
     """Return the two cells of the middle's component nearest to opposite corners, then others drawn at random."""
     y, x = np.nonzero(passable)
@@ -177,55 +198,72 @@ def _connected_cells(passable: Mask, count: int, seed: int) -> list[Cell]:
     return [Cell(int(x[i]), int(y[i])) for i in chosen]
 
 
-def _rows(name: str, passable: Mask, graph: csr_array, cells: list[Cell], repeats: int) -> list[PathsRow]:
-    search = PathSearch(passable)
-    nodes = [cell.y * passable.shape[1] + cell.x for cell in cells]
+def _jobs(ground: _Ground) -> Iterator[_Job]:
+    search, cells = PathSearch(ground.passable), ground.cells
+    nodes = [cell.y * ground.passable.shape[1] + cell.x for cell in cells]
 
-    def lengths_from(sources: list[int]) -> Lengths:
-        return np.asarray(dijkstra(graph, indices=sources))
+    def by_plain(job: Callable[[PlainSearch], Floats]) -> dict[str, Callable[[], Floats]]:
+        return {name: partial(job, plain) for name, plain in ground.plain.items()}
 
-    def length_of_route() -> Lengths:
+    def by_scipy(sources: list[int], of: Callable[[Floats], Floats], most: int) -> dict[str, Callable[[], Floats]]:
+        graph = ground.graph if ground.passable.shape[0] <= most else None
+        return {} if graph is None else {SCIPY: lambda: of(np.asarray(dijkstra(graph, indices=sources)))}
+
+    def length_of_route() -> Floats:
         route = search.route(cells[0], cells[1])
-        return np.array(np.inf if route is None else route_length(route))
+        return np.array([np.inf if route is None else route_length(route)])
 
-    jobs: tuple[tuple[str, Callable[[], Lengths], Callable[[], Lengths]], ...] = (
-        ("field", lambda: search.field(cells[0]).ravel(), lambda: lengths_from(nodes[:1])[0]),
-        (
-            f"matrix K = {len(cells)}",
-            lambda: PathSearch(passable).matrix(cells),  # a search remembers its last one
-            lambda: lengths_from(nodes)[:, nodes],
-        ),
-        ("corner to corner", length_of_route, lambda: lengths_from(nodes[:1])[0, nodes[1]]),
+    yield _Job(
+        "field",
+        lambda: search.field(cells[0]),
+        {
+            **by_plain(lambda plain: plain.field(cells[0])),
+            **by_scipy(nodes[:1], lambda it: it.reshape(ground.passable.shape), SCIPY_MOST),
+        },
     )
-    rows = []
-    for job, ours, theirs in jobs:
-        our_result, ours_s = _least_cpu(ours, repeats + 1)  # the first may compile
-        their_result, scipy_s = _least_cpu(theirs, repeats)
-        difference = _largest_difference(our_result, their_result)
-        rows.append(PathsRow(map=name, job=job, ours_s=ours_s, scipy_s=scipy_s, difference=difference))
-    return rows
+    yield _Job(
+        f"matrix K = {len(cells)}",
+        lambda: PathSearch(ground.passable).matrix(cells),  # a search remembers its last one
+        {**by_plain(lambda plain: plain.matrix(cells)), **by_scipy(nodes, lambda it: it[:, nodes], SCIPY_MATRIX_MOST)},
+    )
+    yield _Job(
+        "corner to corner",
+        length_of_route,
+        {
+            **by_plain(lambda plain: plain.field(cells[0], cells[1])[cells[1].y, cells[1].x, None]),
+            **by_scipy(nodes[:1], lambda it: it[0, nodes[1:2]], SCIPY_MOST),
+        },
+    )
 
 
-def _energy_row(name: str, passable: Mask, source: Cell, repeats: int) -> EnergyRow:
-    energies, lengths = EnergySearch(passable, MotionCosts()), PathSearch(passable)
-    _, energy_s = _least_cpu(lambda: energies.field(source), repeats + 1)  # the first may compile
-    _, length_s = _least_cpu(lambda: lengths.field(source), repeats + 1)
-    return EnergyRow(map=name, energy_s=energy_s, length_s=length_s)
+def _rows(ground: _Ground, job: _Job, repeats: int) -> Iterator[PathsRow]:
+    ours = timed(job.ours, repeats, warm=True)
+    for name, theirs in job.references.items():
+        reference = timed(theirs, repeats)
+        yield PathsRow(
+            map=ground.map,
+            size=ground.passable.shape[0],
+            job=job.name,
+            reference=name,
+            ours_s=ours.cpu_s,
+            reference_s=reference.cpu_s,
+            difference=_largest_difference(ours.result, reference.result),
+        )
 
 
-def _largest_difference(ours: Lengths, theirs: Lengths) -> float:
+def _energy_row(ground: _Ground, repeats: int) -> EnergyRow:
+    energies, lengths = EnergySearch(ground.passable, MotionCosts()), PathSearch(ground.passable)
+    return EnergyRow(
+        map=ground.map,
+        size=ground.passable.shape[0],
+        energy_s=timed(lambda: energies.field(ground.cells[0]), repeats, warm=True).cpu_s,
+        length_s=timed(lambda: lengths.field(ground.cells[0]), repeats, warm=True).cpu_s,
+    )
+
+
+def _largest_difference(ours: Floats, theirs: Floats) -> float:
     """Return the largest difference in cells; inf where only one side finds a path."""
     finite = np.isfinite(theirs)
     if not np.array_equal(finite, np.isfinite(ours)):
         return float("inf")
     return float(np.max(np.abs(ours[finite] - theirs[finite]), initial=0.0))
-
-
-def _least_cpu(job: Callable[[], Result], repeats: int) -> tuple[Result, float]:
-    """Return a job's result and its least CPU time in seconds, at least one tick of the clock."""
-    seconds = []
-    for _ in range(repeats):
-        before = time.process_time()
-        result = job()
-        seconds.append(time.process_time() - before)
-    return result, max(min(seconds), 1e-9)

@@ -112,13 +112,22 @@ def _confess(error: Exception, debug: bool) -> int:
     """Report a bug of ours: shortly, with the traceback where it can be looked at."""
     text = "".join(traceback.format_exception(error))
     line = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
-    if debug:
+    kept = None if debug else _keep(text)
+    if kept is None:
         print(text, line, sep="", file=sys.stderr)
-        return INTERNAL
-    with tempfile.NamedTemporaryFile("w", prefix="marsupial-", suffix=".txt", delete=False, encoding="utf-8") as file:
-        file.write(text)
-    print(f"{line}; this is a bug, its traceback is in {file.name}", file=sys.stderr)
+    else:
+        print(f"{line}; this is a bug, its traceback is in {kept}", file=sys.stderr)
     return INTERNAL
+
+
+def _keep(text: str) -> str | None:
+    """Write the text to a file of its own and return its name, or None where no folder can be written to."""
+    try:
+        with tempfile.NamedTemporaryFile(prefix="marsupial-", suffix=".txt", delete=False) as file:
+            file.write(text.encode(errors="backslashreplace"))
+            return file.name
+    except OSError:
+        return None
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ Planner = Annotated[
     str | None, typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto].")
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Draws the starts.")]
-PlanningBudget = Annotated[float | None, typer.Option(help="Seconds for each planning [default: 1].")]
+PlanningBudget = Annotated[float | None, typer.Option(help="At most so many seconds for each planning [default: 1].")]
 RouteChoice = Annotated[
     str | None, typer.Option("--routes", help="shortest, or energy: those of least energy [default: the scenario's].")
 ]

@@ -12,17 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from marsupial.maps.footprint import disc
 from marsupial.maps.reach import parts, standable
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
-from marsupial.model.robots import RobotType, Role
+from marsupial.model.robots import RobotType, Role, default_types
 
 USUAL_RESOLUTION_M = (0.005, 1.0)
 USUAL_EXTENT_M = 5000.0
-
-LEAK_AREA_M2 = 1.0
-LEAK_SHARE = 0.01
-"""Free space at the border is a leak from this area or this share of all free space on; less is stray pixels."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,12 +35,23 @@ class TerrainShare:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TypeReach:
-    """Where one robot type may stand: area of the largest connected part, and how many parts there are."""
+    """Where one robot type may stand.
+
+    Parameters
+    ----------
+    area_m2
+        Of the largest connected part.
+    parts
+        How many connected parts there are.
+    at_border
+        Whether a robot that drives about in the largest part gets to the map's border.
+    """
 
     type: str
     radius_m: float
     area_m2: float
     parts: int
+    at_border: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,6 +108,8 @@ def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | No
         The map; that of `reading`, or what was made of it (terrain mask).
     reading
         How the file was understood; None for a grid that comes from no file.
+    kinds
+        Where there are none, the default types say whether there is a leak.
     """
     counts = np.bincount(grid.cells.ravel(), minlength=256)
     names = {terrain.code: terrain.name for terrain in grid.terrains}
@@ -111,7 +121,7 @@ def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | No
     warnings = [
         *(reading.warnings if reading is not None else ()),
         *_content_warnings(shares[OBSTACLE], unknown, free, reading),
-        *_leak_warnings(grid, border_cells, leaking, sum(s.cells for s in free), reading),
+        *_leak_warnings(grid, border_cells, leaking, reach or _reaches(grid, default_types(1))[0], reading),
         *_scale_warnings(grid),
         *_reach_warnings(grid, kinds, reach, masks),
     ]
@@ -140,9 +150,13 @@ def _share(grid: Grid, name: str, code: int, cells: int) -> TerrainShare:
     )
 
 
+def _free(grid: Grid) -> Mask:
+    return np.asarray((grid.cells != OBSTACLE) & (grid.cells != UNKNOWN))
+
+
 def _leak(grid: Grid) -> tuple[int, int]:
     """Return the number of free cells on the border, and of all free cells connected to them."""
-    free = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
+    free = _free(grid)
     inside = np.zeros(grid.cells.shape, dtype=np.bool_)
     inside[1:-1, 1:-1] = True
     border = free & ~inside
@@ -157,11 +171,26 @@ def _reaches(grid: Grid, kinds: Sequence[RobotType]) -> tuple[tuple[TypeReach, .
     for kind in kinds:
         mask = standable(grid, kind)
         labels, count = parts(mask)
-        largest = int(np.bincount(labels.ravel())[1:].max()) if count else 0
-        area_m2 = largest * grid.cell_area_m2
-        reach.append(TypeReach(type=kind.name, radius_m=kind.radius_m, area_m2=area_m2, parts=count))
+        sizes = np.bincount(labels.ravel(), minlength=2)[1:]
+        largest = int(sizes.argmax()) + 1
+        reach.append(
+            TypeReach(
+                type=kind.name,
+                radius_m=kind.radius_m,
+                area_m2=int(sizes[largest - 1]) * grid.cell_area_m2,
+                parts=count,
+                at_border=_at_border(labels == largest, kind, grid.resolution_m),
+            )
+        )
         masks.append(mask)
     return tuple(reach), masks
+
+
+def _at_border(places: Mask, kind: RobotType, resolution_m: float) -> bool:
+    """Say whether a robot on one of these places, all of it on the map, covers a cell of the border."""
+    span = int(disc(kind.radius_m / resolution_m).max())
+    inside = places[span : len(places) - span, span : places.shape[1] - span]
+    return bool(inside.size) and bool(inside[[0, -1]].any() or inside[:, [0, -1]].any())
 
 
 def _content_warnings(
@@ -177,14 +206,20 @@ def _content_warnings(
     return found
 
 
-def _leak_warnings(grid: Grid, border: int, leaking: int, free: int, reading: MapReading | None) -> list[str]:
-    area_m2 = leaking * grid.cell_area_m2
-    small = area_m2 < LEAK_AREA_M2 and leaking < LEAK_SHARE * free
-    if not border or small or (reading is not None and reading.walled):
+def _leak_warnings(
+    grid: Grid, border: int, leaking: int, reach: Sequence[TypeReach], reading: MapReading | None
+) -> list[str]:
+    """Warn if robots can drive to the border, and not only to a single cell of it, behind which nothing is.
+
+    On scanned maps single pixels of walls are free, and connect inside and outside where no robot gets through.
+    """
+    if border < 2 or not any(entry.at_border for entry in reach) or (reading is not None and reading.walled):
         return []
+    free = np.count_nonzero(_free(grid))
     return [
-        f"free space leaks to the border: {border} of the cells on it are free, and {area_m2:.4g} m2 of "
-        f"free space ({leaking / free:.1%}) are connected to them; robots may explore outside the walls"
+        f"free space leaks to the border: {border} of the cells on it are free, and "
+        f"{leaking * grid.cell_area_m2:.4g} m2 of free space ({leaking / free:.1%}) are connected to them; robots may "
+        "explore outside the walls"
     ]
 
 

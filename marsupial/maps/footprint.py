@@ -60,23 +60,25 @@ class Footprint:
 
     Attributes
     ----------
+    offsets
+        (n, 2): those of the cells under the disc, see `disc`.
     standable, possible
         Live boolean masks (height, width): may stand there now; might still turn out so.
     """
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
         self.kind = kind
-        self._offsets = disc(kind.radius_m / resolution_m)
+        self.offsets = disc(kind.radius_m / resolution_m)
         self._drivable = code_table(kind.terrains)
         self.standable: Mask = np.zeros(shape, dtype=np.bool_)
         self.possible: Mask = np.ones(shape, dtype=np.bool_)
         self._counts = _Counts(
-            barred=np.full(shape, len(self._offsets), dtype=np.int32),
+            barred=np.full(shape, len(self.offsets), dtype=np.int32),
             closed=np.zeros(shape, dtype=np.int32),
             standable=self.standable,
             possible=self.possible,
         )
-        _close_outside(self._offsets, self._counts.closed, self.possible)
+        _close_outside(self.offsets, self._counts.closed, self.possible)
 
     def reveal(self, indices: Ints, cells: CellArray) -> Ints:
         """Take in cells that were unknown until now; return the cells that have become standable.
@@ -88,8 +90,8 @@ class Footprint:
         cells
             The known map (height, width) with their codes already in it.
         """
-        opened = np.empty(min(len(indices) * len(self._offsets), cells.size), dtype=np.int64)
-        count = _reveal(indices, cells, self._drivable, self._offsets, self._counts, opened)
+        opened = np.empty(min(len(indices) * len(self.offsets), cells.size), dtype=np.int64)
+        count = _reveal(indices, cells, self._drivable, self.offsets, self._counts, opened)
         return opened[:count].copy()
 
 

@@ -14,12 +14,13 @@ they cite.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from marsupial.arrays import Flags, Floats, Ints
+from marsupial.maps.footprint import Footprint
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.views import Views
@@ -214,18 +215,18 @@ class TargetFinder:
         )
 
     def _refusal(self, group: Ints, reach: Reach) -> Remaining:
-        grid = self._territory.grid
-        y, x = _around(group, grid.cells.shape)
-        prints = self._territory.footprints.values()
-        fits = any(footprint.standable[y, x].any() for footprint in prints)
-        if fits and not any(mask[y, x].any() for mask in reach.by_type.values()):
+        grid, width = self._territory.grid, self._territory.grid.width
+        prints = self._territory.footprints
+        if any(_stands_beside(group, prints[name].offsets, mask) for name, mask in reach.by_type.items()):
+            reason = "robots can stand beside it, but none gets any farther"
+        elif any(_stands_beside(group, footprint.offsets, footprint.standable) for footprint in prints.values()):
             reason = "no robot that fits there can get there: not connected to the reach of the team"
-        elif any((footprint.possible[y, x] & ~footprint.standable[y, x]).any() for footprint in prints):
+        elif _may_turn_out(group, prints.values(), grid.cells.shape):
             reason = "not reached: no robot can stand close enough to reveal more"
         else:
             reason = "too narrow for every robot type of the team"
-        seed = int(middle(group, grid.width))
-        return Remaining(cell=cell_at(seed, grid.width), frontier_cells=len(group), reason=reason)
+        seed = int(middle(group, width))
+        return Remaining(cell=cell_at(seed, width), frontier_cells=len(group), reason=reason)
 
 
 def cell_at(index: int, width: int) -> Cell:
@@ -233,12 +234,37 @@ def cell_at(index: int, width: int) -> Cell:
     return Cell(index % width, index // width)
 
 
-def _around(group: Ints, shape: tuple[int, int]) -> tuple[Ints, Ints]:
-    """Return rows and columns of the cells of a group and their eight neighbours; some come more than once."""
+def _may_turn_out(group: Ints, prints: Iterable[Footprint], shape: tuple[int, int]) -> bool:
+    """Say whether a robot might turn out to fit on one of the cells, or beside one, where it is not known to."""
     near = np.arange(-1, 2)
     y = np.clip((group // shape[1])[:, None] + np.repeat(near, 3), 0, shape[0] - 1)
     x = np.clip((group % shape[1])[:, None] + np.tile(near, 3), 0, shape[1] - 1)
-    return y, x
+    return any((footprint.possible[y, x] & ~footprint.standable[y, x]).any() for footprint in prints)
+
+
+@native
+def _stands_beside(cells: Ints, offsets: Ints, where: Mask) -> bool:
+    """Say whether a robot covers one of the cells, or is on one of the eight beside, when it stands somewhere there.
+
+    Parameters
+    ----------
+    offsets
+        (n, 2): those of its footprint.
+    where
+        (height, width): where it may stand.
+    """
+    height, width = where.shape
+    for index in cells:
+        y, x = index // width, index % width
+        for v in range(max(y - 1, 0), min(y + 2, height)):
+            for u in range(max(x - 1, 0), min(x + 2, width)):
+                if where[v, u]:
+                    return True
+        for i in range(len(offsets)):
+            u, v = x + offsets[i, 0], y + offsets[i, 1]
+            if 0 <= u < width and 0 <= v < height and where[v, u]:
+                return True
+    return False
 
 
 @native

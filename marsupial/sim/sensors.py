@@ -20,8 +20,8 @@ class Sensor(Protocol):
         """Return the cells that a robot of this type sees from `cell`, as row-major indices (y * width + x).
 
         `truth` is the real map, the same object throughout a mission. What comes back may depend on nothing else if
-        missions are to be the same again. Whatever it is, a robot knows the cells that its footprint would touch one
-        cell further on.
+        missions are to be the same again. Whatever it is, a robot knows the cells that its body would touch one cell
+        further on (`marsupial.maps.contact`).
         """
 
 

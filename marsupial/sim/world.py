@@ -1,9 +1,8 @@
 """The hidden world: robots drive along routes through it, dock, and see what is in line of sight.
 
 A discrete-event simulation on integer milliseconds; it never sleeps. Every robot that is not carried senses from
-every cell it passes: all cells in line of sight within its range, and those that its footprint would touch one
-cell further on (so that standing next to the unknown settles what is there). What the scenario's map does
-not know is solid here.
+every cell it passes: all cells in line of sight within its range, and those that its body would touch one cell further
+on (`marsupial.maps.contact`). What the scenario's map does not know is solid here.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.errors import InternalError
-from marsupial.maps.footprint import disc
+from marsupial.maps.contact import Contact
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType
@@ -88,7 +87,7 @@ class SimulatedWorld:
             terrains=truth.terrains,
         )
         self._sensor = FieldOfView() if sensor is None else Checked(sensor)
-        self._contact = {k.name: disc(k.radius_m / truth.resolution_m + 1.0 + 1e-6) for k in kinds.values()}
+        self._contact = {k.name: Contact(k, truth.resolution_m) for k in kinds.values()}
         self._robots = {r.name: _Robot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots}
         self._now_ms = 0
         self._heap: list[tuple[int, int, str, int]] = []
@@ -270,26 +269,21 @@ class SimulatedWorld:
     def _sense(self, robot: _Robot, cell: Cell) -> Ints:
         """Reveal what `robot` sees from `cell`; return the row-major indices of what is new."""
         seen = self._sensor.visible(self._truth, robot.kind, cell)
-        fresh = np.empty(len(seen) + len(self._contact[robot.kind.name]), dtype=np.int64)
-        count = _reveal(seen, self._contact[robot.kind.name], cell.x, cell.y, self._truth.cells, self._known, fresh)
+        touched = self._contact[robot.kind.name].touched(self._truth.cells, cell)
+        fresh = np.empty(len(seen) + len(touched), dtype=np.int64)
+        count = _reveal(seen, self._truth.cells, self._known, fresh)
+        count += _reveal(touched, self._truth.cells, self._known, fresh[count:])
         return np.sort(fresh[:count])
 
 
 @native
-def _reveal(seen: Ints, contact: Ints, x: int, y: int, truth: CellArray, known: CellArray, fresh: Ints) -> int:
-    """Enter in `known` what is seen from (x, y) and touched around it; list what is new in `fresh`."""
-    height, width = truth.shape
+def _reveal(cells: Ints, truth: CellArray, known: CellArray, fresh: Ints) -> int:
+    """Enter cells (row-major) in the `known` map, list those that are new in `fresh`, and return how many they are."""
     codes, found = truth.ravel(), known.ravel()
     count = 0
-    for index in seen:
+    for index in cells:
         if found[index] == UNKNOWN:
             found[index] = codes[index]
             fresh[count] = index
             count += found[index] != UNKNOWN
-    for k in range(len(contact)):
-        u, v = x + contact[k, 0], y + contact[k, 1]
-        if 0 <= u < width and 0 <= v < height and known[v, u] == UNKNOWN:
-            known[v, u] = truth[v, u]
-            fresh[count] = v * width + u
-            count += known[v, u] != UNKNOWN
     return count

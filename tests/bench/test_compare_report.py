@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,10 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
+from matplotlib.artist import Artist
+from matplotlib.figure import Figure as Drawing
 from scipy import stats
 
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, tally
-from marsupial.bench.compare.figures import mean_coverage
+from marsupial.bench.compare.figures import as_figure, mean_coverage
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
 from marsupial.bench.compare.rows import Curve, Row
@@ -257,6 +260,19 @@ def test_the_legend_has_as_many_rows_as_it_takes_to_fit_in() -> None:
     begins = {name: float(x) for x, name in re.findall(r'x="([0-9.]+)" y="[^>]*>([^<>]+)</text>', svg)}
     for contender in contenders:
         assert begins[str(contender)] + 4 * len(str(contender)) < width
+
+
+def test_drawing_letters_that_the_font_lacks_changes_no_filter_of_other_threads() -> None:
+    class OtherThread(Artist):
+        def draw(self, renderer: object) -> None:
+            warnings.filterwarnings("ignore", message="set while a figure is drawn")
+
+    drawing = Drawing()
+    drawing.text(0.5, 0.5, "\u5009\u5eab")
+    drawing.add_artist(OtherThread())
+    figure = as_figure(drawing, "store", "A store", "A store")
+    assert "\u5009\u5eab" in figure.svg
+    warnings.warn("set while a figure is drawn", stacklevel=1)  # an error but for the filter
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -79,6 +80,17 @@ def test_a_bug_is_confessed_in_a_line_with_the_traceback_in_a_file(
     file = Path(line.rpartition(" ")[2])
     assert "Traceback" in file.read_text()
     file.unlink()
+
+
+def test_where_no_file_can_be_written_the_traceback_is_shown(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", "/proc/none")
+    break_planners(monkeypatch, ZeroDivisionError("oops"))
+    assert main(["planners"]) == 70
+    *traceback, line = capsys.readouterr().err.splitlines()
+    assert "Traceback (most recent call last):" in traceback
+    assert line == "internal error: ZeroDivisionError: oops"
 
 
 def test_debug_shows_the_traceback(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

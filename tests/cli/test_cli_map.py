@@ -47,3 +47,16 @@ def test_a_broken_map_is_invalid_input(capsys: pytest.CaptureFixture[str], tmp_p
     path.write_text("type octile\nheight 2\nwidth 2\nmap\n..\n.\n")
     assert main(["map", str(path)]) == 3
     assert capsys.readouterr().err.startswith(f"error: {path}: ")
+
+
+def test_a_picture_of_all_greys_takes_a_few_lines(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "shades.pgm").write_bytes(b"P5 256 4 255\n" + bytes(range(256)) * 4)
+    path = tmp_path / "shades.yaml"
+    path.write_text(
+        "image: shades.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    assert main(["map", str(path)]) == 0
+    printed = capsys.readouterr().out
+    assert sum("grey" in line for line in printed.splitlines()) == 3
+    assert main(["map", str(path), "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["legend"]) == 256

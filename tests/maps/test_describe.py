@@ -10,7 +10,7 @@ from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.describe import TerrainShare, describe
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid
 from marsupial.model.mapreading import LegendEntry, MapReading
-from marsupial.model.robots import default_types
+from marsupial.model.robots import RobotType, default_types
 
 CARRIER, ROVER = default_types(2)
 
@@ -76,6 +76,37 @@ def test_a_stray_free_pixel_at_the_border_is_no_leak() -> None:
     found = describe(Grid(cells=cells, resolution_m=0.05), ())
     assert found.border_cells == 1
     assert found.warnings == ()
+
+
+def with_hole(wide: int) -> Grid:
+    """Return a hall of 5 m by 4 m, at 5 cm a cell, with a hole in its wall and 1 m of open ground outside."""
+    cells = np.full((82, 122), FLOOR, dtype=np.uint8)
+    cells[0] = cells[-1] = cells[:, 0] = cells[:, 100] = OBSTACLE
+    cells[40 : 40 + wide, 100] = FLOOR
+    return Grid(cells=cells, resolution_m=0.05)
+
+
+@pytest.mark.parametrize("kinds", [(), (CARRIER, ROVER)])
+def test_a_hole_that_no_robot_gets_through_is_no_leak(kinds: tuple[RobotType, ...]) -> None:
+    for wide in (1, 4):
+        found = describe(with_hole(wide), kinds)
+        assert (found.border_cells, found.warnings) == (80, ())
+        assert found.border_area_m2 > 20
+        assert [entry.at_border for entry in found.reach] == [False] * len(kinds)
+
+
+@pytest.mark.parametrize("kinds", [(), (CARRIER, ROVER)])
+def test_a_hole_that_some_robot_gets_through_is_a_leak(kinds: tuple[RobotType, ...]) -> None:
+    found = describe(with_hole(8), kinds)
+    (warning,) = found.warnings
+    assert warning.startswith("free space leaks to the border: 80 of the cells on it are free, and 24")
+    assert [entry.at_border for entry in found.reach] == [False, True][: len(kinds)]
+
+
+def test_a_single_free_cell_at_the_border_leads_nowhere() -> None:
+    grid = draw("#####", "#...#", "#....", "#...#", "#####")
+    assert describe(grid, (ROVER,)).reach[0].at_border
+    assert describe(grid, (ROVER,)).warnings == describe(grid, ()).warnings == ()
 
 
 def test_a_format_that_closes_the_map_does_not_leak() -> None:
@@ -154,10 +185,13 @@ def test_the_real_warehouse_warns_of_its_leak_with_the_area(shared_maps: Path) -
     assert warning.startswith("free space leaks to the border: 524 of the cells on it are free, and 1279 m2")
 
 
-def test_the_real_depot_warns_of_its_threshold_its_missing_unknown_and_its_leak(shared_maps: Path) -> None:
+def test_the_real_depot_warns_of_its_threshold_and_its_missing_unknown_but_not_of_holes_of_a_pixel(
+    shared_maps: Path,
+) -> None:
     reading = read_map(shared_maps / "depot_nav2.yaml")
-    starts = [warning[:24] for warning in describe(reading.grid, (), reading=reading).warnings]
-    assert starts == ["grey 205 became free in ", "there is no unknown cell", "free space leaks to the "]
+    found = describe(reading.grid, (), reading=reading)
+    assert found.border_area_m2 == pytest.approx(438.5, abs=0.05)
+    assert [warning[:24] for warning in found.warnings] == ["grey 205 became free in ", "there is no unknown cell"]
     repaired = read_map(shared_maps / "depot_nav2_fixed.yaml")
     assert describe(repaired.grid, (), reading=repaired).warnings == ()
 

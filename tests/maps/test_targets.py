@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from at_once import flood
 from drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rover, standing, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.maps.footprint import disc
+from marsupial.maps.contact import Contact
+from marsupial.maps.footprint import disc, standable
 from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import Target, TargetFinder
@@ -16,6 +18,8 @@ from marsupial.model.mission import MapTarget, PlacedRobot
 from marsupial.model.robots import RobotType
 
 CARRIER, ROVER = carrier(), rover()
+
+TOO_NARROW = "too narrow for every robot type of the team"
 
 
 def look(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...]) -> tuple[TargetFinder, Reach]:
@@ -29,9 +33,16 @@ def targets_of(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = 
 
 
 def reasons(grid: Grid, *robots: PlacedRobot, kinds: tuple[RobotType, ...] = (ROVER,)) -> list[tuple[Cell, int, str]]:
-    finder, reach = look(grid, *robots, kinds=kinds)
+    return _refused(*look(grid, *robots, kinds=kinds))
+
+
+def _refused(finder: TargetFinder, reach: Reach) -> list[tuple[Cell, int, str]]:
     refused = finder.refused(finder.find(finder.frontiers(reach)), reach)
     return [(left.cell, left.frontier_cells, left.reason) for left in refused]
+
+
+def _beside(cell: Cell, other: Cell) -> bool:
+    return max(abs(cell.x - other.x), abs(cell.y - other.y)) <= 1
 
 
 def test_a_frontier_is_known_ground_beside_the_unknown() -> None:
@@ -175,15 +186,54 @@ def test_a_frontier_no_robot_fits_at_is_refused_as_too_narrow() -> None:
     rows = (
         "##?##",
         "##.##",
+        "##.##",
+        "##.##",
         ".....",
         "..c..",
         ".....",
     )
     grid = draw(*rows)
     assert targets_of(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,)) == ()
-    assert reasons(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,)) == [
-        (Cell(2, 3), 1, "too narrow for every robot type of the team")
-    ]
+    assert reasons(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,)) == [(Cell(2, 5), 1, TOO_NARROW)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "radius_m"),
+    [
+        (("##?##", "##.##", ".....", "..c..", "....."), 1.2),  # it covers the frontier
+        (("#?###", "#..##", "#....", "..c..", "....."), 1.2),  # it stands diagonally beside it
+        (("###?###", "###.###", ".......", ".......", "...c...", ".......", "......."), 2.2),  # only its rim gets there
+    ],
+)
+def test_a_frontier_beside_which_a_robot_stands_is_not_too_narrow(rows: tuple[str, ...], radius_m: float) -> None:
+    kind = carrier(radius_m=radius_m)
+    ((_, _, reason),) = reasons(draw(*rows), standing("c", *where("c", *rows)), kinds=(kind,))
+    assert reason == "robots can stand beside it, but none gets any farther"
+
+
+MIXED = random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=2, largest=14)
+
+
+@settings(deadline=None)
+@given(cells=MIXED, radius=st.sampled_from([0.2, 1.2, 1.5, 2.3]), data=st.data())
+def test_what_is_said_of_a_refused_frontier_fits_where_robots_can_stand(
+    cells: CellArray, radius: float, data: st.DataObject
+) -> None:
+    grid = Grid(cells=cells, resolution_m=1.0)
+    kinds = (CARRIER, rover(radius_m=radius))
+    finder, reach = look(grid, *_team(grid, data), kinds=kinds)
+    stood_on, reached = (
+        [Cell(int(x), int(y)) for kind in kinds for y, x in np.argwhere(masks[kind.name])]
+        for masks in ({kind.name: standable(grid, kind) for kind in kinds}, reach.by_type)
+    )
+    # of a group of one cell the cell is known; of larger ones only the middle is told
+    for cell, count, reason in _refused(finder, reach):
+        if count == 1 and any(_beside(cell, at) for at in reached):
+            assert reason == "robots can stand beside it, but none gets any farther"
+        elif count == 1 and any(_beside(cell, at) for at in stood_on):
+            assert reason not in (TOO_NARROW, "not reached: no robot can stand close enough to reveal more")
+        if any(_beside(cell, at) for at in stood_on):
+            assert reason != TOO_NARROW
 
 
 def test_a_frontier_behind_a_wall_is_refused_as_not_connected() -> None:
@@ -207,7 +257,7 @@ def test_a_frontier_of_a_diagonal_wall_is_judged_by_its_own_surroundings() -> No
     grid = draw(*rows)
     found = reasons(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,))
     assert found
-    assert {reason for _, _, reason in found} == {"too narrow for every robot type of the team"}
+    assert {reason for _, _, reason in found} == {TOO_NARROW}
 
 
 def test_a_frontier_where_a_robot_might_turn_out_to_fit_is_not_called_too_narrow() -> None:
@@ -233,9 +283,6 @@ def test_every_frontier_cell_is_a_targets_or_refused() -> None:
     left = finder.refused(targets, reach)
     assert sum(len(t.cells) for t in targets) + sum(r.frontier_cells for r in left) == len(finder.frontier())
     assert len(left) == 1
-
-
-MIXED = random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=2, largest=14)
 
 
 @settings(deadline=None)
@@ -360,13 +407,9 @@ def _start(truth: CellArray, kind: RobotType, data: st.DataObject) -> tuple[Cell
 
 
 def _sensed(truth: CellArray, known: CellArray, kind: RobotType, at: Cell) -> np.ndarray:
-    """Reveal what a robot sees and what its body would touch one cell farther on; return what is new."""
-    height, width = truth.shape
+    """Reveal what a robot sees and touches; return what is new."""
     seen = Sight(truth, Grid(cells=truth, resolution_m=1.0).opaque_codes()).visible(at, kind.sensor_range_m)
-    offsets = disc(kind.radius_m + 1.0 + 1e-6) + np.array(at)
-    inside = (offsets >= 0).all(axis=1) & (offsets < (width, height)).all(axis=1)
-    touched = offsets[inside, 1] * width + offsets[inside, 0]
-    new = np.unique(np.concatenate([seen, touched]))
+    new = np.unique(np.concatenate([seen, Contact(kind, 1.0).touched(truth, at)]))
     new = new[known.ravel()[new] == UNKNOWN]
     known.ravel()[new] = truth.ravel()[new]
     return new

@@ -11,10 +11,11 @@ Wurm et al. 2010, Figs. 6 (quality) and 7 (exploration time): means by team size
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
-from warnings import catch_warnings, filterwarnings
+from warnings import filterwarnings
 
 import numpy as np
 
@@ -358,11 +359,10 @@ def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: s
     from matplotlib import rc_context
 
     svg, png = io.StringIO(), io.BytesIO()
-    with (
-        catch_warnings(),
-        rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}),
-    ):
-        filterwarnings("ignore", message="Glyph")  # of letters that the font lacks; browsers have others
+    # Letters that the font lacks: browsers have other fonts. The filter is for figures from here only, and stays:
+    # to put the former ones back would undo what other threads have set meanwhile.
+    filterwarnings("ignore", message="Glyph", module=re.escape(__name__))
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}):
         drawing.savefig(svg, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
         drawing.savefig(png, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
     return Figure(name=name, title=title, caption=caption, svg=svg.getvalue(), png=png.getvalue(), scenario=scenario)

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli.options import COMPARE_STEPS
+
 bench = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -14,20 +16,105 @@ bench = typer.Typer(
 )
 
 
+Sizes = Annotated[
+    list[int] | None,
+    typer.Option("--size", min=64, max=8192, help="Cells of a map a side; may be repeated [default: 256 to 2048]."),
+]
+MapSeed = Annotated[int, typer.Option(min=0, help="Draws the maps.")]
+Rows = Annotated[Path | None, typer.Option("--json", help="Write all rows there.")]
+
+
 @bench.command()
 def paths(
-    size: Annotated[int, typer.Option(min=64, max=8192, help="Edge of the maps in cells.")] = 1024,
-    seed: Annotated[int, typer.Option(min=0, help="Draws the maps.")] = 1,
-    repeats: Annotated[int, typer.Option(min=1, help="How often each job is timed; the least counts.")] = 3,
+    sizes: Sizes = None,
+    seed: MapSeed = 1,
+    repeats: Annotated[int, typer.Option(min=1, help="How often each job is timed; the median counts.")] = 3,
+    json: Rows = None,
 ) -> None:
-    """Path costs on grids beside scipy's csgraph.
+    """Path costs on grids beside searches in plain C and scipy's csgraph.
 
-    Example: marsupial bench paths --size 512
+    Example: marsupial bench paths --size 1024 --size 4096
     """
-    from marsupial.bench.paths import bench_paths, table
-    from marsupial.cli.display.tables import print_text
+    from marsupial.bench.paths import SIZES, bench_paths
+    from marsupial.bench.paths_report import table, values
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.own_benches import show
 
-    print_text(table(bench_paths(size=size, seed=seed, repeats=repeats)) + "\n")
+    result = bench_paths(sizes=sizes or SIZES, seed=seed, repeats=repeats, tell=say)
+    show(table(result), values(result), json)
+
+
+@bench.command()
+def analysis(
+    sizes: Annotated[
+        list[int] | None,
+        typer.Option(
+            "--size", min=256, max=8192, help="Cells of a map a side; may be repeated [default: 256 to 2048]."
+        ),
+    ] = None,
+    seed: MapSeed = 1,
+    repeats: Annotated[int, typer.Option(min=1, help="How often something is revealed; the median counts.")] = 5,
+    json: Rows = None,
+) -> None:
+    """Map work after 1 % of a map was revealed, beside the same from scratch.
+
+    Example: marsupial bench analysis --size 2048
+    """
+    from marsupial.bench.analysis import SIZES, bench_analysis, table, values
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.own_benches import show
+
+    rows = list(bench_analysis(sizes=sizes or SIZES, seed=seed, repeats=repeats, tell=say))
+    show(table(rows), values(rows), json)
+
+
+@bench.command()
+def sim(
+    scenarios: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="As for `run` [default: all built-in ones].")
+    ] = None,
+    strategies: Annotated[
+        list[str] | None, typer.Option("--strategy", "-s", help="May be repeated [default: heuristic and temporal].")
+    ] = None,
+    planner: Annotated[str, typer.Option("--planner", "-p", help="Engine of strategies that ask one.")] = "anytime",
+    steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
+    sizes: Sizes = None,
+    seed: Annotated[int, typer.Option(min=0, help="Draws the maps of views and the starts.")] = 1,
+    repeats: Annotated[int, typer.Option(min=1, help="How often each is timed; the median counts.")] = 3,
+    json: Rows = None,
+) -> None:
+    """The simulator beside the time it simulates and sensing beside plain C; where the time of missions goes.
+
+    Example: marsupial bench sim office map.yaml --strategy heuristic
+    """
+    from marsupial.bench.sim import SIZES, table, values
+    from marsupial.cli.own_benches import MissionChoice, missions_of_bench, show, sights_of_bench
+    from marsupial.model.planning import Budget
+
+    chosen = MissionChoice.of(scenarios or (), strategies or (), planner, Budget(steps=steps))
+    sights = sights_of_bench(sizes or SIZES, seed, repeats)
+    missions = missions_of_bench(chosen, seed, repeats)
+    show(table(sights, missions), values(sights, missions), json)
+
+
+@bench.command("first-use")
+def first_use(
+    commands: Annotated[
+        list[str] | None, typer.Argument(metavar="[COMMAND]...", help="run, plan [default: both].")
+    ] = None,
+    repeats: Annotated[int, typer.Option(min=1, help="How often the second use is timed; the median counts.")] = 3,
+    json: Rows = None,
+) -> None:
+    """The first use of a command, with nothing compiled, beside the ones after it.
+
+    Example: marsupial bench first-use run
+    """
+    from marsupial.bench.first_use import bench_first_use, table, values
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.own_benches import show
+
+    rows = list(bench_first_use(commands or (), repeats=repeats, tell=say))
+    show(table(rows), values(rows), json)
 
 
 @bench.command()

@@ -53,6 +53,8 @@ def _description(file: str) -> MapDescription:
 
 
 def _print(description: MapDescription) -> None:
+    from marsupial.cli.display.legend import HEADS as LEGEND_HEADS
+    from marsupial.cli.display.legend import legend_rows
     from marsupial.cli.display.tables import print_facts, print_table
 
     size = f"{description.width} x {description.height} cells"
@@ -63,15 +65,27 @@ def _print(description: MapDescription) -> None:
             *([("format", description.format)] if description.format else []),
             ("size", f"{size}, {metres}"),
             ("origin", f"x {x:g} m, y {y:g} m, yaw {yaw:g} rad"),
-            ("border", f"{description.border_cells} free cells, {description.border_area_m2:.4g} m2 connected to them"),
+            ("border", _border(description)),
         ]
     )
     shares = (*description.free, description.occupied, description.unknown)
     rows = [(s.name, str(s.cells), f"{s.area_m2:.1f}", f"{s.share:.1%}") for s in shares]
     print_table(("class", "cells", "m2", "share"), rows, right=(1, 2, 3))
-    reach = [(r.type, f"{r.radius_m:g}", f"{r.area_m2:.1f}", str(r.parts)) for r in description.reach]
-    print_table(("robot type", "radius m", "largest reach m2", "parts"), reach, right=(1, 2, 3))
-    if description.legend:
-        names = {share.code: share.name for share in shares}
-        legend = [(entry.symbol, names[entry.code], str(entry.cells)) for entry in description.legend]
-        print_table(("symbol in the file", "means", "cells"), legend, right=(2,))
+    reach = [
+        (r.type, f"{r.radius_m:g}", f"{r.area_m2:.1f}", "yes" if r.at_border else "no", str(r.parts))
+        for r in description.reach
+    ]
+    print_table(("robot type", "radius m", "largest reach m2", "gets to the border", "parts"), reach, right=(1, 2, 4))
+    legend = legend_rows(description.legend, {share.code: share.name for share in shares})
+    if legend:
+        wide = any(commonest for *_, commonest in legend)
+        columns = len(LEGEND_HEADS) if wide else len(LEGEND_HEADS) - 1
+        print_table(LEGEND_HEADS[:columns], [row[:columns] for row in legend], right=(2,))
+
+
+def _border(description: MapDescription) -> str:
+    if not description.border_cells:
+        return "no free cell"
+    cells = "1 free cell" if description.border_cells == 1 else f"{description.border_cells} free cells"
+    them = "it" if description.border_cells == 1 else "them"
+    return f"{cells}, {description.border_area_m2:.4g} m2 connected to {them}"

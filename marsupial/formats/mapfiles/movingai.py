@@ -15,15 +15,13 @@ import numpy as np
 
 from marsupial.errors import MapError, Problem
 from marsupial.formats.files import read_bytes
+from marsupial.formats.mapfiles.faults import raise_any
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
 from marsupial.model.mapreading import LegendEntry, MapReading
 
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
 """Terrain code of each character."""
-
-MAX_PROBLEMS = 10
-"""A file with more faults than this is cut short in the report: it is probably no such file at all."""
 
 
 def understand_movingai(path: Path | str) -> MapReading:
@@ -77,7 +75,7 @@ def _size(lines: list[bytes], source: str) -> tuple[int, int]:
     problems += _size_problems(sizes) if not problems else []
     if head[3] != [b"map"]:
         problems.append(Problem("line 4", f"must be `map`, got {_shown(b' '.join(head[3]))}"))
-    _raise_any(problems, source)
+    raise_any(problems, source)
     return sizes[b"width"], sizes[b"height"]
 
 
@@ -106,7 +104,7 @@ def _check_rows(rows: list[bytes], width: int, height: int, source: str) -> None
         problems.append(
             Problem(f"line {len(rows) + 4}", f"ends the map after {len(rows)} rows, but height is {height}")
         )
-    _raise_any(problems, source)
+    raise_any(problems, source)
 
 
 def _code_table() -> CellArray:
@@ -114,14 +112,6 @@ def _code_table() -> CellArray:
     for symbol, code in SYMBOLS.items():
         table[ord(symbol)] = code
     return table
-
-
-def _raise_any(problems: list[Problem], source: str) -> None:
-    if len(problems) > MAX_PROBLEMS:
-        rest = len(problems) - MAX_PROBLEMS
-        problems = [*problems[:MAX_PROBLEMS], Problem("", f"and {rest} more faults like these")]
-    if problems:
-        raise MapError(problems, source=source)
 
 
 def _shown(text: bytes) -> str:

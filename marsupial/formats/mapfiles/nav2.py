@@ -147,7 +147,9 @@ def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], c
             f"{_names(greys)} became {_BECAME[code]} in {cells} cells ({area:.4g} m2, {cells / counts.sum():.1%}), "
             f"yet map savers write grey {SAVED_UNKNOWN} for unknown"
         )
-        if header.mode is not Mode.RAW:
+        if code == FLOOR and header.mode is Mode.SCALE:
+            text += ": in mode scale only transparent pixels are unknown"
+        elif header.mode is not Mode.RAW:
             text += f": check {key} ({getattr(header, key):g})"
         if code == FLOOR and header.mode is Mode.TRINARY and not header.negate:
             text += f"; {_threshold_below(max(greys)):.3f} would leave them unknown"

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
+from marsupial.formats.mapfiles.faults import raise_any
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid
 
@@ -57,10 +58,7 @@ def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source:
         takes &= np.flipud(mask.opaque)
     counts = np.bincount(greys[takes], minlength=256)
     unlisted = [int(g) for g in np.flatnonzero(counts) if int(g) not in codes]
-    if unlisted:
-        raise MapError(
-            [Problem(f"grey {g}", f"has no terrain code ({counts[g]} cells)") for g in unlisted], source=source
-        )
+    raise_any([Problem(f"grey {g}", f"has no terrain code ({counts[g]} cells)") for g in unlisted], source)
     table = np.zeros(256, dtype=np.uint8)
     table[list(codes)] = list(codes.values())
     return replace(grid, cells=np.where(takes, table[greys], grid.cells))

@@ -1,4 +1,4 @@
-"""A lower bound on the makespan: the target that takes longest even if all robots were there for it alone.
+"""A lower bound on the makespan: the target that takes longest even if all robots were there for it alone, or the work.
 
 Each robot's earliest time at each place is computed with what the others do left out: a rover finds a carrier of any
 type at any meeting from the moment the first one could be there. Where rovers have to end aboard and carriers at home,
@@ -15,6 +15,7 @@ from marsupial.native import native
 from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.encoding import ProblemData
+from marsupial.planning.local_search.workload import work_bound_ms
 
 
 def makespan_bound_ms(data: ProblemData) -> int:
@@ -38,7 +39,7 @@ def makespan_bound_ms(data: ProblemData) -> int:
             np.minimum(reached, known[alike][0], out=reached)
         ends.append(known[alike][1])
     ends += [int(reached[t]) for t in data.members(col.TARGETS)]
-    return max(0, max(ends, default=0) - EPSILON_MS)
+    return max(0, max(*ends, work_bound_ms(data), 0) - EPSILON_MS)
 
 
 def _alone(data: ProblemData, robot: int) -> Ints:

@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
-from marsupial.maps.footprint import disc
+from marsupial.maps.contact import Contact
 from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
@@ -73,7 +73,7 @@ class Ground:
         self.kinds = {kind.name: kind for kind in types if kind.name in there}
         self.width = truth.width
         self._sight = Sight(truth.cells, truth.opaque_codes())
-        self._contact = {k.name: disc(k.radius_m / truth.resolution_m + 1.0 + 1e-6) for k in types}
+        self._contact = {k.name: Contact(k, truth.resolution_m) for k in types}
         self._ways = {
             name: ways_of(kind, self.territory.footprints[name].standable, truth.resolution_m)
             for name, kind in self.kinds.items()
@@ -222,9 +222,7 @@ class Ground:
     def _seen(self, kind: str, cell: Cell) -> Ints:
         grid = self.territory.grid
         seen = self._sight.visible(cell, self.territory.kinds[kind].sensor_range_m / grid.resolution_m)
-        around = self._contact[kind] + np.array(cell)
-        inside = ((around >= 0) & (around < (grid.width, grid.height))).all(axis=1)
-        return np.concatenate((seen, around[inside, 1] * grid.width + around[inside, 0]))
+        return np.concatenate((seen, self._contact[kind].touched(grid.cells, cell)))
 
     def _kept(self, known: dict[K, V], key: K, make: Callable[[], V], size: int) -> V:
         """Return what is known, or make it and remember it; `size` is in bytes."""

@@ -486,3 +486,14 @@ def test_the_real_cartesium_map_warns_under_the_usual_thresholds(shared_maps: Pa
         warning.startswith("greys 230 (74.3%) and 255 (21.8%) both became free")
         for warning in understand_nav2(path).warnings
     )
+
+
+def test_of_a_scale_map_s_greys_no_threshold_makes_unknown(tmp_path: Path) -> None:
+    (tmp_path / "speed.pgm").write_bytes(b"P5 3 1 255\n" + bytes([0, 205, 254]))
+    path = tmp_path / "speed.yaml"
+    path.write_text(
+        "image: speed.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\nmode: scale\n"
+        "occupied_thresh: 1.0\nfree_thresh: 0.0\n"
+    )
+    (warning,) = [text for text in understand_nav2(path).warnings if "map savers" in text]
+    assert warning.endswith("map savers write grey 205 for unknown: in mode scale only transparent pixels are unknown")

@@ -72,6 +72,13 @@ def test_all_greys_without_a_code_are_named(tmp_path: Path) -> None:
     ]
 
 
+def test_of_a_picture_of_all_greys_the_first_are_named_and_the_others_counted(tmp_path: Path) -> None:
+    path = mask_of(tmp_path, [list(range(256))])
+    problems = problems_of(grid_of([[FLOOR] * 256]), path, {255: FLOOR})
+    assert problems[:2] == ["grey 0: has no terrain code (1 cells)", "grey 1: has no terrain code (1 cells)"]
+    assert (len(problems), problems[-1]) == (11, "and 245 more faults like these")
+
+
 def test_codes_the_map_does_not_have_are_named(tmp_path: Path) -> None:
     path = mask_of(tmp_path, [[0]])
     assert problems_of(grid_of([[FLOOR]]), path, {0: 9, 300: FLOOR, 1: UNKNOWN}) == [

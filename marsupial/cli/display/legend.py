@@ -1,0 +1,55 @@
+"""The symbols of a map file in a few lines: many greys that were read as the same are told as a range."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+
+from marsupial.model.mapreading import LegendEntry
+
+_NUMBERED = re.compile(r"(\w+) (\d+)")
+"""A symbol that stands in an order with others, as ``grey 205`` does."""
+
+MOST, LEAST_SHARE = 3, 0.05
+"""More symbols than this make a range, of which so many are named: those with at least this share of its cells."""
+
+HEADS = ("symbol in the file", "means", "cells", "most of them")
+
+
+def legend_rows(legend: Sequence[LegendEntry], names: Mapping[int, str]) -> list[tuple[str, str, str, str]]:
+    """Return rows for `HEADS`; more than a few numbered symbols that follow each other and mean the same share one.
+
+    Parameters
+    ----------
+    names
+        The name of each terrain code.
+    """
+    runs: list[list[LegendEntry]] = []
+    for _, alike in groupby(legend, key=_kind):
+        run = list(alike)
+        runs += [run] if len(run) > MOST else [[entry] for entry in run]
+    return [
+        (_symbols(run), names[run[0].code], str(sum(entry.cells for entry in run)), _commonest(run)) for run in runs
+    ]
+
+
+def _kind(entry: LegendEntry) -> tuple[str, int]:
+    """Return what entries of the same range have in common: the word before their number, and what they mean."""
+    numbered = _NUMBERED.fullmatch(entry.symbol)
+    return numbered[1] if numbered else entry.symbol, entry.code
+
+
+def _symbols(run: Sequence[LegendEntry]) -> str:
+    first, last = run[0].symbol, run[-1].symbol
+    return first if len(run) == 1 else f"{first} to {last.rsplit(' ', 1)[1]}"
+
+
+def _commonest(run: Sequence[LegendEntry]) -> str:
+    """Name the symbols of a range that most of its cells have."""
+    if len(run) == 1:
+        return ""
+    cells = sum(entry.cells for entry in run)
+    ranked = sorted(run, key=lambda entry: -entry.cells)[:MOST]
+    named = [f"{entry.symbol} ({entry.cells / cells:.1%})" for entry in ranked if entry.cells >= LEAST_SHARE * cells]
+    return ", ".join(named) or f"spread over {len(run)}"

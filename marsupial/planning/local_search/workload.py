@@ -1,0 +1,172 @@
+"""A lower bound on the makespan from the work there is: what all rovers, or all carriers, have to do between them.
+
+A *room* is all that rovers can drive between by themselves. Where it holds targets that no carrier explores and no
+rover stands in it, a rover has to be brought and set down; where rovers have to end aboard, or are fewer than the
+rooms, they have to be picked up. So there is so much docking and undocking, so much driving inside of rooms, and so
+much between them: no less than a spanning forest of the rooms that grows from where the robots are. Robots that share
+it evenly and are all done at once are done no later than those of any plan. Shortest ways are by way of whatever place
+and of the quickest type, so that nothing is assumed of travel tables.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components, floyd_warshall
+
+from marsupial.arrays import Floats, Ints
+from marsupial.planning.list_scheduling.costs import NEVER
+from marsupial.planning.local_search import columns as col
+from marsupial.planning.local_search.encoding import ProblemData
+
+MOST_PLACES = 400
+"""With more of them there is no such bound: shortest ways between all take a tenth of a second with so many."""
+
+AT_ONCE_MS = 1e-9
+"""A way that counts for nothing; 0 would be taken for none."""
+
+
+def work_bound_ms(data: ProblemData) -> int:
+    """Return a time before which the robots can't all be ready; 0 where nothing has to be shared among rovers."""
+    rovers, carriers = data.members(col.ROVERS), data.members(col.CARRIERS)
+    if not len(rovers) or not len(carriers) or data.leg.shape[1] > MOST_PLACES:
+        return 0
+    rooms = _Rooms(data)
+    standing = rovers[data.robots[rovers, col.ABOARD] < 0]
+    occupied = np.unique(rooms.of[data.robots[standing, col.AT]]).tolist()
+    empty = [room for room in rooms.targets if room not in occupied]
+    downs, aboard = len(empty), len(rovers) - len(standing)
+    ups = downs + len(standing) if data.recover else max(0, downs - aboard)
+    transfers = downs * int(data.robots[rovers, col.UNDOCKING].min()) + ups * int(
+        data.robots[rovers, col.DOCKING].min()
+    )
+    of_rovers = transfers + rooms.rides_ms(empty) + rooms.ground_ms()
+    visited = empty + occupied if data.recover else empty
+    lone = [t for t in data.members(col.TARGETS) if np.isinf(rooms.by_rover[:, t]).sum() == len(rooms.of) - 1]
+    return max(
+        _evenly(transfers + rooms.tours_ms(empty, visited, lone), data.robots[carriers, col.READY]),
+        _evenly(of_rovers, data.robots[rovers, col.READY]),
+    )
+
+
+class _Rooms:
+    """The rooms of a situation, by number.
+
+    Attributes
+    ----------
+    by_rover, by_carrier
+        (places, places): ms of the shortest ways with the quickest type of them; inf without one.
+    of
+        (places,): the room that each place is in.
+    targets
+        Per room with targets that no carrier explores: these.
+    """
+
+    def __init__(self, data: ProblemData) -> None:
+        legs = np.where(data.leg >= NEVER, np.inf, data.leg)
+        rovers, carriers = (np.unique(data.robots[data.members(g), col.TYPE]) for g in (col.ROVERS, col.CARRIERS))
+        self._data = data
+        self.by_rover, self.by_carrier = (floyd_warshall(legs[kinds].min(axis=0)) for kinds in (rovers, carriers))
+        _, self.of = connected_components(np.isfinite(self.by_rover), directed=False)
+        self._meetings = data.members(col.MEETINGS)
+        own = np.isfinite(legs[carriers]).sum(axis=(0, 1)) > len(carriers)  # a place is 0 away from itself
+        theirs = [t for t in data.members(col.TARGETS) if not own[t]]
+        labels = dict.fromkeys(self.of[theirs].tolist())
+        self.targets = {room: np.array([t for t in theirs if self.of[t] == room], dtype=np.int64) for room in labels}
+
+    def _doors(self, room: int) -> Ints:
+        return self._meetings[self.of[self._meetings] == room]
+
+    def rides_ms(self, rooms: list[int]) -> float:
+        """Return how long rovers are carried at least, all in all, if each room needs one; they drive in others."""
+        data, rovers = self._data, self._data.members(col.ROVERS)
+        hosts = data.robots[rovers, col.ABOARD]
+        begun = [self._doors(room) for room in np.unique(self.of[data.robots[rovers[hosts < 0], col.AT]])]
+        beginnings = np.concatenate([data.robots[hosts[hosts >= 0], col.AT], *begun])
+        alike = self.of[:, None] == self.of
+        carried = floyd_warshall(np.where(alike, np.minimum(self.by_carrier, AT_ONCE_MS), self.by_carrier))
+        groups = [self._doors(room) for room in rooms]
+        return _forest(_apart(carried, [beginnings], groups)[0], _apart(carried, groups, groups))
+
+    def tours_ms(self, empty: list[int], visited: list[int], lone: list[int]) -> float:
+        """Return how long carriers drive or wait at least, all in all, to visit rooms and targets.
+
+        In one of the `empty` rooms a rover is set down and, where rovers have to end aboard, one is picked up:
+        meanwhile the carrier waits, or it is visited again.
+        """
+        data = self._data
+        groups = [*(self._doors(room) for room in visited), *(np.array([target]) for target in lone)]
+        first = _apart(self.by_carrier, [data.robots[data.members(col.CARRIERS), col.AT]], groups)[0]
+        between = _apart(self.by_carrier, groups, groups)
+        total = _forest(first, between)
+        if data.recover:
+            np.fill_diagonal(between, np.inf)
+            again = np.minimum(first, between.min(axis=0, initial=np.inf))
+            total += sum(min(again[i], self._sortie_ms(room)) for i, room in enumerate(visited) if room in empty)
+        return total
+
+    def ground_ms(self) -> float:
+        """Return how long rovers drive at least, all in all, in rooms with targets; a rover stays in one at most."""
+        ways = [self._sorties_ms(room) for room in self.targets]
+        backs = sorted(closed - staying for staying, closed in ways)
+        left = 0 if self._data.recover else int(self._data.groups[col.ROVERS, 0])
+        return sum(staying for staying, _ in ways) + sum(backs[: max(0, len(backs) - left)])
+
+    def _sorties_ms(self, room: int) -> tuple[float, float]:
+        """Return how long rovers drive at least in a room with targets, if one stays there and if none does."""
+        targets, entries = self.targets[room], self._entries(room)
+        there = self.by_rover[np.ix_(entries, targets)].min(axis=0, initial=np.inf)
+        singles = [targets[i : i + 1] for i in range(len(targets))]
+        spanning = _forest(there, _apart(self.by_rover, singles, singles))
+        return max(spanning, float(there.max())), max(spanning, self._sortie_ms(room))
+
+    def _sortie_ms(self, room: int) -> float:
+        """Return how long the rover that explores the farthest target of a room is on its way there and to a door."""
+        targets = self.targets[room]
+        there = self.by_rover[np.ix_(self._entries(room), targets)].min(axis=0, initial=np.inf)
+        back = self.by_rover[np.ix_(targets, self._doors(room))].min(axis=1, initial=np.inf)
+        return float((there + back).max())
+
+    def _entries(self, room: int) -> Ints:
+        """Return where rovers can be first on the ground of a room."""
+        starts = self._data.robots[self._data.members(col.ROVERS), col.AT]
+        return np.concatenate([self._doors(room), starts[(starts >= 0) & (self.of[starts] == room)]])
+
+
+def _forest(least: Floats, between: Floats) -> float:
+    """Return the length of a shortest forest that joins points to roots (Prim).
+
+    `least` is (points,): from the roots; `between` is (points, points), the shorter of both directions counts.
+    """
+    between = np.minimum(between, between.T)
+    total, left = 0.0, np.ones(len(least), dtype=np.bool_)
+    while left.any():
+        nearest = int(np.argmin(np.where(left, least, np.inf)))
+        if not left[nearest]:
+            return np.inf
+        total += least[nearest]
+        left[nearest] = False
+        least = np.minimum(least, between[nearest])
+    return total
+
+
+def _apart(ways: Floats, some: list[Ints], others: list[Ints]) -> Floats:
+    """Return (some, others): how far from the nearest place of a group to one of another group."""
+    table = np.full((len(some), len(others)), np.inf)
+    rows, columns = ([i for i, group in enumerate(groups) if len(group)] for groups in (some, others))
+    if rows and columns:
+        one, other = [some[i] for i in rows], [others[i] for i in columns]
+        apart = ways[np.ix_(np.concatenate(one), np.concatenate(other))]
+        for axis, groups in enumerate((one, other)):
+            apart = np.minimum.reduceat(apart, np.cumsum([0, *map(len, groups[:-1])]), axis=axis)
+        table[np.ix_(rows, columns)] = apart
+    return table
+
+
+def _evenly(work_ms: float, ready_ms: Ints) -> int:
+    """Return when robots that are ready then and then are done with so much work, all at once; 0 if never."""
+    if not 0 < work_ms < np.inf:
+        return 0
+    ready = np.sort(ready_ms)
+    counts = np.arange(1, len(ready) + 1)
+    done = (work_ms + np.cumsum(ready)) / counts  # by the first, the first two, ...
+    return int(done[done >= ready].min())

@@ -1,0 +1,100 @@
+"""The lower bound from the work there is: seen by eye, and never above what a plan takes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from situations import (
+    carrier,
+    door,
+    hall,
+    many_rooms,
+    one_hall,
+    room,
+    rover,
+    situation_of,
+    situations,
+    two_rooms,
+)
+
+from marsupial.model.plan import EPSILON_MS
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
+from marsupial.model.situation import Situation, SituationGoal
+from marsupial.planning.local_search.encoding import encode
+from marsupial.planning.local_search.engine import Anytime
+from marsupial.planning.local_search.workload import work_bound_ms
+
+RECOVER = SituationGoal(recover_rovers=True)
+
+
+def bound_ms(situation: Situation) -> int:
+    return work_bound_ms(encode(situation)) - EPSILON_MS
+
+
+def three_rooms(*, carriers: int = 1) -> Situation:
+    """Return: rooms at 10, 20 and 30 s with a target 2 s behind each door, a rover aboard each carrier at 0."""
+    return situation_of(
+        [carrier(i + 1) for i in range(carriers)] + [rover(i + 1, f"c{i + 1}") for i in range(carriers)],
+        {f"t{i}": room(10 * i + 2, i) for i in (1, 2, 3)},
+        {f"m{i}": door(10 * i, i) for i in (1, 2, 3)},
+        {f"c{i + 1}_start": hall(0) for i in range(carriers)},
+        goal=RECOVER,
+    )
+
+
+def test_one_rover_for_two_rooms_is_set_down_picked_up_carried_and_set_down() -> None:
+    """10 and 20 s from the start, twice 5 s down, 4 s in, once 4 s out and 10 s up, and a pause after each of seven.
+
+    That the way from one room to the other is 30 s long is not seen: only that both are joined to the start.
+    """
+    assert bound_ms(two_rooms()) == 62_007
+
+
+def test_a_room_waits_for_its_rover_or_is_visited_again() -> None:
+    """30 s of driving, three times 5 + 4 + 4 + 10 s: the carrier waits for the rover, which has no use of going on."""
+    assert 99_000 <= bound_ms(three_rooms()) <= 99_020
+
+
+def test_work_is_shared_among_robots() -> None:
+    assert bound_ms(three_rooms(carriers=3)) == pytest.approx(bound_ms(three_rooms()) / 3, abs=10)
+
+
+def test_robots_that_are_busy_take_their_share_later() -> None:
+    situation = three_rooms(carriers=2)
+    robots = tuple(
+        replace(robot, free_at_ms=40_000) if robot.name in ("c2", "r2") else robot for robot in situation.robots
+    )
+    assert bound_ms(replace(situation, robots=robots)) == pytest.approx(bound_ms(situation) + 20_000, abs=10)
+
+
+def test_without_rovers_or_rooms_there_is_no_work_to_share() -> None:
+    assert work_bound_ms(encode(one_hall())) == 0
+
+
+def test_the_bound_is_said_by_local_search_where_it_is_the_better_one() -> None:
+    *_, end = Anytime().solve(three_rooms(), Budget(steps=5))
+    assert isinstance(end, Finished)
+    assert (end.outcome, end.lower_bound_ms) == (Outcome.OPTIMAL, bound_ms(three_rooms()))
+
+
+@pytest.mark.parametrize("recover", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_no_plan_for_many_rooms_ends_before_it(seed: int, *, recover: bool) -> None:
+    situation = replace(many_rooms(2, 1, 9, 8, seed=seed), goal=SituationGoal(recover_rovers=recover))
+    found = shortest_ms(situation)
+    assert found is not None
+    assert 0 < bound_ms(situation) <= found
+
+
+@settings(deadline=None)
+@given(situations())
+def test_no_plan_ends_before_it(situation: Situation) -> None:
+    found = shortest_ms(situation)
+    assert found is None or bound_ms(situation) <= found
+
+
+def shortest_ms(situation: Situation) -> int | None:
+    plans = [event.plan for event in Anytime().solve(situation, Budget(steps=5)) if isinstance(event, Improved)]
+    return min((plan.makespan_ms for plan in plans), default=None)

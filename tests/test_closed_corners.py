@@ -1,0 +1,119 @@
+"""Missions of robots that need one cell only: none of them ends with a frontier that they can't get to."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from dataclasses import replace
+
+from drawn_maps import draw, random_cells
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from simulated_missions import STEP, Insider, team_at
+from small_missions import Watcher, kinds_of
+
+from marsupial.formats.missionlog import decode_event
+from marsupial.library.missions import simulate
+from marsupial.mission.placement import place_team
+from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
+from marsupial.model.mission import MissionEnded, Status
+from marsupial.model.scenario import Goal, Scenario
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial_service.missions.host import fly
+from marsupial_service.missions.reading import brief_of, report_of
+from marsupial_service.missions.scenarios import mission_document
+from marsupial_service.missions.simulated import SimulatedTeam
+from marsupial_service.missions.values import Brief, EventType, Next, Turn
+from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.schemas.missions import MissionBody, ReportBody
+
+KINDS = tuple(replace(kind, radius_m=0.6) for kind in kinds_of(capacity=1).values())
+"""They need no more than their own cell of 1 m, and touch what is diagonally beside it."""
+
+
+@st.composite
+def scenarios(drawn: st.DrawFn) -> Scenario:
+    cells = drawn(random_cells((OBSTACLE, FLOOR, FLOOR), smallest=3, largest=8))
+    height, width = cells.shape
+    x, y = drawn(st.integers(0, width - 1)), drawn(st.integers(0, height - 1))
+    cells[y, x] = FLOOR
+    return corners(cells, Cell(x, y))
+
+
+def corners(cells: CellArray, start: Cell) -> Scenario:
+    """Return the scenario of a carrier at that cell with a rover aboard."""
+    grid = Grid(cells=cells, resolution_m=1.0)
+    return Scenario(name="corners", grid=grid, robot_types=KINDS, team=team_at(start, rovers=1), goal=Goal())
+
+
+class Line:
+    """Stands for the channel to the process of a mission: a simulated team answers at once."""
+
+    def __init__(self, brief: Brief, team: SimulatedTeam) -> None:
+        self._brief, self._team = brief, team
+        self._answers = deque([Next(input=None)])
+        self.ended: MissionEnded | None = None
+
+    def send(self, turn: Turn) -> None:
+        for event in turn.events:
+            if event.type is EventType.LOG and isinstance(found := decode_event(event.data), MissionEnded):
+                self.ended = found
+            if event.type is EventType.COMMANDS:
+                report = self._team.answer(json.loads(event.data))
+                if report is not None:
+                    self._answers.append(Next(input=report_of(ReportBody.model_validate(report), self._brief)))
+
+    def receive(self) -> Next:
+        return self._answers.popleft()
+
+
+def over_the_line(scenario: Scenario) -> MissionEnded:
+    """Return the end of a mission of the service whose robots are simulated."""
+    body = mission_document(scenario, strategy="heuristic", planner="greedy", budget=STEP, seed=1)
+    brief = brief_of(MissionBody.model_validate(body), ServiceLimits(), {})
+    kinds = {kind.name: kind for kind in KINDS}
+    line = Line(brief, SimulatedTeam(scenario.grid, kinds, place_team(scenario, 1)))
+    fly(brief, line)
+    assert line.ended is not None
+    return line.ended
+
+
+def flown(scenario: Scenario, strategy: str) -> MissionEnded:
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    watch = Insider if strategy == CLAIRVOYANT else Watcher
+    watcher = watch(scenario.grid, kinds, place_team(scenario, 1))
+    simulate(scenario, strategy=strategy, planner="greedy", budget=STEP, seed=1, observer=watcher)
+    assert watcher.faults == []
+    ended = watcher.events[-1]
+    assert isinstance(ended, MissionEnded)
+    return ended
+
+
+def test_what_lies_behind_a_closed_corner_is_none_of_the_missions_business() -> None:
+    cells = draw("######", "#..###", "#.c#.#", "###..#", "######").cells
+    scenario = corners(cells, Cell(2, 2))
+    for ended in (flown(scenario, "heuristic"), flown(scenario, CLAIRVOYANT), over_the_line(scenario)):
+        assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
+
+
+@settings(deadline=None, max_examples=25)
+@given(scenarios())
+def test_a_mission_leaves_no_frontier(scenario: Scenario) -> None:
+    ended = flown(scenario, "heuristic")
+    assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
+
+
+@settings(deadline=None, max_examples=25)
+@given(scenarios())
+def test_a_mission_of_the_service_leaves_no_frontier(scenario: Scenario) -> None:
+    ended = over_the_line(scenario)
+    assert (ended.status, ended.remaining, ended.coverage) == (Status.COMPLETE, (), 1.0)
+
+
+@settings(deadline=None, max_examples=25)
+@given(scenarios())
+def test_the_clairvoyant_leaves_only_frontiers_that_robots_can_get_to(scenario: Scenario) -> None:
+    # it need not look at walls: what can be reached has been seen
+    ended = flown(scenario, CLAIRVOYANT)
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
+    assert {left.reason for left in ended.remaining} <= {"nothing reachable is behind it"}
