@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import re
 from dataclasses import replace
 
 import pytest
@@ -45,3 +46,13 @@ def test_without_colours_nothing_moves(monkeypatch: pytest.MonkeyPatch, capsys: 
     lines = capsys.readouterr().err.splitlines()
     assert "robots, seed" in lines[0]
     assert all("\x1b" not in line for line in lines)
+
+
+def test_how_far_a_mission_is_can_be_told_at_any_time() -> None:
+    scenario = replace(builtin_scenario("lobby"), grid=Grid(cells=truth(), resolution_m=RESOLUTION_M))
+    with progress(scenario, 1) as observer:
+        assert isinstance(observer, module._Lines)
+        assert observer.now() == "preparing the mission ..."
+        for event in synthetic_mission()[:20]:
+            observer.event(event)
+        assert re.fullmatch(r" +0:0\d +\d+%  1 plan so far", observer.now())
