@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.arrays import Floats, Ints, Ints32
+from marsupial.arrays import Floats, Ints
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
 
@@ -52,7 +52,7 @@ class _View(NamedTuple):
     cells: CellArray
     opaque: CellArray
     intervals: Floats
-    stamps: Ints32
+    stamps: Ints
     seen: Ints
 
 
@@ -72,7 +72,7 @@ class Sight:
             cells=cells,
             opaque=opaque,
             intervals=np.empty((4, 2 * max(cells.shape) + 8), dtype=np.float64),
-            stamps=np.zeros(cells.size, dtype=np.int32),
+            stamps=np.zeros(cells.size, dtype=np.int64),
             seen=np.empty(cells.size, dtype=np.int64),
         )
         self._stamp = 0
