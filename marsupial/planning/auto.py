@@ -11,12 +11,12 @@ from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
 from marsupial.model.situation import Situation
-from marsupial.planning.branch_and_bound.engine import Exact
+from marsupial.planning.branch_and_bound.engine import Exact, unsupported
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.portfolio.engine import Latest, Member, Portfolio
 from marsupial.planning.race import Clock
 
-MOST_TARGETS, MOST_ROBOTS = 12, 9
+MOST_TARGETS = 12
 """Up to here, where there are any targets, branch and bound is worth its core; local search has one thread then."""
 
 HEAD_START_S = 0.01
@@ -63,4 +63,4 @@ def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
 
 
 def _is_small(situation: Situation) -> bool:
-    return 0 < len(situation.targets) <= MOST_TARGETS and len(situation.robots) <= MOST_ROBOTS
+    return 0 < len(situation.targets) <= MOST_TARGETS and unsupported(situation) is None

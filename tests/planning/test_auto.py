@@ -43,8 +43,14 @@ def test_on_small_teams_an_exact_search_proves_the_plan_of_annealing(budget: Bud
     assert len(asked) == 1
 
 
+def test_with_few_targets_it_is_asked_for_teams_of_more_than_a_dozen_too() -> None:
+    asked: list[Plan | None] = []
+    list(auto(lambda clock, latest: Prover(asked)).solve(many_rooms(5, 2, 8, 4, seed=5), Budget(steps=2)))
+    assert len(asked) == 1
+
+
 @pytest.mark.parametrize("budget", [Budget(seconds=0.1), Budget(steps=2)])
-def test_on_big_teams_it_is_not_asked(budget: Budget) -> None:
+def test_with_many_targets_it_is_not_asked(budget: Budget) -> None:
     asked: list[Plan | None] = []
     *_, end = auto(lambda clock, latest: Prover(asked)).solve(many_rooms(6, 3, 20, 8), budget)
     assert isinstance(end, Finished)
