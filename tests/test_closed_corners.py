@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from simulated_missions import STEP, Insider, team_at
 from small_missions import Watcher, kinds_of
 
-from marsupial.formats.missionlog import decode_event
+from marsupial.formats.loglines import LogDecoder
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
-from marsupial.model.mission import MissionEnded, Status
+from marsupial.model.mission import MissionEnded, MissionEvent, Status
 from marsupial.model.scenario import Goal, Scenario
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial_service.missions.host import fly
@@ -52,12 +52,18 @@ class Line:
     def __init__(self, brief: Brief, team: SimulatedTeam) -> None:
         self._brief, self._team = brief, team
         self._answers = deque([Next(input=None)])
-        self.ended: MissionEnded | None = None
+        self._decoder = LogDecoder()
+        self._log: list[MissionEvent] = []
+
+    @property
+    def ended(self) -> MissionEnded | None:
+        """The last event, if it is the end."""
+        return next((event for event in self._log if isinstance(event, MissionEnded)), None)
 
     def send(self, turn: Turn) -> None:
         for event in turn.events:
-            if event.type is EventType.LOG and isinstance(found := decode_event(event.data), MissionEnded):
-                self.ended = found
+            if event.type is EventType.LOG:
+                self._log += self._decoder.events(event.data)
             if event.type is EventType.COMMANDS:
                 report = self._team.answer(json.loads(event.data))
                 if report is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from marsupial.errors import ScenarioError
-from marsupial.formats.missionlog import encode_event
+from marsupial.formats.loglines import LogEncoder
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENARIOS, builtin_scenario
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import DEFAULT_PLANNER, simulate
@@ -19,9 +19,10 @@ from marsupial.strategies.registry import RULES, STRATEGIES, asks_planner
 class Recorder(Observer):
     def __init__(self) -> None:
         self.lines: list[str] = []
+        self._encoder = LogEncoder()
 
     def event(self, event: MissionEvent) -> None:
-        self.lines.append(encode_event(event))
+        self.lines.append(self._encoder.line(event))
 
 
 PLANNERS = ("greedy", DEFAULT_PLANNER)

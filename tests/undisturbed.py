@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from marsupial.formats.missionlog import encode_event
+from marsupial.formats.loglines import LogEncoder
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
@@ -19,6 +19,7 @@ class LogLines(Observer):
 
     def __init__(self) -> None:
         self.lines: list[str] = []
+        self._encoder = LogEncoder()
 
     @property
     def text(self) -> str:
@@ -27,7 +28,7 @@ class LogLines(Observer):
 
     def event(self, event: MissionEvent) -> None:
         """Keep what happened."""
-        self.lines.append(encode_event(event))
+        self.lines.append(self._encoder.line(event))
 
 
 @cache

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.progress import progress
 from marsupial.cli.interrupt import asked_to_stop
@@ -53,7 +54,8 @@ def carry_out(request: MissionRequest) -> Summary:
     request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
-    scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
+    with Alive(lambda: "reading the map ..."):
+        scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
     scenario = _changed(scenario, request)
     for text in warnings:
         warn(text)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from marsupial.errors import UsageError
-from marsupial.formats.missionlog import FORMAT, read_log
+from marsupial.formats.loglines import FORMAT
+from marsupial.formats.missionlog import read_log
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.missions import simulate
 from marsupial.library.recording import Recorder

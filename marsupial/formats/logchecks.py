@@ -80,7 +80,8 @@ class LogChecker:
     def _revealed(self, event: m.Revealed) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
         if len(event.runs) % 3 or not self._runs_fit(event.runs):
-            yield Problem("runs", "must be (start, length, code) three by three, inside the map, codes 0 to 254")
+            wanted = "(start, length, code) three by three, inside the map, no cell twice, codes 0 to 254"
+            yield Problem("runs", f"must be {wanted}")
 
     def _runs_fit(self, runs: tuple[int, ...]) -> bool:
         assert self._mission is not None
@@ -89,7 +90,9 @@ class LogChecker:
             return False
         starts, lengths = np.array(runs[0::3], dtype=np.int64), np.array(runs[1::3], dtype=np.int64)
         inside = bool(np.all((lengths > 0) & (starts + lengths <= size)))
-        return inside and all(0 <= code < UNKNOWN for code in runs[2::3])
+        order = np.argsort(starts)
+        once = bool(np.all((starts + lengths)[order][:-1] <= starts[order][1:]))
+        return inside and once and all(0 <= code < UNKNOWN for code in runs[2::3])
 
     def _drive_started(self, event: m.DriveStarted) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)

@@ -98,7 +98,8 @@ class GrowingReach:
         """Return the cells opened since the last time, by type; under no name those that one can now see through."""
         news = self._territory.opened[self._read :]
         self._read += len(news)
-        return {name: np.concatenate([part[name] for part in news]) for name in news[0]} if news else {}
+        names = news[0] if news else ()
+        return {name: np.concatenate([part[name] for part in news]).astype(np.int64) for name in names}
 
     def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Ints:
         width = self._territory.grid.width
@@ -137,7 +138,7 @@ class _Dock:
         self._nearest = Nearest(territory.see_through, limit)
         self._standable = territory.footprints[rover.name].standable
         shape = self._standable.shape
-        self.docking = Docking(cells=np.zeros(shape, dtype=np.bool_), carrier_at=np.full(shape, -1, dtype=np.int64))
+        self.docking = Docking(cells=np.zeros(shape, dtype=np.bool_), carrier_at=np.full(shape, -1, dtype=np.int32))
 
     def grow(self, carrier_cells: Ints, seen: Ints, opened: Ints) -> Ints:
         """Take in cells carriers newly reach, cells to see through, cells to stand on; return new docking cells."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from marsupial.arrays import Ints32
 from marsupial.maps.footprint import Footprint
 from marsupial.maps.window import Window
 from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
@@ -34,7 +35,7 @@ class Docking:
     """
 
     cells: Mask
-    carrier_at: npt.NDArray[np.int64]
+    carrier_at: Ints32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,7 +75,7 @@ class Territory:
         self.footprints = {kind.name: Footprint((grid.height, grid.width), kind, grid.resolution_m) for kind in kinds}
         self.revision = 0
         self.revealed: list[npt.NDArray[np.int64]] = []
-        self.opened: list[Mapping[str, npt.NDArray[np.int64]]] = []
+        self.opened: list[Mapping[str, Ints32]] = []
         self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
         self._opaque = grid.opaque_codes()
         self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
@@ -93,7 +94,8 @@ class Territory:
         self._highest = Cell(max(self._highest.x, int(x.max())), max(self._highest.y, top))
         opened = {name: footprint.reveal(indices, self.grid.cells) for name, footprint in self.footprints.items()}
         self.revealed.append(indices)
-        self.opened.append({"": clear} | opened)
+        # as many cells as the map has, for each type: half the memory counts
+        self.opened.append({name: cells.astype(np.int32) for name, cells in ({"": clear} | opened).items()})
 
     @property
     def known(self) -> Window:

@@ -7,15 +7,23 @@ Wurm et al. 2010, section III).
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
+from collections.abc import Iterable, Iterator
 
+import numpy as np
+
+from marsupial.arrays import Flags, Floats, Ints
 from marsupial.errors import Problem, ScenarioError
 from marsupial.maps.reach import largest_reach
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Scenario
 from marsupial.paths.fields import PathSearch
+
+NEAR = 65536
+"""Cells that are put in order at first: a team has room there, and sorting all of a large map takes long."""
+
+AT_ONCE = 4096
+"""Cells that are looked at together for room."""
 
 
 def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
@@ -28,42 +36,73 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
     """
     rng = np.random.default_rng(seed if scenario.start_seed is None else scenario.start_seed)
     grid = scenario.grid.solid()
-    drawn = {member.type for member in scenario.team if member.start is None and member.carrier is None}
-    reach = {kind.name: largest_reach(grid, kind) for kind in scenario.robot_types if kind.name in drawn}
+    rooms: dict[str, _Room] = {}
     taken: list[tuple[Cell, float]] = []
     anchor = next((m.start for m in scenario.team if m.start is not None), None)
     placed: list[PlacedRobot] = []
     for i, member in enumerate(scenario.team):
-        cell = member.start
+        cell, kind = member.start, scenario.type_of(member)
         if cell is None and member.carrier is None:
-            kind = scenario.type_of(member)
-            room = np.flatnonzero(reach[kind.name])
-            room = _nearest_first(room, anchor, reach[kind.name]) if anchor is not None else rng.permutation(room)
-            cell = _first_free(room, grid.width, taken, kind.radius_m / grid.resolution_m)
+            if kind.name not in rooms:
+                rooms[kind.name] = _Room(largest_reach(grid, kind))
+            room = rooms[kind.name]
+            order = [rng.permutation(room.cells)] if anchor is None else room.nearest_first(anchor)
+            cell = _first_free(order, grid.width, taken, kind.radius_m / grid.resolution_m)
             if cell is None:
                 raise ScenarioError([Problem(f"team[{i}].start", f"no room on the map for {member.name} to start")])
         if cell is not None:
             anchor = anchor or cell
-            taken.append((cell, scenario.type_of(member).radius_m / grid.resolution_m))
+            taken.append((cell, kind.radius_m / grid.resolution_m))
         placed.append(PlacedRobot(name=member.name, type=member.type, cell=cell, carrier=member.carrier))
     return tuple(placed)
 
 
-def _nearest_first(room: npt.NDArray[np.int64], anchor: Cell, reach: Mask) -> npt.NDArray[np.int64]:
-    """Return `room` (row-major indices) by length of the way from `anchor`; where there is none, as the crow flies."""
-    way = PathSearch(reach).field(anchor).ravel()[room]
-    width = reach.shape[1]
-    straight = np.hypot(room % width - anchor.x, room // width - anchor.y)
-    return room[np.lexsort((straight, way))]
+class _Room:
+    """Where the robots of one type may start.
+
+    Attributes
+    ----------
+    cells
+        Row-major indices, in ascending order.
+    """
+
+    def __init__(self, reach: Mask) -> None:
+        self._reach = reach
+        self.cells = np.flatnonzero(reach)
+        self._way: Floats | None = None
+        self._near: Flags = np.zeros(0, dtype=np.bool_)
+        self._nearest: Ints = self.cells
+
+    def nearest_first(self, anchor: Cell) -> Iterator[Ints]:
+        """Yield the cells, those with the shortest way from `anchor` first, where there is none as the crow flies.
+
+        The anchor of a mission is always the same. Most robots find room in the first piece.
+        """
+        if self._way is None:
+            self._way = PathSearch(self._reach).field(anchor).ravel()[self.cells]
+            far = np.partition(self._way, NEAR)[NEAR] if len(self.cells) > NEAR else np.inf
+            self._near = self._way <= far
+            self._nearest = self._sorted(self._near, anchor)
+        yield self._nearest
+        yield self._sorted(~self._near, anchor)
+
+    def _sorted(self, among: Flags, anchor: Cell) -> Ints:
+        assert self._way is not None
+        cells, width = self.cells[among], self._reach.shape[1]
+        straight = np.hypot(cells % width - anchor.x, cells // width - anchor.y)
+        return cells[np.lexsort((straight, self._way[among]))]
 
 
-def _first_free(room: npt.NDArray[np.int64], width: int, taken: list[tuple[Cell, float]], radius: float) -> Cell | None:
-    """Return the first cell of `room` (row-major indices) that keeps clear of the robots already there."""
-    x, y = room % width, room // width
-    free = np.ones(len(room), dtype=np.bool_)
-    for cell, other in taken:
-        free &= np.hypot(x - cell.x, y - cell.y) >= max(radius + other, 1.0)
-    chosen = np.flatnonzero(free)
-    if not len(chosen):
-        return None
-    return Cell(int(x[chosen[0]]), int(y[chosen[0]]))
+def _first_free(order: Iterable[Ints], width: int, taken: list[tuple[Cell, float]], radius: float) -> Cell | None:
+    """Return the first cell (row-major indices, in pieces) that keeps clear of the robots already there."""
+    for cells in order:
+        for begin in range(0, len(cells), AT_ONCE):
+            part = cells[begin : begin + AT_ONCE]
+            x, y = part % width, part // width
+            free = np.ones(len(part), dtype=np.bool_)
+            for cell, other in taken:
+                free &= np.hypot(x - cell.x, y - cell.y) >= max(radius + other, 1.0)
+            chosen = np.flatnonzero(free)
+            if len(chosen):
+                return Cell(int(x[chosen[0]]), int(y[chosen[0]]))
+    return None

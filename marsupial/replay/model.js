@@ -7,9 +7,59 @@
 const UNKNOWN = 255;
 const STEPS = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 const MOST_KEYFRAMES = 16;
+const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+const ALIKE = 1;
 
+/** The events of a log: looks one by one with their runs of cells, and all of each plan. */
 function readLog(text) {
-  return text.split("\n").filter((line) => line.trim()).map((line) => JSON.parse(line));
+  const lines = text.split("\n").filter((line) => line.trim()).map((line) => JSON.parse(line));
+  const width = lines[0].width, before = { targets: new Map(), meetings: new Map() };
+  for (const plan of lines.filter((line) => line.event === "plan")) {
+    for (const [part, known] of Object.entries(before)) {
+      plan[part] = plan[part].map((thing) => (typeof thing === "string" ? known.get(thing) : thing));
+      before[part] = new Map(plan[part].map((thing) => [thing.name, thing]));
+    }
+  }
+  return lines.flatMap((line) => (line.event !== "reveal" ? [line] : line.looks.map(([robot, after, text]) => (
+    { event: "reveal", t_ms: line.t_ms + after, robot, runs: readRuns(readNumbers(text), width) }))));
+}
+
+/** The whole numbers of a text of digits of base 64, five bits each from the lowest on. */
+function readNumbers(text) {
+  const numbers = [];
+  let number = 0, weight = 1;
+  for (const digit of text) {
+    const value = DIGITS.indexOf(digit);
+    number += (value & 31) * weight;
+    if (value & 32) weight *= 32;
+    else { numbers.push(number); number = 0; weight = 1; }
+  }
+  return numbers;
+}
+
+/** Runs of cells as start, length and terrain code, from the numbers of strips (docs/mission-log.md). */
+function readRuns(numbers, width) {
+  const runs = [], signed = (n) => (n % 2 ? -(n + 1) / 2 : n / 2);
+  for (let at = 0; at < numbers.length;) {
+    const code = numbers[at++];
+    for (let left = numbers[at++], row = 0, column = 0; left > 0; left--) {
+      const above = numbers[at++];
+      row += Math.floor(above / 2);
+      column += signed(numbers[at++]);
+      let cells = above % 2 ? 1 : numbers[at++] + 1, y = row, x = column;
+      runs.push(y * width + x, cells, code);
+      for (let step = above % 2 ? 0 : numbers[at++]; step > 0; step = numbers[at++]) {
+        const again = step === ALIKE ? numbers[at++] + 1 : 1;
+        if (step > ALIKE) {
+          const root = Math.floor(Math.sqrt(step - ALIKE)), rest = step - ALIKE - root * root;
+          x += signed(rest < root ? rest : root);
+          cells += signed(rest < root ? root : rest - root);
+        }
+        for (let i = 0; i < again; i++) runs.push(++y * width + x, cells, code);
+      }
+    }
+  }
+  return runs;
 }
 
 /** Index of the last of the growing `times` that is not after t, or -1. */

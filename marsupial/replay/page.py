@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 
-from marsupial.formats.missionlog import encode_event
+from marsupial.formats.loglines import log_lines
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import Tracks
 from marsupial.model.mission import ActionStarted, MissionEvent, MissionStarted
@@ -36,7 +36,7 @@ def replay_page(events: Iterable[MissionEvent]) -> str:
         "title": escape(f"{first.scenario}: {first.strategy}, seed {first.seed}"),
         "style": _read("page.css"),
         "script": "\n".join(["(() => {", '"use strict";', _team(events), *map(_read, _SCRIPTS), "})();"]),
-        "log": "\n".join(_embedded(encode_event(event)) for event in events),
+        "log": "\n".join(map(_embedded, log_lines(events))),
     }
     template = _text("page.html")
     return _SLOT.sub(lambda slot: parts[slot[1]], template)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from urllib.parse import urlsplit
 
 from marsupial.errors import UsageError
-from marsupial.formats.missionlog import decode_event
+from marsupial.formats.loglines import LogDecoder
 from marsupial.library.metrics import Summary
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
@@ -198,13 +198,14 @@ def _drive(
     kinds = {kind.name: kind for kind in scenario.robot_types}
     team = SimulatedTeam(scenario.grid, kinds, place_team(scenario, seed))
     ended: MissionEnded | None = None
+    decoder = LogDecoder()
     reports: list[PlanningReport] = []
     asked_to_end = False
     for _, kind, data in client.events(f"{path}/events"):
         if kind == "log":
-            event = decode_event(data)
-            observer.event(event)
-            ended = event if isinstance(event, MissionEnded) else ended
+            for event in decoder.events(data):
+                observer.event(event)
+                ended = event if isinstance(event, MissionEnded) else ended
         elif kind == "decision":
             reports.append(report_of(json.loads(data)))
             observer.planned(reports[-1])

@@ -1,14 +1,18 @@
 from __future__ import annotations
 
 import io
+import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from rich.console import Console
 from synthetic_mission import RESOLUTION_M, synthetic_mission, truth
 
 from marsupial.cli.display import progress as module
+from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.progress import progress
+from marsupial.cli.display.watch import Watch
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.grid import Grid
@@ -68,3 +72,12 @@ def test_that_a_planner_fails_is_said_once_with_its_words(
     told = file.getvalue() + capsys.readouterr().err
     assert told.count("the mission goes on without") == 1
     assert "cmd:x: no_plan (saying: Unrecognised [switch] ?); the mission goes on without (said once)" in told
+
+
+def test_how_far_a_mission_is_can_be_told_at_any_time() -> None:
+    lines = module._Lines(Watch(np.ones(truth().shape, dtype=np.bool_)))
+    with Alive(lines.now) as lines.alive:
+        assert lines.now() == "preparing the mission ..."
+        for event in synthetic_mission()[:20]:
+            lines.event(event)
+        assert re.fullmatch(r" +0:0\d +\d+%  1 plan so far", lines.now())

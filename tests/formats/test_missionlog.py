@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from synthetic_mission import mission_started, synthetic_mission
 
+from marsupial.arrays import Bytes
 from marsupial.errors import LogError
-from marsupial.formats.missionlog import EVENTS, LogWriter, encode_event, parse_log, read_log
+from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines
+from marsupial.formats.missionlog import LogWriter, parse_log, read_log
 from marsupial.formats.triggers import read_triggers
-from marsupial.model.grid import Cell, Terrain
+from marsupial.mission.loop import runs_of
+from marsupial.model.grid import UNKNOWN, Cell, Terrain
 from marsupial.model.mission import (
     ActionEnd,
     ActionEnded,
@@ -42,12 +45,31 @@ START = mission_started()
 
 
 def text_of(*events: MissionEvent) -> bytes:
-    return "".join(encode_event(event) + "\n" for event in events).encode("ascii")
+    return "".join(line + "\n" for line in log_lines(events)).encode("ascii")
+
+
+def line_of(event: MissionEvent) -> str:
+    """Return the line of an event that follows the start."""
+    return list(log_lines([START, event]))[1]
+
+
+def old_line_of(event: MissionEvent) -> str:
+    """Return the line of an event as version 1 had it."""
+    if isinstance(event, Revealed):
+        return json.dumps({"event": "reveal", "t_ms": event.t_ms, "robot": event.robot, "runs": event.runs})
+    return LogEncoder().line(event).replace('"version":2', '"version":1')
+
+
+def painted(seen: Mapping[int, int]) -> Bytes:
+    """Return the cells of the map in one row, with these terrain codes by number and all others unknown."""
+    cells = np.full(START.width * START.height, UNKNOWN, dtype=np.uint8)
+    cells[list(seen)] = list(seen.values())
+    return cells
 
 
 def read_changed(event: MissionEvent, change: Callable[[dict[str, Any]], object]) -> str:
     """Return what is said of a log whose only event after the first was changed as JSON."""
-    value = json.loads(encode_event(event))
+    value = json.loads(line_of(event))
     change(value)
     with pytest.raises(LogError) as caught:
         parse_log(text_of(START) + json.dumps(value).encode("ascii") + b"\n", source="m.jsonl")
@@ -90,7 +112,9 @@ targets = st.builds(
     frontier_cells=times,
 )
 meetings = st.builds(MapMeeting, name=names, carrier_cell=cells, rover_cell=cells, carrier_type=names, rover_type=names)
-runs = st.tuples(st.integers(0, 60 * 39), st.integers(1, 60), st.integers(0, 254))
+runs = st.dictionaries(st.integers(0, START.width * START.height - 1), st.integers(0, 254), max_size=80).map(
+    lambda seen: runs_of(np.array(sorted(seen), dtype=np.int64), painted(seen))
+)
 pairs = st.lists(st.tuples(names, numbers), max_size=3).map(tuple)
 types = st.builds(
     RobotType,
@@ -135,7 +159,7 @@ later_events = st.one_of(
         Revealed,
         t_ms=times,
         robot=robots,
-        runs=st.lists(runs, max_size=6).map(lambda many: tuple(number for run in many for number in run)),
+        runs=runs,
     ),
     st.builds(
         DriveStarted, t_ms=times, robot=robots, cell=st.just(Cell(30, 20)), steps=st.text("01234567", max_size=15)
@@ -200,27 +224,90 @@ def test_no_event_has_a_field_that_the_format_uses_itself() -> None:
 
 
 def test_the_first_line_says_format_and_version() -> None:
-    assert encode_event(START).startswith('{"event":"mission","format":"marsupial-log","version":1,"t_ms":0,')
+    assert text_of(START).startswith(b'{"event":"mission","format":"marsupial-log","version":2,"t_ms":0,')
 
 
 def test_a_line_has_its_fields_in_the_order_of_the_class_and_no_spaces() -> None:
     event = DriveStarted(t_ms=5, robot="rover1_1", cell=Cell(3, 4), steps="017")
-    assert encode_event(event) == '{"event":"drive","t_ms":5,"robot":"rover1_1","cell":[3,4],"steps":"017"}'
+    assert line_of(event) == '{"event":"drive","t_ms":5,"robot":"rover1_1","cell":[3,4],"steps":"017"}'
 
 
 def test_sets_are_written_in_order() -> None:
     kind = replace(START.types[0], terrains=frozenset({17, 3, 200, 1}))
-    assert '"terrains":[1,3,17,200]' in encode_event(replace(START, types=(kind,)))
+    assert '"terrains":[1,3,17,200]' in LogEncoder().line(replace(START, types=(kind,)))
 
 
 def test_numpy_integers_are_written_as_numbers() -> None:
-    event = Revealed(t_ms=0, robot="carrier1", runs=tuple(np.array([7, 2, 1])))
-    assert encode_event(event) == '{"event":"reveal","t_ms":0,"robot":"carrier1","runs":[7,2,1]}'
+    event = DriveEnded(t_ms=np.int64(7), robot="carrier1", cell=Cell(np.int64(3), 4))  # type: ignore[arg-type]
+    assert line_of(event) == '{"event":"stand","t_ms":7,"robot":"carrier1","cell":[3,4]}'
+
+
+def test_what_is_seen_is_gathered_until_something_else_happens() -> None:
+    first = Revealed(t_ms=5, robot="carrier1", runs=(7, 2, 1))
+    second = Revealed(t_ms=9, robot="rover1_1", runs=(70, 1, 0))
+    lines = list(log_lines([START, first, second, DRIVE, first]))
+    assert lines[1] == '{"event":"reveal","t_ms":5,"looks":[["carrier1",0,"BBAOBA"],["rover1_1",4,"ABDU"]]}'
+    assert [json.loads(line)["event"] for line in lines[2:]] == ["drive", "reveal"]
+
+
+def test_what_was_seen_last_is_on_disk_when_the_log_is_closed(tmp_path: Path) -> None:
+    with LogWriter(tmp_path / "m.jsonl") as writer:
+        writer.write(START)
+        writer.write(SEEN)
+        assert read_log(tmp_path / "m.jsonl").events == (START,)
+    assert read_log(tmp_path / "m.jsonl").events == (START, SEEN)
+
+
+def test_a_plan_only_names_what_stood_in_the_one_before_just_the_same() -> None:
+    spot = MapTarget(name="t", cell=Cell(3, 4), explorers=("rover",), reveal_m2=1.0, frontier_cells=5)
+    door = MapMeeting(
+        name="m", carrier_cell=Cell(1, 1), rover_cell=Cell(1, 2), carrier_type="carrier", rover_type="rover"
+    )
+    plan = Planned(t_ms=0, revision=1, trigger=read_triggers("start"), targets=(spot,), meetings=(door,), actions=())
+    smaller = replace(spot, reveal_m2=0.5)
+    plans = (plan, plan, replace(plan, targets=(smaller,)), replace(plan, targets=()), plan)
+    values = [json.loads(line) for line in log_lines([START, *plans])][1:]
+    assert [[isinstance(target, str) for target in value["targets"]] for value in values] == [
+        [False], [True], [False], [], [False]
+    ]  # fmt: skip
+    assert [value["meetings"] for value in values[1:]] == [["m"]] * 4
+    assert parse_log(text_of(START, *plans)).events == (START, *plans)
+
+
+def test_a_plan_that_names_what_was_not_in_the_one_before_is_refused() -> None:
+    plan = Planned(t_ms=0, revision=1, trigger=read_triggers("start"), targets=(), meetings=(), actions=())
+    said = read_changed(plan, lambda line: line["targets"].append("t_9"))
+    assert 'line 2: targets[0]: does not stand in the plan before: "t_9"' in said
+
+
+# Older logs.
+
+
+def test_a_log_of_version_1_says_the_same() -> None:
+    lines = [old_line_of(event) for event in synthetic_mission()]
+    assert parse_log("\n".join(lines).encode("ascii")).events == synthetic_mission()
+
+
+@pytest.mark.parametrize(
+    ("runs", "message"),
+    [
+        ([7, 2], r"must be \(start, length, code\) three by three"),
+        ([2399, 2, 1], "must be .*, inside the map"),
+        ([7, 0, 1], "must be"),
+        ([7, 2, 1, 8, 1, 1], "must be .* no cell twice"),
+        ([7, 2, 255], "must be .* codes 0 to 254"),
+        ([10**30, 2, 1], "must be"),
+    ],
+)
+def test_runs_of_version_1_that_make_no_sense_are_named(runs: list[int], message: str) -> None:
+    old = f"{old_line_of(START)}\n{old_line_of(replace(SEEN, runs=runs))}\n"  # type: ignore[arg-type]
+    with pytest.raises(LogError, match=f"line 2: runs: {message}"):
+        parse_log(old.encode("ascii"))
 
 
 def test_what_is_no_number_is_not_written() -> None:
     with pytest.raises(ValueError, match="not JSON compliant"):
-        encode_event(replace(START, resolution_m=float("nan")))
+        text_of(replace(START, resolution_m=float("nan")))
 
 
 def test_every_event_is_on_disk_as_soon_as_it_is_written(tmp_path: Path) -> None:
@@ -233,7 +320,7 @@ def test_a_stream_is_written_to_and_left_open() -> None:
     stream = io.StringIO()
     with LogWriter(stream) as writer:
         writer.write(START)
-    assert stream.getvalue() == encode_event(START) + "\n"
+    assert stream.getvalue().encode("ascii") == text_of(START)
 
 
 def test_a_writer_outside_its_block_refuses_to_write() -> None:
@@ -285,7 +372,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         (b"{}\n", "line 1: event: must be one of mission, reveal, .*, got null"),
         (b"[" * 100_000 + b"\n", "line 1: is not JSON"),
         (b'{"event":"mission"}\n', 'line 1: format: must be "marsupial-log", got null'),
-        (b'{"event":"mission","format":"marsupial-log","version":2}\n', "line 1: version: must be 1, .*, got 2"),
+        (b'{"event":"mission","format":"marsupial-log","version":3}\n', "line 1: version: must be 1 or 2, .*, got 3"),
     ],
 )
 def test_a_file_that_is_no_log_is_refused(data: bytes, message: str) -> None:
@@ -295,7 +382,7 @@ def test_a_file_that_is_no_log_is_refused(data: bytes, message: str) -> None:
 
 def test_the_first_event_must_be_the_mission() -> None:
     with pytest.raises(LogError, match="line 1: event: the first event must be the mission"):
-        parse_log(text_of(*synthetic_mission()[1:]))
+        parse_log(text_of(*synthetic_mission()).partition(b"\n")[2])
 
 
 # Wrong fields, each named by line and path.
@@ -320,12 +407,11 @@ SEEN = Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
         (DRIVE, "steps", "018", "steps: must be digits from 0 to 7, got '018'"),
         (DRIVE, "steps", "44440", "steps: leave the map"),
         (DRIVE, "speed", 1, "speed: is not a field of this event"),
-        (SEEN, "runs", [7, 2], r"runs: must be \(start, length, code\) three by three"),
-        (SEEN, "runs", [2399, 2, 1], "runs: must be .*, inside the map"),
-        (SEEN, "runs", [7, 0, 1], "runs: must be"),
-        (SEEN, "runs", [7, 2, 255], "runs: must be .* codes 0 to 254"),
-        (SEEN, "runs", [10**30, 2, 1], "runs: must be"),
-        (SEEN, "runs", [7, 2, "x"], r'runs\[2\]: must be a whole number, got "x"'),
+        (SEEN, "looks", [["rover1_1", 0]], r"looks\[0\]: must be an array of 3"),
+        (SEEN, "looks", [["rover1_1", 0, 7]], r"looks\[0\]\[2\]: must be a string, got 7"),
+        (SEEN, "looks", [["rover9", 0, ""]], "robot: no such robot: 'rover9'"),
+        (SEEN, "looks", [["rover1_1", 0, "BB"]], r"looks\[0\]\[2\]: stands for no cells: it ends too early"),
+        (SEEN, "looks", [["rover1_1", 0, "/HBBA"]], "runs: must be .* codes 0 to 254"),
         (BEGIN, "action.name", "fly", 'action.name: must be one of move, explore, dock, undock, got "fly"'),
         (BEGIN, "action.name", "dock", "action.robot: a carrier can't be carried"),
         (BEGIN, "action.carrier", "carrier1", "action.carrier: a move has none, got 'carrier1'"),
@@ -352,7 +438,7 @@ def test_a_missing_field_is_named() -> None:
 
 
 def test_a_field_with_a_default_may_be_missing() -> None:
-    value = json.loads(encode_event(START))
+    value = json.loads(LogEncoder().line(START))
     for terrain in value["terrains"]:
         del terrain["blocks_sight"]
     terrains = parse_log(json.dumps(value).encode("ascii")).mission.terrains
@@ -360,18 +446,18 @@ def test_a_field_with_a_default_may_be_missing() -> None:
 
 
 def test_a_whole_number_is_fine_where_a_number_is_wanted() -> None:
-    value = json.loads(encode_event(START)) | {"resolution_m": 1}
+    value = json.loads(LogEncoder().line(START)) | {"resolution_m": 1}
     assert parse_log(json.dumps(value).encode("ascii")).mission.resolution_m == 1.0
 
 
 def test_words_that_are_no_numbers_are_refused() -> None:
-    line = encode_event(START).replace('"resolution_m":0.25', '"resolution_m":NaN')
+    line = LogEncoder().line(START).replace('"resolution_m":0.25', '"resolution_m":NaN')
     with pytest.raises(LogError, match="line 1: is not JSON: NaN is not a number"):
         parse_log(line.encode("ascii") + b"\n")
 
 
 def test_all_wrong_fields_are_reported_at_once() -> None:
-    bad = encode_event(DRIVE).replace("rover1_1", "rover9").replace("017", "x").encode("ascii")
+    bad = line_of(DRIVE).replace("rover1_1", "rover9").replace("017", "x").encode("ascii")
     with pytest.raises(LogError) as caught:
         parse_log(text_of(START) + bad + b"\n" + bad + b"\n")
     assert [problem.path for problem in caught.value.problems] == [
@@ -408,7 +494,7 @@ def test_a_mission_that_makes_no_sense_is_refused(change: dict[str, Any], messag
 
 def test_nothing_may_follow_the_end() -> None:
     late = DriveEnded(t_ms=26_005, robot="carrier1", cell=Cell(1, 1))
-    with pytest.raises(LogError, match="line 50: event: nothing may follow the end of the mission"):
+    with pytest.raises(LogError, match="line 29: event: nothing may follow the end of the mission"):
         parse_log(text_of(*synthetic_mission(), late))
 
 

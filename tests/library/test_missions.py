@@ -14,7 +14,7 @@ from simulated_missions import STEP, drawn_scenario, team_at, watched
 from small_missions import ANNEX, TWO_ANNEXES, kinds_of
 
 from marsupial.errors import ScenarioError, UsageError
-from marsupial.formats.missionlog import encode_event
+from marsupial.formats.loglines import log_lines
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import PlanningTimes
 from marsupial.library.missions import reachable_area, simulate
@@ -34,14 +34,15 @@ EVERYBODY = [*WITH_ROVERS, CLAIRVOYANT]
 LOG = """
 import sys
 from marsupial.library.missions import simulate
-from marsupial.formats.missionlog import encode_event
+from marsupial.formats.loglines import LogEncoder
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.planning import Budget
 
 class Printer(Observer):
+    encoder = LogEncoder()
     def event(self, event):
-        print(encode_event(event))
+        print(self.encoder.line(event))
 
 simulate(builtin_scenario("lobby"), strategy=sys.argv[1], planner="greedy", budget=Budget(steps=2), seed=4,
          observer=Printer())
@@ -115,9 +116,7 @@ def test_the_same_mission_is_the_same_bytes_in_another_process(strategy: str) ->
 
 @pytest.mark.parametrize("strategy", EVERYBODY)
 def test_the_same_mission_is_the_same_bytes_in_the_same_process(strategy: str) -> None:
-    first, second = (
-        [encode_event(event) for event in watched(drawn_scenario(*TWO_ANNEXES), strategy, 2)[1].events] for _ in "ab"
-    )
+    first, second = (list(log_lines(watched(drawn_scenario(*TWO_ANNEXES), strategy, 2)[1].events)) for _ in "ab")
     assert first == second
 
 

@@ -13,7 +13,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from marsupial.cli.display.messages import say
+from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
@@ -30,8 +30,10 @@ LINE_EVERY_MS = 180_000
 """Simulated time between two lines."""
 
 FRAME_EVERY_S = 0.1
-"""Wall-clock time between two pictures."""
+"""Least wall-clock time between two pictures."""
 
+FRAME_SHARE = 0.05
+"""Most of the wall-clock time that pictures take; one of a large map takes long."""
 
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 """Outcomes that are no failure of a planner; with no plan in them, there was nothing to do."""
@@ -40,10 +42,13 @@ _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 @contextmanager
 def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
     """Yield an observer that shows a mission of this scenario as it goes."""
-    watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
+    with Alive(lambda: "working out what the team can reach ..."):
+        watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
     console = Console(file=sys.stderr)
     if not moves(console):
-        yield Observers([_Lines(watch), _FirstFailure(say)])
+        lines = _Lines(watch)
+        with Alive(lines.now) as lines.alive:
+            yield Observers([lines, _FirstFailure(lines.alive.say)])
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
         yield Observers([_Moving(watch, live, console), _FirstFailure(lambda text: console.print(Text(text)))])
@@ -63,22 +68,40 @@ class _FirstFailure(Observer):
 
 
 class _Lines(Observer):
-    """Prints the start, the end, and at a replanning a line if the last one is long ago."""
+    """Prints the start, the end, and at a replanning a line if the last one is long ago.
+
+    Attributes
+    ----------
+    alive
+        Prints its lines, and what is told by `now` when none has been printed for a while.
+    """
+
+    alive: Alive
 
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
         self._next_ms = 0
+        self._plans = 0
+
+    def now(self) -> str:
+        """Return how far the mission is."""
+        if not self._plans:
+            return "preparing the mission ..."
+        return f"{self._head()}  {counted(self._plans, 'plan')} so far"
 
     def event(self, event: MissionEvent) -> None:
         self._watch.event(event)
         if isinstance(event, MissionStarted):
-            say(f"{event.scenario}: {event.strategy} ({event.planner}), {len(event.robots)} robots, seed {event.seed}")
+            self.alive.say(
+                f"{event.scenario}: {event.strategy} ({event.planner}), {len(event.robots)} robots, seed {event.seed}"
+            )
         elif isinstance(event, MissionEnded):
-            say(f"{self._head()}  {event.status}: {event.reason}")
-        elif isinstance(event, Planned) and event.t_ms >= self._next_ms:
+            self.alive.say(f"{self._head()}  {event.status}: {event.reason}")
+        self._plans += isinstance(event, Planned)
+        if isinstance(event, Planned) and event.t_ms >= self._next_ms:
             self._next_ms = event.t_ms + LINE_EVERY_MS
             targets, why = counted(len(event.targets), "target"), trigger_text(event.trigger)
-            say(f"{self._head()}  plan {event.revision} for {targets} ({why})")
+            self.alive.say(f"{self._head()}  plan {event.revision} for {targets} ({why})")
 
     def _head(self) -> str:
         return f"{clock(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
@@ -93,7 +116,7 @@ class _Moving(Observer):
         self._console = console
         self._picture: Picture | None = None
         self._title = ""
-        self._drawn_s = 0.0
+        self._next_s = 0.0
 
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, MissionStarted):
@@ -104,9 +127,11 @@ class _Moving(Observer):
         self._watch.event(event)
 
     def _draw(self) -> None:
-        if self._picture is not None and time.monotonic() - self._drawn_s >= FRAME_EVERY_S:
+        began_s = time.monotonic()
+        if self._picture is not None and began_s >= self._next_s:
             self._live.update(self._frame(self._picture), refresh=True)
-            self._drawn_s = time.monotonic()
+            ended_s = time.monotonic()
+            self._next_s = ended_s + max(FRAME_EVERY_S, (ended_s - began_s) / FRAME_SHARE)
 
     def _frame(self, picture: Picture) -> Group:
         watch, robots = self._watch, self._watch.views()

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import replace
 
-from marsupial.formats.missionlog import encode_event
+from marsupial.formats.loglines import LogEncoder
 from marsupial.library.first_use import try_mission
 from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer
@@ -81,6 +81,7 @@ class Desk(Observer):
         if own is not None:
             self.replanning = own
         self._channel = channel
+        self._encoder = LogEncoder()
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []
         self._n = self._t_ms = self._batch = self._stops = 0
@@ -99,7 +100,7 @@ class Desk(Observer):
             self._action = event
         elif isinstance(event, MissionEnded):
             self._ended = event
-        self._tell(EventType.LOG, encode_event(event))
+        self._tell(EventType.LOG, self._encoder.line(event))
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the decision that was made before, if there is one, or make one."""

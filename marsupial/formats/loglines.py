@@ -1,0 +1,323 @@
+"""The lines of a mission log: events as JSON objects, written and read in their order.
+
+A line is `{"event": tag, ...}` with the fields of that event's class in their declared order, so the same events
+are always the same bytes; the first line says which format and version it is. What was seen is gathered in one line
+until something else happens, its cells as texts (`marsupial.formats.strips`); of a plan, what stood in the plan before
+just the same is only named. Reading is driven by the type hints of the event classes. The format for other programs:
+``docs/mission-log.md``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from enum import StrEnum
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from marsupial.errors import LogError, Problem
+from marsupial.formats import strips
+from marsupial.formats.triggers import read_triggers, trigger_text
+from marsupial.model import mission as m
+from marsupial.model.grid import Cell
+
+FORMAT = "marsupial-log"
+VERSION = 2
+
+OLD_VERSION = 1
+"""Still read. It has one look a line, its runs of cells as numbers, and all of each plan."""
+
+EVENTS: dict[str, type[m.MissionEvent]] = {
+    "mission": m.MissionStarted,
+    "reveal": m.Revealed,
+    "drive": m.DriveStarted,
+    "stand": m.DriveEnded,
+    "plan": m.Planned,
+    "start": m.ActionStarted,
+    "end": m.ActionEnded,
+    "lost": m.RobotLost,
+    "ended": m.MissionEnded,
+}
+"""What each line's `event` stands for."""
+
+_TAGS = {kind: tag for tag, kind in EVENTS.items()}
+_NAMED = ("targets", "meetings")  # parts of a plan that the next one may only name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Looks:
+    """What a line says of cells: who saw them, how long after `t_ms`, and the text of their runs."""
+
+    t_ms: int
+    looks: tuple[tuple[str, int, str], ...]
+
+
+class LogEncoder:
+    """Writes the events of one mission as lines, without line breaks; plain ASCII."""
+
+    def __init__(self) -> None:
+        self._width = 0
+        self._seen: list[m.Revealed] = []
+        self._before: dict[str, dict[str, object]] = {}
+
+    def lines(self, event: m.MissionEvent) -> list[str]:
+        """Return the lines that are complete with the next event; what is seen waits for what is not."""
+        if isinstance(event, m.Revealed):
+            self._seen.append(event)
+            return []
+        return [*self.rest(), self.line(event)]
+
+    def rest(self) -> list[str]:
+        """Return the line of what was seen since the last one, if there is anything."""
+        seen, self._seen = self._seen, []
+        return [self._looks(seen)] if seen else []
+
+    def line(self, event: m.MissionEvent) -> str:
+        """Return the next event as a line of its own."""
+        if isinstance(event, m.Revealed):
+            return self._looks([event])
+        head: dict[str, Any] = {"event": _TAGS[type(event)]}
+        values = _object(event)
+        if isinstance(event, m.MissionStarted):
+            self._begin(event)
+            head |= {"format": FORMAT, "version": VERSION}
+        elif isinstance(event, m.Planned):
+            values |= {"trigger": trigger_text(event.trigger)} | {name: self._news(event, name) for name in _NAMED}
+        return _json(head | values)
+
+    def _begin(self, mission: m.MissionStarted) -> None:
+        """Forget what was before: a service begins missions again whose map turns out to have changed."""
+        self._width = mission.width
+        self._before = {}
+
+    def _looks(self, seen: Sequence[m.Revealed]) -> str:
+        first_ms = seen[0].t_ms
+        looks = [(one.robot, one.t_ms - first_ms, strips.text_of(one.runs, self._width)) for one in seen]
+        return _json({"event": _TAGS[m.Revealed], "t_ms": first_ms, "looks": looks})
+
+    def _news(self, plan: m.Planned, part: str) -> list[object]:
+        """Return a part of the plan, with names for what stood in the plan before just the same."""
+        before, things = self._before.get(part, {}), getattr(plan, part)
+        self._before[part] = {thing.name: thing for thing in things}
+        return [thing.name if before.get(thing.name) == thing else thing for thing in things]
+
+
+def log_lines(events: Iterable[m.MissionEvent]) -> Iterator[str]:
+    """Yield the lines of a mission's log, without line breaks."""
+    encoder = LogEncoder()
+    for event in events:
+        yield from encoder.lines(event)
+    yield from encoder.rest()
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, default=_plain, separators=(",", ":"), allow_nan=False)
+
+
+def _object(value: Any) -> dict[str, Any]:
+    return {field.name: getattr(value, field.name) for field in fields(value)}
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        return _object(value)
+    if isinstance(value, frozenset):
+        return sorted(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    raise TypeError(f"a mission log has no way to write {value!r}")
+
+
+class LogDecoder:
+    """Reads the lines of one log, of any version, in their order."""
+
+    def __init__(self) -> None:
+        self._mission: m.MissionStarted | None = None
+        self._before: dict[str, dict[str, object]] = {}
+
+    def events(self, line: str) -> tuple[m.MissionEvent, ...]:
+        """Return what the next line says; what has to hold between events is not looked at.
+
+        Raises
+        ------
+        LogError
+            If it is no line of a log.
+        """
+        problems: list[Problem] = []
+        events = self.read(line.encode(), problems)
+        if problems:
+            raise LogError(problems)
+        return events
+
+    def read(self, line: bytes, problems: list[Problem]) -> tuple[m.MissionEvent, ...]:
+        """Return what the next line says, or nothing with what is wrong with it added to `problems`."""
+        value = _load_object(line, problems)
+        tag = None if value is None else value.pop("event", None)
+        if value is None:
+            return ()
+        if not isinstance(tag, str) or tag not in EVENTS:
+            problems.append(Problem("event", f"must be one of {', '.join(EVENTS)}, got {_shown(tag)}"))
+            return ()
+        if tag == "mission":
+            _check_header(value, problems)
+        elif tag == "plan":
+            self._add_named(value, problems)
+        looks = tag == "reveal" and "runs" not in value
+        event: Any = None if problems else _read_object(_Looks if looks else EVENTS[tag], value, "", problems)
+        if event is None:
+            return ()
+        if tag == "mission":
+            self._mission, self._before = event, {}
+        return self._seen(event, problems) if looks else (event,)
+
+    def _seen(self, line: _Looks, problems: list[Problem]) -> tuple[m.Revealed, ...]:
+        if self._mission is None:
+            problems.append(Problem("event", "the first event must be the mission"))
+            return ()
+        width, height, seen = self._mission.width, self._mission.height, []
+        for i, (robot, after_ms, text) in enumerate(line.looks):
+            try:
+                runs = strips.runs_in(text, width, height)
+            except ValueError as error:
+                problems.append(Problem(f"looks[{i}][2]", f"stands for no cells: {error}"))
+            else:
+                seen.append(m.Revealed(t_ms=line.t_ms + after_ms, robot=robot, runs=runs))
+        return () if problems else tuple(seen)
+
+    def _add_named(self, plan: dict[str, Any], problems: list[Problem]) -> None:
+        """Put in what a plan only names."""
+        for part in _NAMED:
+            things = plan.get(part)
+            if not isinstance(things, list):
+                continue
+            before = self._before.get(part, {})
+            for i, name in enumerate(things):
+                if isinstance(name, str) and name in before:
+                    things[i] = before[name]
+                elif isinstance(name, str):
+                    problems.append(Problem(f"{part}[{i}]", f"does not stand in the plan before: {_shown(name)}"))
+            named = [thing for thing in things if isinstance(thing, Mapping)]
+            self._before[part] = {thing["name"]: thing for thing in named if isinstance(thing.get("name"), str)}
+
+
+def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
+    try:
+        value = load(line)
+    except (ValueError, RecursionError) as error:
+        problems.append(Problem("", f"is not JSON: {error}"))
+        return None
+    if not isinstance(value, dict):
+        problems.append(Problem("", f"must be a JSON object, got {_shown(value)}"))
+        return None
+    return value
+
+
+def load(line: bytes) -> Any:
+    """Return the JSON value of a line; ValueError if it has none."""
+    return json.loads(line.decode("utf-8"), parse_constant=_refuse_constant)
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is not a number")
+
+
+def _check_header(value: dict[str, Any], problems: list[Problem]) -> None:
+    name, version = value.pop("format", None), value.pop("version", None)
+    if name != FORMAT:
+        problems.append(Problem("format", f'must be "{FORMAT}", got {_shown(name)}'))
+    elif version not in (OLD_VERSION, VERSION) or isinstance(version, bool):
+        known = f"{OLD_VERSION} or {VERSION}, the only ones known here"
+        problems.append(Problem("version", f"must be {known}, got {_shown(version)}"))
+
+
+def _shown(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+@cache
+def _hints(kind: type) -> dict[str, tuple[Any, bool]]:
+    """Return each field's type and whether it must be there."""
+    hints = get_type_hints(kind)
+    return {
+        field.name: (hints[field.name], field.default is MISSING and field.default_factory is MISSING)
+        for field in fields(kind)
+    }
+
+
+def _read_object(kind: type, value: Any, path: str, problems: list[Problem]) -> Any:
+    if not isinstance(value, dict):
+        problems.append(Problem(path, f"must be an object, got {_shown(value)}"))
+        return None
+    before = len(problems)
+    hints = _hints(kind)
+    problems += [Problem(_below(path, name), "is not a field of this event") for name in value if name not in hints]
+    given = {}
+    for name, (hint, required) in hints.items():
+        if name in value:
+            given[name] = _read(hint, value[name], _below(path, name), problems)
+        elif required:
+            problems.append(Problem(_below(path, name), "is missing"))
+    return kind(**given) if len(problems) == before else None
+
+
+def _below(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
+
+
+def _read(hint: Any, value: Any, path: str, problems: list[Problem]) -> Any:
+    """Return `value` as the type `hint` says; where it can't be, add the problems and return anything."""
+    if get_origin(hint) is UnionType:
+        (inner,) = (kind for kind in get_args(hint) if kind is not NoneType)
+        return None if value is None else _read(inner, value, path, problems)
+    if hint == m.Triggers:
+        return read_triggers(_read_scalar(str, value, path, problems))
+    if hint is Cell:
+        return Cell(*_read_array((int, int), value, path, problems))
+    if get_origin(hint) in (tuple, frozenset):
+        return get_origin(hint)(_read_array(_item_hints(hint), value, path, problems))
+    if is_dataclass(hint):
+        return _read_object(hint, value, path, problems)  # type: ignore[arg-type]
+    if issubclass(hint, StrEnum):
+        return _read_enum(hint, value, path, problems)
+    return _read_scalar(hint, value, path, problems)
+
+
+def _item_hints(hint: Any) -> tuple[Any, ...]:
+    """Return the types of an array's items; of one that repeats, the type and an Ellipsis."""
+    return (*get_args(hint), ...) if get_origin(hint) is frozenset else get_args(hint)
+
+
+def _read_array(hints: tuple[Any, ...], value: Any, path: str, problems: list[Problem]) -> tuple[Any, ...]:
+    repeats = hints[-1] is ...
+    if not isinstance(value, list) or (not repeats and len(value) != len(hints)):
+        wanted = "an array" if repeats else f"an array of {len(hints)}"
+        problems.append(Problem(path, f"must be {wanted}, got {_shown(value)}"))
+        return () if repeats else tuple(0 for _ in hints)
+    if repeats and hints[0] in _NAMES and all(type(item) is hints[0] for item in value):
+        return tuple(value)  # the usual case, and what makes long runs fast to read
+    kinds = [hints[0]] * len(value) if repeats else hints
+    return tuple(_read(kinds[i], item, f"{path}[{i}]", problems) for i, item in enumerate(value))
+
+
+def _read_enum(hint: type[StrEnum], value: Any, path: str, problems: list[Problem]) -> StrEnum | None:
+    if isinstance(value, str) and value in set(hint):
+        return hint(value)
+    problems.append(Problem(path, f"must be one of {', '.join(hint)}, got {_shown(value)}"))
+    return None
+
+
+_NAMES = {bool: "true or false", int: "a whole number", float: "a number", str: "a string"}
+
+
+def _read_scalar(hint: type, value: Any, path: str, problems: list[Problem]) -> Any:
+    if hint is float and type(value) is int and abs(value) < 2**1023:
+        return float(value)
+    if type(value) is not hint or value in (float("inf"), float("-inf")):
+        problems.append(Problem(path, f"must be {_NAMES[hint]}, got {_shown(value)}"))
+        return hint()
+    return value
