@@ -4,7 +4,7 @@ Motion is eight-connected: a step costs 1, a diagonal sqrt 2 and needs both cell
 grid nothing is. The costs are those that A* finds. Fields and routes come of a search that settles one cell after the
 other from a source; single costs of one that jumps from corner to corner, unless the ground is all corners. A matrix
 remembers the one before: as long as cells are only opened, a distance can't have changed unless a way by what was
-opened might be shorter.
+opened is shorter (`marsupial.paths.distances`).
 Floats are in cells; inf means that there is no path.
 """
 
@@ -45,7 +45,7 @@ class PathSearch:
         self.passable = passable
         self._diagonal = diagonal
         self._open = self._ragged = 0
-        self._distances = Distances(passable.shape[1], diagonal)
+        self._distances = Distances(passable, diagonal)
 
     @cached_property
     def _jumps(self) -> Jumps:
