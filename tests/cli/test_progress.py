@@ -10,7 +10,9 @@ from synthetic_mission import RESOLUTION_M, synthetic_mission, truth
 from marsupial.cli.display import progress as module
 from marsupial.cli.display.progress import progress
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
+from marsupial.mission.placement import place_team
 from marsupial.model.grid import Grid
 from marsupial.model.mission import MissionStarted
 
@@ -20,8 +22,9 @@ def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
     monkeypatch.setattr(module, "Console", lambda **_: console)
     monkeypatch.setattr(module, "FRAME_EVERY_S", 0.0)
     scenario = replace(builtin_scenario("lobby"), grid=Grid(cells=truth(), resolution_m=RESOLUTION_M))
-    with progress(scenario, 1) as observer:
+    with progress() as observer:
         assert isinstance(observer, Observer)
+        observer.reachable(reachable_area(scenario, place_team(scenario, 1)))
         for event in synthetic_mission():
             observer.event(event)
 

@@ -18,11 +18,9 @@ from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
 from marsupial.library.metrics import clock, counted
-from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
-from marsupial.mission.placement import place_team
+from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
-from marsupial.model.scenario import Scenario
 
 LINE_EVERY_MS = 180_000
 """Simulated time between two lines."""
@@ -32,9 +30,9 @@ FRAME_EVERY_S = 0.1
 
 
 @contextmanager
-def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
-    """Yield an observer that shows a mission of this scenario as it goes."""
-    watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
+def progress() -> Iterator[Observer]:
+    """Yield an observer that shows a mission as it goes."""
+    watch = Watch()
     console = Console(file=sys.stderr)
     if not moves(console):
         yield _Lines(watch)
@@ -49,6 +47,9 @@ class _Lines(Observer):
     def __init__(self, watch: Watch) -> None:
         self._watch = watch
         self._next_ms = 0
+
+    def reachable(self, area: Mask) -> None:
+        self._watch.reachable(area)
 
     def event(self, event: MissionEvent) -> None:
         self._watch.event(event)
@@ -76,10 +77,13 @@ class _Moving(Observer):
         self._title = ""
         self._drawn_s = 0.0
 
+    def reachable(self, area: Mask) -> None:
+        self._watch.reachable(area)
+
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, MissionStarted):
             self._title = f"{event.scenario}: {event.strategy} ({event.planner}), seed {event.seed}"
-            self._picture = Picture(event, self._watch.reachable, self._console)
+            self._picture = Picture(event, self._watch.area, self._console)
         elif event.t_ms > self._watch.t_ms:  # amid the events of one moment robots seem to have nothing to do
             self._draw()
         self._watch.event(event)
