@@ -44,6 +44,8 @@ class Footprint:
     ----------
     standable, possible
         Live boolean masks (height, width): may stand there now; might still turn out so.
+    opened
+        The cells (row-major) that became standable, at each time that something was revealed.
     """
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
@@ -57,6 +59,7 @@ class Footprint:
         self.possible: Mask = np.zeros(shape, dtype=np.bool_)
         reach = len(self._rows) // 2
         self.possible[reach : max(reach, shape[0] - reach), reach : max(reach, shape[1] - reach)] = True
+        self.opened: list[Ints] = []
         self._barred = np.full(shape, self._size, dtype=np.int32)
 
     def reveal(self, indices: Ints, cells: CellArray) -> Ints:
@@ -75,6 +78,7 @@ class Footprint:
         count = _open(indices[opens], self._rows, self._barred, opened)
         opened = opened[:count].copy()
         self.standable.ravel()[opened] = True
+        self.opened.append(opened)
         return opened
 
 

@@ -147,4 +147,4 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
             n = m
             if n == 0:
                 break
-    return count
+    return int(count)

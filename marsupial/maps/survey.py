@@ -91,13 +91,14 @@ class Surveyor:
         self._frontiers: Mapping[str, Frontier] = {}
         self._targets: tuple[Target, ...] | None = None
         self._ways = {
-            name: ways_of(territory.kinds[name], footprint.standable, territory.grid.resolution_m)
+            name: ways_of(territory.kinds[name], footprint.standable, territory.grid.resolution_m, footprint.opened)
             for name, footprint in territory.footprints.items()
         }
         self._unseen = UnseenPart(territory)
         terrains = frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values()))
         self._drivable = code_table(terrains)
-        self._all_ground = PathSearch(np.zeros_like(territory.see_through))
+        self._ground_opened: list[Ints] = []
+        self._all_ground = PathSearch(np.zeros_like(territory.see_through), opened=self._ground_opened)
         self._ground_read = 0
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
@@ -256,7 +257,8 @@ class Surveyor:
         """Return the carriers' travel times to all targets over all ground that any type can drive on."""
         search, codes = self._all_ground, self._territory.grid.cells.ravel()
         for revealed in self._territory.revealed[self._ground_read :]:
-            search.passable.ravel()[revealed] = self._drivable[codes[revealed]]
+            self._ground_opened.append(revealed[self._drivable[codes[revealed]]])
+            search.passable.ravel()[self._ground_opened[-1]] = True
         self._ground_read = len(self._territory.revealed)
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
         direct: dict[str, Mapping[str, int]] = {}

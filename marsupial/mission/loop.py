@@ -16,7 +16,7 @@ import numpy as np
 from marsupial.arrays import Bytes, Ints
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
-from marsupial.mission.carryover import carried_over, same_target, shifted
+from marsupial.mission.carryover import carried_over, same_targets, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
 from marsupial.mission.replanning import OnNews, Replanning
@@ -245,8 +245,8 @@ class Mission:
 
     def _renamed(self, survey: Survey) -> dict[str, str]:
         known = () if self._followed is None else self._followed.targets
-        pairs = ((target.name, same_target(target, survey.targets, self._ranges)) for target in known)
-        return {old: new.name for old, new in pairs if new is not None}
+        now = same_targets(known, survey.targets, self._ranges)
+        return {old.name: new.name for old, new in zip(known, now, strict=True) if new is not None}
 
     def _satisfied(self, survey: Survey) -> bool:
         """Say whether the mission's wishes beyond exploring are met and nothing runs any more."""

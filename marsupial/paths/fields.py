@@ -39,10 +39,15 @@ class PathSearch:
         Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
     diagonal
         The length of a diagonal step in straight ones, 1 to sqrt 2.
+    opened
+        Where the mask changes only by cells being opened: lists of them (row-major), which whoever opens them adds to.
+        Then what a call costs does not go with the size of the mask. None if it may change in any way.
     """
 
-    def __init__(self, passable: Mask, diagonal: float = SQRT2) -> None:
+    def __init__(self, passable: Mask, diagonal: float = SQRT2, opened: Sequence[Ints] | None = None) -> None:
         self.passable = passable
+        self._news = opened
+        self._looked = self._framed_upto = -1
         self._diagonal = diagonal
         self._open = self._ragged = 0
         self._distances = Distances(passable, diagonal)
@@ -115,12 +120,22 @@ class PathSearch:
         return route_of(start, self._work.descent(ends[0]))
 
     def _framed(self, cells: Sequence[Cell] | Ints) -> Cells:
-        self._work.load(self.passable)
+        if self._news is None or self._framed_upto < 0:
+            self._work.load(self.passable)
+        else:
+            for opened in self._news[self._framed_upto :]:
+                self._work.open(opened)
+        self._framed_upto = len(self._news or ())
         return self._work.indices(cells)
 
     def _look(self) -> None:
         """Take in what has changed of the mask."""
-        opened = self._jumps.load(self.passable)
+        if self._news is None or self._looked < 0:
+            opened = self._jumps.load(self.passable)
+        else:
+            opened = np.concatenate([np.empty(0, dtype=np.int64), *self._news[self._looked :]])
+            self._jumps.open(opened)
+        self._looked = len(self._news or ())
         self._distances.opened(opened)
         if opened is None:
             self._open, self._ragged = int(np.count_nonzero(self.passable)), 0
