@@ -341,8 +341,10 @@ def _go(ground: _Ground, state: _State, x: int, y: int, turn: int, length: float
     while _open(ground, x + dx, y) and _open(ground, x, y + dy) and _open(ground, x + dx, y + dy):
         x, y, length = x + dx, y + dy, length + ground.diagonal
         state.counts[_STEPS] += 1
-        if _is_set(ground.row_goals, y, x):
-            _enter(state, y * ground.width + x, length)
+        cell = y * ground.width + x
+        if length > min(_known(state, cell), _known(state, cell - dx) + 1.0) + TOLERANCE:
+            return  # no shortest way goes on from here; so goes half of the steps in a building
+        _enter(state, cell, length)
         _run(ground, state, x, y, _EAST if dx > 0 else _WEST, length)
         _run(ground, state, x, y, _SOUTH if dy > 0 else _NORTH, length)
 
