@@ -49,7 +49,6 @@ class Footprint:
     """
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
-        self.kind = kind
         offsets = disc(kind.radius_m / resolution_m)
         self._size = len(offsets)
         # the half widths of the rows of the disc, the one through its centre in the middle
