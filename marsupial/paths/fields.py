@@ -24,7 +24,7 @@ from marsupial.paths.jumps import Jumps
 from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, Workspace
 
-RAGGED = 0.3
+RAGGED = 0.2
 """How many diagonal steps a jumping search takes for every open cell where it takes as long as settling them all."""
 
 
