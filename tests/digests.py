@@ -43,7 +43,7 @@ MAPS = ROOT.parent / "shared" / "maps"
 Outputs = Iterator[tuple[str, str]]
 """What a case puts out: name and text of each part."""
 
-CLOCKED = {"wall_s", "planning_s", "elapsed_s", "log", "output"}
+CLOCKED = {"wall_s", "planning_s", "analysis_s", "elapsed_s", "log", "output"}
 """Fields of `--json` that hold wall-clock times or paths."""
 
 PASSING = {"id", "links", "instance", "found_after_ms", "found_at", "attempts"} | {

@@ -62,7 +62,7 @@ def carry_out(request: MissionRequest) -> Summary:
     here = request.server is None
     prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
     with ExitStack() as stack:
-        observers: list[Observer] = [stack.enter_context(progress(scenario, request.seed))]
+        observers: list[Observer] = [stack.enter_context(progress())]
         if request.log is not None:
             observers.append(stack.enter_context(_Log(request.log)))
         run = simulate if request.server is None else _by(request.server)

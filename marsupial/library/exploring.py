@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 SHOWN = (
     "exploration_time_s", "mission_time_s", "coverage", "distance_m", "quality", "energy_j", "deployments",
-    "retrievals", "replans", "planning_s.median", "planning_s.total",
+    "retrievals", "replans", "planning_s.median", "planning_s.total", "analysis_s",
 )  # fmt: skip
 """The metrics that a notebook shows of a result."""
 

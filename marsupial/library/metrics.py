@@ -199,6 +199,11 @@ class Summary:
     )
     plans_refused: int = _metric("refused plans", "", "plans of engines that the checker did not let through")
     planning_s: PlanningTimes
+    analysis_s: float | None = _metric(
+        "analysis", "s", "wall-clock time in which it was worked out what the map means: footprints, reach, targets, "
+        "meeting points, travel times; none if a service did that",
+        text=lambda seconds: "not known" if seconds is None else f"{seconds:.1f} s", better=-1, decimals=6,
+    )  # fmt: skip
     deployments: int = _metric("deployments", "", "undockings that were carried out")
     retrievals: int = _metric("retrievals", "", "dockings that were carried out")
     aboard: tuple[str, ...] = _metric("aboard", "", "rovers aboard at the end")
@@ -216,6 +221,7 @@ class Summary:
         seed: int,
         ended: MissionEnded,
         reports: Sequence[PlanningReport],
+        analysis_s: float | None,
         wall_s: float,
     ) -> Summary:
         """Return the summary of a mission in `scenario` from its last event and what was reported of its plannings."""
@@ -239,6 +245,7 @@ class Summary:
             energy_j_per_robot=dict(ended.energy_j),
             plans_refused=sum(report.refused for report in reports),
             planning_s=PlanningTimes.of(reports),
+            analysis_s=analysis_s,
             wall_s=wall_s,
             **{name: getattr(ended, name) for name in AS_ENDED},
         )

@@ -111,8 +111,9 @@ def simulate(
     reports = _Reports()
     watcher = Observers([reports] if observer is None else [reports, observer])
     started = _started(scenario, robots, strategy, planner, seed)
-    watcher.event(started)
     reachable = reachable_area(scenario, robots)
+    watcher.reachable(reachable)
+    watcher.event(started)
     world = SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=charged, reachable=reachable)
@@ -129,6 +130,7 @@ def simulate(
         seed=seed,
         ended=ended,
         reports=reports.reports,
+        analysis_s=reports.analysis_s,
         wall_s=perf_counter() - began,
     )
 
@@ -159,6 +161,14 @@ def _whole(seed: object) -> int:
 class _Reports(Observer):
     def __init__(self) -> None:
         self.reports: list[PlanningReport] = []
+        self.analysis_s = 0.0
+        self._since = 0.0
+
+    def analysing(self) -> None:
+        self._since = perf_counter()
+
+    def analysed(self) -> None:
+        self.analysis_s += perf_counter() - self._since
 
     def planned(self, report: PlanningReport) -> None:
         self.reports.append(report)

@@ -2,18 +2,17 @@
 
 A disc of the type's radius round the centre of a cell must touch no cell that is an obstacle, unknown or of a
 terrain the type can't drive on; it touches a cell when it holds the cell's centre (the rule of costmaps). For every
-cell two counts are kept: the cells under the disc that bar it now (`standable` where zero), and those known to
-bar it for ever (`possible` where zero: it might stand there once the unknown turns out to be drivable). Revealing
-a cell changes the counts under one disc only, so the cost goes with what is new and not with the size of the map.
+cell the cells under the disc that bar it now are counted (`standable` where zero), and it is known whether any does
+so for ever (`possible` where there is none: it might stand there once the unknown turns out to be drivable).
+Revealing a cell changes what is under one disc only, so the cost goes with what is new and not with the size of the
+map; and it does so row by row of the disc, which a processor does many cells at a time.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from marsupial.arrays import Flags, Ints, Ints32
+from marsupial.arrays import Ints, Ints32
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask, code_table
 from marsupial.model.robots import RobotType
 from marsupial.native import native
@@ -38,23 +37,6 @@ def fits(grid: Grid, kind: RobotType, cell: Cell) -> bool:
     return bool(inside.all()) and bool(np.isin(grid.cells[y[inside], x[inside]], sorted(kind.terrains)).all())
 
 
-class _Counts(NamedTuple):
-    """What is known of each cell, all (height, width).
-
-    Attributes
-    ----------
-    barred, closed
-        How many cells under the disc bar it now, and for ever.
-    standable, possible
-        Those of `Footprint`.
-    """
-
-    barred: Ints32
-    closed: Ints32
-    standable: Mask
-    possible: Mask
-
-
 class Footprint:
     """The cells one robot type may stand on, kept up to date as cells are revealed.
 
@@ -64,21 +46,21 @@ class Footprint:
         (n, 2): those of the cells under the disc, see `disc`.
     standable, possible
         Live boolean masks (height, width): may stand there now; might still turn out so.
+    opened
+        The cells (row-major) that became standable, at each time that something was revealed.
     """
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
-        self.kind = kind
         self.offsets = disc(kind.radius_m / resolution_m)
+        # the half widths of the rows of the disc, the one through its centre in the middle
+        self._rows = np.bincount(self.offsets[:, 1] - self.offsets[:, 1].min()) // 2
         self._drivable = code_table(kind.terrains)
         self.standable: Mask = np.zeros(shape, dtype=np.bool_)
-        self.possible: Mask = np.ones(shape, dtype=np.bool_)
-        self._counts = _Counts(
-            barred=np.full(shape, len(self.offsets), dtype=np.int32),
-            closed=np.zeros(shape, dtype=np.int32),
-            standable=self.standable,
-            possible=self.possible,
-        )
-        _close_outside(self.offsets, self._counts.closed, self.possible)
+        self.possible: Mask = np.zeros(shape, dtype=np.bool_)
+        reach = len(self._rows) // 2
+        self.possible[reach : max(reach, shape[0] - reach), reach : max(reach, shape[1] - reach)] = True
+        self.opened: list[Ints32] = []
+        self._barred = np.full(shape, len(self.offsets), dtype=np.int32)
 
     def reveal(self, indices: Ints, cells: CellArray) -> Ints:
         """Take in cells that were unknown until now; return the cells that have become standable.
@@ -90,9 +72,14 @@ class Footprint:
         cells
             The known map (height, width) with their codes already in it.
         """
-        opened = np.empty(min(len(indices) * len(self.offsets), cells.size), dtype=np.int64)
-        count = _reveal(indices, cells, self._drivable, self.offsets, self._counts, opened)
-        return opened[:count].copy()
+        opens = self._drivable[cells.ravel()[indices]]
+        _close(indices[~opens], self._rows, self.possible)
+        opened = np.empty(min(int(np.count_nonzero(opens)) * len(self.offsets), cells.size), dtype=np.int64)
+        count = _open(indices[opens], self._rows, self._barred, opened)
+        opened = opened[:count].copy()
+        self.standable.ravel()[opened] = True
+        self.opened.append(opened.astype(np.int32))  # as many cells as the map has: half the memory counts
+        return opened
 
 
 def standable(grid: Grid, kind: RobotType) -> Mask:
@@ -103,50 +90,45 @@ def standable(grid: Grid, kind: RobotType) -> Mask:
 
 
 @native
-def _close_outside(offsets: Ints, closed: Ints32, possible: Mask) -> None:
-    """Count what is under the disc outside the map, which bars it for ever."""
-    height, width = closed.shape
-    reach = np.abs(offsets).max()
-    for y in range(height):
-        for x in range(width):
-            if reach <= x < width - reach and reach <= y < height - reach:
-                continue
-            for i in range(len(offsets)):
-                u, v = x + offsets[i, 0], y + offsets[i, 1]
-                if u < 0 or v < 0 or u >= width or v >= height:
-                    closed[y, x] += 1
-            possible[y, x] = closed[y, x] == 0
-
-
-@native
-def _reveal(indices: Ints, cells: CellArray, drivable: Flags, offsets: Ints, counts: _Counts, opened: Ints) -> int:
-    """Count what is revealed; enter in `opened` the cells that have become standable and return how many.
+def _open(indices: Ints, rows: Ints, barred: Ints32, opened: Ints) -> int:
+    """Count that cells bar none any more; enter in `opened` what nothing bars now and return how many that are.
 
     Parameters
     ----------
-    indices, cells
-        Those of `Footprint.reveal`.
-    drivable
-        (256,): which terrain codes the type can drive on.
-    offsets
-        (n, 2): those of `disc`.
+    indices
+        (n,), row-major.
+    rows
+        (2 reach + 1,): the half width of each row of the disc.
+    barred
+        (height, width): how many cells under the disc bar each cell.
     """
-    height, width = cells.shape
+    height, width = barred.shape
+    reach = len(rows) // 2
     count = 0
     for index in indices:
         y, x = index // width, index % width
-        opens = drivable[cells[y, x]]
-        for i in range(len(offsets)):
-            u, v = x - offsets[i, 0], y - offsets[i, 1]
-            if u < 0 or v < 0 or u >= width or v >= height:
-                continue
-            if opens:
-                counts.barred[v, u] -= 1
-                if counts.barred[v, u] == 0:
-                    counts.standable[v, u] = True
-                    opened[count] = v * width + u
-                    count += 1
-            else:
-                counts.closed[v, u] += 1
-                counts.possible[v, u] = False
+        for v in range(max(0, y - reach), min(height, y + reach + 1)):
+            half = rows[v - y + reach]
+            row = barred[v, max(0, x - half) : x + half + 1]
+            least = row[0]
+            for i in range(len(row)):
+                row[i] -= 1
+                least = min(least, row[i])
+            if least == 0:
+                for i in range(len(row)):
+                    if row[i] == 0:
+                        opened[count] = v * width + max(0, x - half) + i
+                        count += 1
     return count
+
+
+@native
+def _close(indices: Ints, rows: Ints, possible: Mask) -> None:
+    """Enter in `possible` (height, width) that cells bar what is under the disc round them."""
+    height, width = possible.shape
+    reach = len(rows) // 2
+    for index in indices:
+        y, x = index // width, index % width
+        for v in range(max(0, y - reach), min(height, y + reach + 1)):
+            half = rows[v - y + reach]
+            possible[v, max(0, x - half) : x + half + 1] = False

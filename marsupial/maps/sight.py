@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.arrays import Floats, Ints
+from marsupial.arrays import Bytes, Floats, Ints, Ints32
 from marsupial.model.grid import Cell, CellArray
 from marsupial.native import native
 
@@ -37,8 +37,8 @@ class _View(NamedTuple):
 
     Attributes
     ----------
-    cells
-        (height, width).
+    codes, width
+        Of the cells, row-major, and how many there are in a row.
     opaque
         (256,): non-zero for terrain codes that block sight.
     intervals
@@ -49,10 +49,11 @@ class _View(NamedTuple):
         (cells,): receives the cells of a sweep.
     """
 
-    cells: CellArray
+    codes: Bytes
+    width: int
     opaque: CellArray
     intervals: Floats
-    stamps: Ints
+    stamps: Ints32
     seen: Ints
 
 
@@ -62,17 +63,18 @@ class Sight:
     Parameters
     ----------
     cells
-        uint8 (height, width), read at each call: it may change in between.
+        uint8 (height, width), contiguous, read at each call: it may change in between.
     opaque
         uint8 table of 256: non-zero for terrain codes that block sight.
     """
 
     def __init__(self, cells: CellArray, opaque: CellArray) -> None:
         self._view = _View(
-            cells=cells,
+            codes=cells.ravel(),
+            width=cells.shape[1],
             opaque=opaque,
             intervals=np.empty((4, 2 * max(cells.shape) + 8), dtype=np.float64),
-            stamps=np.zeros(cells.size, dtype=np.int64),
+            stamps=np.zeros(cells.size, dtype=np.int32),
             seen=np.empty(cells.size, dtype=np.int64),
         )
         self._stamp = 0
@@ -90,48 +92,52 @@ class Sight:
 @native
 def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
     """Enter what is seen from a cell within `reach` cells in `view.seen`; return how many cells that is."""
-    cells, opaque, intervals, stamps, seen = view
-    height, width = cells.shape
+    codes, width, opaque, intervals, stamps, seen = view
+    height = codes.size // width
     here = y * width + x
     stamps[here] = stamp
     seen[0] = here
-    count = 1
+    count = np.uint64(1)
     limit = reach * reach + 1e-6
-    rows = int(reach)
     for octant in range(8):
         fx, fy, sx, sy = _OCTANTS[octant, 0], _OCTANTS[octant, 1], _OCTANTS[octant, 2], _OCTANTS[octant, 3]
+        beside = (width - 1 - x if sx > 0 else x) if sx else (height - 1 - y if sy > 0 else y)
+        ahead = (width - 1 - x if fx > 0 else x) if fx else (height - 1 - y if fy > 0 else y)
         low, high, next_low, next_high = intervals[0], intervals[1], intervals[2], intervals[3]
         low[0], high[0], n = 0.0, 1.0, 1
-        for k in range(1, rows + 1):
-            cx, cy = x + fx * k, y + fy * k
-            if n == 0 or cx < 0 or cy < 0 or cx >= width or cy >= height:
-                break
+        apart = sy * width + sx
+        for k in range(1, min(int(reach), ahead) + 1):
+            first, ranging = here + (fy * width + fx) * k, int(np.sqrt(limit - k * k))
             near, far = k - 0.5, k + 0.5
             m = 0
             for i in range(n):
-                start, end = low[i], high[i]
+                # what is out of range at this slope is so in all rows to come
+                start, end = low[i], min(high[i], (ranging + 0.5) / near)
                 j = int(start * near + 0.5)
-                while start < end - 1e-9:
-                    low_j, high_j = max(0.0, (j - 0.5) / far), (j + 0.5) / near
-                    if low_j >= end - 1e-9:
-                        break
-                    px, py = cx + sx * j, cy + sy * j
-                    inside = 0 <= px < width and 0 <= py < height
+                if j <= beside and (j + 0.5) / near <= start + 1e-9:
+                    j += 1  # it is only touched
+                last = int(end * far + 0.5) + 1
+                while (last - 0.5) / far >= end - 1e-9:
+                    last -= 1
+                while j <= last and start < end - 1e-9:
                     closed = True
-                    if inside and high_j > start + 1e-9:
-                        closed = opaque[cells[py, px]] != 0
-                        index = py * width + px
-                        if stamps[index] != stamp and k * k + j * j <= limit:
-                            stamps[index] = stamp
+                    while j <= last and j <= beside:
+                        index = np.uint64(first + apart * j)
+                        closed = opaque[codes[index]] != 0
+                        if j <= ranging and stamps[index] != stamp:
+                            stamps[index] = np.int32(stamp)
                             seen[count] = index
-                            count += 1
-                    elif inside:
-                        closed = False
-                    if closed:
-                        if low_j > start + 1e-9:
-                            next_low[m], next_high[m] = start, low_j
-                            m += 1
-                        start = max(start, high_j)
+                            count += np.uint64(1)
+                        if closed:
+                            break
+                        j += 1
+                    if not closed:
+                        break
+                    low_j = max(0.0, (j - 0.5) / far)
+                    if low_j > start + 1e-9:
+                        next_low[m], next_high[m] = start, low_j
+                        m += 1
+                    start = max(start, (j + 0.5) / near)
                     j += 1
                 if start < end - 1e-9:
                     next_low[m], next_high[m] = start, end
@@ -139,4 +145,6 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
             low, next_low = next_low, low
             high, next_high = next_high, high
             n = m
-    return count
+            if n == 0:
+                break
+    return int(count)

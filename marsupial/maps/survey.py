@@ -20,7 +20,7 @@ from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.unseen import UnseenPart
 from marsupial.model.grid import Cell, code_table
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
-from marsupial.model.robots import RobotType, Role
+from marsupial.model.robots import RobotType, Role, Routes
 from marsupial.model.scenario import Goal
 from marsupial.model.situation import (
     UNREACHABLE,
@@ -35,7 +35,7 @@ from marsupial.model.unseen import Unseen
 from marsupial.model.world import RobotReport
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import travel_table_ms
-from marsupial.paths.ways import ways_of
+from marsupial.paths.ways import Ways, ways_of
 
 Poses = Mapping[str, Mapping[str, Cell]]
 """Cell of each place, per robot type that has one there."""
@@ -90,14 +90,12 @@ class Surveyor:
         self._reach = self._growing.reach(())
         self._frontiers: Mapping[str, Frontier] = {}
         self._targets: tuple[Target, ...] | None = None
-        self._ways = {
-            name: ways_of(territory.kinds[name], footprint.standable, territory.grid.resolution_m)
-            for name, footprint in territory.footprints.items()
-        }
+        self._ways = ways_by_type(territory)
         self._unseen = UnseenPart(territory)
         terrains = frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values()))
         self._drivable = code_table(terrains)
-        self._all_ground = PathSearch(np.zeros_like(territory.see_through))
+        self._ground_opened: list[Ints] = []
+        self._all_ground = PathSearch(np.zeros_like(territory.see_through), opened=self._ground_opened)
         self._ground_read = 0
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
@@ -245,18 +243,29 @@ class Surveyor:
             ),
             meetings=tuple(point.name for point in meetings.points),
             homes=homes,
-            travel_ms={
-                name: travel_times(kind, names, poses, ways.matrix, self._territory.grid.resolution_m, headings)
-                for (name, kind), ways in zip(self._territory.kinds.items(), self._ways.values(), strict=True)
-            },
+            travel_ms=self._travel_ms(names, poses, headings),
             goal=goal,
         )
+
+    def _travel_ms(
+        self, names: Sequence[str], poses: Poses, headings: Mapping[str, int | None]
+    ) -> Mapping[str, TravelTable]:
+        """Return the travel times of each robot type between places; types that share their ways share the search."""
+        metres = self._territory.grid.resolution_m
+        tables = {}
+        for ways in dict.fromkeys(self._ways.values()):
+            kinds = [self._territory.kinds[name] for name, its in self._ways.items() if its is ways]
+            between = ways.matrix if len(kinds) == 1 else _Shared(ways, kinds, names, poses).matrix
+            for kind in kinds:
+                tables[kind.name] = travel_times(kind, names, poses, between, metres, headings)
+        return tables
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
         """Return the carriers' travel times to all targets over all ground that any type can drive on."""
         search, codes = self._all_ground, self._territory.grid.cells.ravel()
         for revealed in self._territory.revealed[self._ground_read :]:
-            search.passable.ravel()[revealed] = self._drivable[codes[revealed]]
+            self._ground_opened.append(revealed[self._drivable[codes[revealed]]])
+            search.passable.ravel()[self._ground_opened[-1]] = True
         self._ground_read = len(self._territory.revealed)
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
         direct: dict[str, Mapping[str, int]] = {}
@@ -274,9 +283,36 @@ class Surveyor:
         return direct
 
 
+class _Shared:
+    """The lengths of ways between all the cells of several robot types, for which whoever drives is all the same."""
+
+    def __init__(self, ways: Ways, kinds: Sequence[RobotType], names: Sequence[str], poses: Poses) -> None:
+        cells = dict.fromkeys(poses[name][kind.name] for kind in kinds for name in names if kind.name in poses[name])
+        self._place = {cell: i for i, cell in enumerate(cells)}
+        self._table = ways.matrix(list(cells))
+
+    def matrix(self, cells: Sequence[Cell], _headings: Sequence[int | None] | None = None) -> Floats:
+        at = [self._place[cell] for cell in cells]
+        found: Floats = self._table[np.ix_(at, at)]
+        return found
+
+
 def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
     """Return the poses of the robots that are not lost."""
     return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in robots if not r.lost)
+
+
+def ways_by_type(territory: Territory) -> dict[str, Ways]:
+    """Return what finds the ways of each robot type, one for all whose shortest ways are the same."""
+    found: dict[str, Ways] = {}
+    shared: dict[tuple[int, float], Ways] = {}
+    for name, kind in territory.kinds.items():
+        footprint = territory.footprints[name]
+        own = ways_of(kind, footprint.standable, territory.grid.resolution_m, footprint.opened)
+        if kind.routes is Routes.SHORTEST:
+            own = shared.setdefault((id(footprint), kind.diagonal), own)
+        found[name] = own
+    return found
 
 
 def travel_times(

@@ -72,11 +72,12 @@ class Territory:
     def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
         self.grid = grid
         self.kinds = {kind.name: kind for kind in kinds}
-        self.footprints = {kind.name: Footprint((grid.height, grid.width), kind, grid.resolution_m) for kind in kinds}
+        self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
+        self._prints: dict[tuple[float, frozenset[int]], Footprint] = {}
+        self.footprints = {kind.name: self._footprint(kind) for kind in kinds}
         self.revision = 0
         self.revealed: list[npt.NDArray[np.int64]] = []
         self.opened: list[Mapping[str, Ints32]] = []
-        self.see_through: Mask = np.zeros((grid.height, grid.width), dtype=np.bool_)
         self._opaque = grid.opaque_codes()
         self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
         self.reveal(np.flatnonzero(grid.cells != UNKNOWN))
@@ -92,10 +93,18 @@ class Territory:
         bottom, top = int(indices.min()) // self.grid.width, int(indices.max()) // self.grid.width
         self._lowest = Cell(min(self._lowest.x, int(x.min())), min(self._lowest.y, bottom))
         self._highest = Cell(max(self._highest.x, int(x.max())), max(self._highest.y, top))
-        opened = {name: footprint.reveal(indices, self.grid.cells) for name, footprint in self.footprints.items()}
+        for footprint in self._prints.values():
+            footprint.reveal(indices, self.grid.cells)
+        opened = {name: footprint.opened[-1] for name, footprint in self.footprints.items()}
         self.revealed.append(indices)
-        # as many cells as the map has, for each type: half the memory counts
-        self.opened.append({name: cells.astype(np.int32) for name, cells in ({"": clear} | opened).items()})
+        self.opened.append({"": clear.astype(np.int32)} | opened)
+
+    def _footprint(self, kind: RobotType) -> Footprint:
+        """Return the footprint of a type, which is one for all types with the same ground."""
+        ground = kind.radius_m, kind.terrains
+        if ground not in self._prints:
+            self._prints[ground] = Footprint(self.see_through.shape, kind, self.grid.resolution_m)
+        return self._prints[ground]
 
     @property
     def known(self) -> Window:

@@ -41,6 +41,20 @@ def same_target(target: Target, others: Sequence[Target], ranges_cells: Mapping[
     return found
 
 
+def same_targets(
+    targets: Iterable[Target], others: Sequence[Target], ranges_cells: Mapping[str, float]
+) -> list[Target | None]:
+    """Return `same_target` of each; most of them have not moved, and that is seen at once."""
+    there = {other.cell: other for other in others}
+    found: list[Target | None] = []
+    for target in targets:
+        other = there.get(target.cell)
+        if other is None or target.viewpoints.keys().isdisjoint(other.viewpoints):
+            other = same_target(target, others, ranges_cells)
+        found.append(other)
+    return found
+
+
 def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mapping[str, str]) -> Plan | None:
     """Return what is left of a plan, made to fit `situation`; None if that is nothing or no longer valid.
 

@@ -7,7 +7,8 @@ never because time passes. Every plan is checked before it is followed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from marsupial.arrays import Bytes, Ints
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
-from marsupial.mission.carryover import carried_over, same_target, shifted
+from marsupial.mission.carryover import carried_over, same_targets, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
 from marsupial.mission.replanning import OnNews, Replanning
@@ -81,7 +82,8 @@ class Mission:
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
         own: Callable[..., Replanning | None] = getattr(strategy, "replanning", lambda *_: None)
         circumstances = world, kinds, self._homes, order.goal
-        self._replanning = replanning or own(*circumstances) or OnNews(*circumstances)
+        with self._analysis():
+            self._replanning = replanning or own(*circumstances) or OnNews(*circumstances)
         self._executor = Executor(world, self._replanning.route, observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None
@@ -116,11 +118,14 @@ class Mission:
         if wake_ms is not None:
             until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)
-        return self._replanning.look(news, self._take_in(news), self._executor)
+        done = self._take_in(news)
+        with self._analysis():
+            return self._replanning.look(news, done, self._executor)
 
     def _take_in(self, news: News) -> tuple[Action, ...]:
         """Enter what happened; return the actions that are done."""
-        self._replanning.take_in(news)
+        with self._analysis():
+            self._replanning.take_in(news)
         for name, indices in news.revealed:
             runs = runs_of(indices, self._world.grid.cells.ravel())
             self._observer.event(Revealed(t_ms=news.t_ms, robot=name, runs=runs))
@@ -228,12 +233,21 @@ class Mission:
         used |= set(self._executor.deployed_at.values())
         meetings = () if self._followed is None else self._followed.meetings
         keep = [point for point in meetings if point.name in used]
-        return self._replanning.survey(self._executor, keep, late=late)
+        with self._analysis():
+            return self._replanning.survey(self._executor, keep, late=late)
+
+    @contextmanager
+    def _analysis(self) -> Iterator[None]:
+        self._observer.analysing()
+        try:
+            yield
+        finally:
+            self._observer.analysed()
 
     def _renamed(self, survey: Survey) -> dict[str, str]:
         known = () if self._followed is None else self._followed.targets
-        pairs = ((target.name, same_target(target, survey.targets, self._ranges)) for target in known)
-        return {old: new.name for old, new in pairs if new is not None}
+        now = same_targets(known, survey.targets, self._ranges)
+        return {old.name: new.name for old, new in zip(known, now, strict=True) if new is not None}
 
     def _satisfied(self, survey: Survey) -> bool:
         """Say whether the mission's wishes beyond exploring are met and nothing runs any more."""

@@ -6,13 +6,13 @@ asks for a new plan when that could change the plan; the clairvoyant has another
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
-from marsupial.mission.carryover import same_target
+from marsupial.mission.carryover import same_targets
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
 from marsupial.model.plan import Action, ActionName
@@ -90,7 +90,7 @@ class OnNews(Lookout):
         """Hold the targets that the plan knows."""
         self._known = survey.targets
         if since is not None:
-            self._known = tuple(t for t in survey.targets if same_target(t, since.targets, self._ranges) is not None)
+            self._known = tuple(t for t, was in self._paired(survey.targets, since.targets) if was is not None)
         self._looked(fresh=since is not None)
         self._planned_ms = self._world.now_ms
 
@@ -100,8 +100,9 @@ class OnNews(Lookout):
         targets = self._surveyor.targets(self._world.robots())
         self._note_explored(left=bool(targets))
         wanted = {a.place for a in work.remainder() if a.name is ActionName.EXPLORE}
-        gone = [t.name for t in self._known if t.name in wanted and same_target(t, targets, self._ranges) is None]
-        new = [t.name for t in targets if same_target(t, self._known, self._ranges) is None]
+        meant = [target for target in self._known if target.name in wanted]
+        gone = [target.name for target, now in self._paired(meant, targets) if now is None]
+        new = [target.name for target, was in self._paired(targets, self._known) if was is None]
         told = {Cause.GONE: gone, Cause.NEW: new}
         triggers = tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
         if not triggers and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
@@ -111,7 +112,11 @@ class OnNews(Lookout):
     def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
         """Say whether there is a target that no robot is to explore."""
         served = [target for target in self._known if target.name in wanted]
-        return any(same_target(target, served, self._ranges) is None for target in targets)
+        return any(other is None for _, other in self._paired(targets, served))
+
+    def _paired(self, targets: Sequence[Target], others: Sequence[Target]) -> Iterable[tuple[Target, Target | None]]:
+        """Return each target with the one of `others` that it has turned into, or None."""
+        return zip(targets, same_targets(targets, others, self._ranges), strict=True)
 
     def _unemployed(self, robots: set[str], work: PlanProgress) -> bool:
         return work.unemployed(

@@ -1,4 +1,10 @@
-"""The distances between some cells, from one moment to the next of a map on which cells are opened."""
+"""The distances between some cells, from one moment to the next of a map on which cells are opened.
+
+A distance only becomes shorter if a way by what was opened does. How long such ways are at least is known better with
+every search: one from any cell says how far it is from there to what was opened, and then no other cell is nearer to
+that, nor farther, than by how far they are apart. So those who are new are searched from first, and then of the others
+as many as are needed to tell that the rest is as it was.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +13,13 @@ from collections.abc import Callable
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from marsupial.arrays import Floats, Ints
+from marsupial.arrays import Flags, Floats, Ints
+from marsupial.model.grid import Mask
+from marsupial.native import native
+from marsupial.paths.openings import NO_OPENINGS, Openings, openings
 
-TILE = 16
-"""Cells that are opened are looked at by squares of that many cells a side."""
+ROUNDING = 1e-7
+"""By how much, in cells, a way has to be shorter to be one: bounds are sums and differences of several lengths."""
 
 
 class Distances:
@@ -18,24 +27,25 @@ class Distances:
 
     Parameters
     ----------
-    width
-        Of the map; cells are row-major indices.
+    passable
+        Boolean mask (height, width), referred to, not copied; cells are row-major indices.
     diagonal
         The length of a diagonal step, 1 to sqrt 2.
     """
 
-    def __init__(self, width: int, diagonal: float) -> None:
-        self._width, self._diagonal = width, diagonal
+    def __init__(self, passable: Mask, diagonal: float) -> None:
+        self._passable, self._diagonal = passable, diagonal
         self._cells: Ints = np.empty(0, dtype=np.int64)
         self._table: Floats = np.empty((0, 0))
+        self._opened: list[Ints] = []
 
     def opened(self, cells: Ints | None) -> None:
-        """Forget what is not known any more now that these cells (n,) were opened; everything for None."""
+        """Take in that these cells (n,) were opened; for None forget everything."""
         if cells is None:
             self._cells, self._table = self._cells[:0], self._table[:0, :0]
-        elif cells.size and self._cells.size:
-            least = self._least_by(cells)
-            self._table[~(self._table <= least)] = np.nan
+            self._opened.clear()
+        elif cells.size:
+            self._opened.append(cells)
 
     def between(self, cells: Ints, search: Callable[[int, Ints], Floats]) -> Floats:
         """Return the distances (k, k) between k passable cells, one or more, each of them once.
@@ -46,41 +56,101 @@ class Distances:
             Finds the distances of some cells from one.
         """
         table = self._recalled(cells)
-        labels = connected_components(np.isfinite(table), directed=False)[1]
-        x, y = cells % self._width, cells // self._width
-        outward = np.hypot(x - x.mean(), y - y.mean())
-        while True:
-            unknown = np.isnan(table)
-            counts = unknown.sum(axis=1)
-            if not counts.any():
-                break
-            # of those that know as little the outer ones go first: the others draw together, and ways get shorter
-            source = int(np.lexsort((outward, counts))[-1])
-            wanted = np.flatnonzero(unknown[source])
-            found = search(int(cells[source]), cells[wanted])
-            table[source, wanted] = table[wanted, source] = found
-            joined = wanted[np.isfinite(found)]
-            labels[np.isin(labels, labels[joined])] = labels[source]
-            apart = np.isin(labels, labels[wanted[np.isinf(found)]])
-            here = labels == labels[source]
-            table[np.ix_(here, apart)] = table[np.ix_(apart, here)] = np.inf
+        opened = NO_OPENINGS
+        if self._opened and not np.isnan(table).all(axis=1).all():
+            opened = openings(self._passable, np.concatenate(self._opened), self._diagonal)
+        self._opened.clear()
+        _Update(table, self._octile(cells, opened.cells), opened).run(cells, self._outward(cells), search)
         self._cells, self._table = cells, table.copy()
         return table
 
     def _recalled(self, cells: Ints) -> Floats:
-        """Return what is known of the distances (k, k) between k cells, NaN for what is not."""
+        """Return what was known of the distances (k, k) between k cells, NaN for what was not."""
         table = np.full((cells.size, cells.size), np.nan)
-        np.fill_diagonal(table, 0.0)
         _, new, old = np.intersect1d(cells, self._cells, assume_unique=True, return_indices=True)
         table[np.ix_(new, new)] = self._table[np.ix_(old, old)]
+        np.fill_diagonal(table, 0.0)
         return table
 
-    def _least_by(self, cells: Ints) -> Floats:
-        """Return the lengths (k, k) that ways between the cells that are remembered have by these cells, at least."""
-        across = self._width // TILE + 1
-        tiles = np.unique(cells // self._width // TILE * across + cells % self._width // TILE)
-        low = np.stack([tiles % across, tiles // across]) * TILE
-        at = np.stack([self._cells % self._width, self._cells // self._width])[:, :, None]
-        dx, dy = np.maximum(0, np.maximum(low[:, None] - at, at - low[:, None] - TILE + 1))
-        away = np.maximum(dx, dy) + (self._diagonal - 1) * np.minimum(dx, dy)
-        return np.array([(away + row).min(axis=1) for row in away])
+    def _octile(self, cells: Ints, others: Ints) -> Floats:
+        """Return the distances (k, n) from k cells to n others if nothing is in the way."""
+        width = self._passable.shape[1]
+        dx = np.abs(cells[:, None] % width - others % width)
+        dy = np.abs(cells[:, None] // width - others // width)
+        away: Floats = np.maximum(dx, dy) + (self._diagonal - 1) * np.minimum(dx, dy)
+        return away
+
+    def _outward(self, cells: Ints) -> Floats:
+        """Return how far (k,) cells are from the middle of all."""
+        y, x = np.divmod(cells, self._passable.shape[1])
+        away: Floats = np.hypot(x - x.mean(), y - y.mean())
+        return away
+
+
+class _Update:
+    """Brings a table of distances up to date.
+
+    Parameters
+    ----------
+    table
+        (k, k): as they were before, NaN where they are not known.
+    least
+        (k, n): how far it is from each cell to each opening, at least.
+    """
+
+    def __init__(self, table: Floats, least: Floats, opened: Openings) -> None:
+        self._table, self._least, self._opened = table, least, opened
+        self._doubtful: Flags = np.ones(table.shape, dtype=np.bool_)
+        np.fill_diagonal(self._doubtful, False)
+        self._parts = connected_components(np.isfinite(table), directed=False)[1]
+        self._settle()
+
+    def run(self, cells: Ints, outward: Floats, search: Callable[[int, Ints], Floats]) -> None:
+        """Search for what is not known until all is."""
+        while self._doubtful.any():
+            # of those that know as little the outer ones go first: the others draw together, and ways get shorter
+            unknown, doubtful = (each.sum(axis=1) for each in (np.isnan(self._table), self._doubtful))
+            source = int(np.lexsort((outward, doubtful, unknown))[-1])
+            wanted = np.flatnonzero(self._doubtful[source])
+            found = search(int(cells[source]), np.concatenate([cells[wanted], self._opened.cells]))
+            self._enter(source, wanted, found[: wanted.size])
+            self._learn(source, found[wanted.size :])
+
+    def _enter(self, source: int, wanted: Ints, found: Floats) -> None:
+        """Enter distances that were found; what is connected to a cell is as far from being so to others as that is."""
+        table, parts = self._table, self._parts
+        table[source, wanted] = table[wanted, source] = found
+        parts[np.isin(parts, parts[wanted[np.isfinite(found)]])] = parts[source]
+        apart = np.isin(parts, parts[wanted[np.isinf(found)]])
+        here = parts == parts[source]
+        table[np.ix_(here, apart)] = table[np.ix_(apart, here)] = np.inf
+        self._doubtful[source] = self._doubtful[:, source] = False
+        self._doubtful[np.ix_(here, apart)] = self._doubtful[np.ix_(apart, here)] = False
+
+    def _learn(self, source: int, away: Floats) -> None:
+        """Take in how far (n,) each opening is from a cell whose distances are known."""
+        if away.size:
+            with np.errstate(invalid="ignore"):  # of two that can't be reached nothing is known
+                between = np.abs(self._table[source][:, None] - away)
+            np.fmax(self._least, between, out=self._least)
+            self._least[source] = away
+            self._settle()
+
+    def _settle(self) -> None:
+        """Leave no doubt about distances that no way by an opening is shorter than."""
+        _settle(self._table, self._least, self._opened.errors, self._doubtful)
+
+
+@native
+def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> None:
+    """Enter in `doubtful` (k, k) which distances are sure, see `_Update`; NaN never is."""
+    for a in range(len(table)):
+        for b in range(a + 1, len(table)):
+            if doubtful[a, b] and not np.isnan(table[a, b]):
+                sure = True
+                for way in range(len(errors)):
+                    if least[a, way] + least[b, way] - errors[way] < table[a, b] - ROUNDING:
+                        sure = False
+                        break
+                if sure:
+                    doubtful[a, b] = doubtful[b, a] = False

@@ -4,7 +4,7 @@ Motion is eight-connected: a step costs 1, a diagonal sqrt 2 and needs both cell
 grid nothing is. The costs are those that A* finds. Fields and routes come of a search that settles one cell after the
 other from a source; single costs of one that jumps from corner to corner, unless the ground is all corners. A matrix
 remembers the one before: as long as cells are only opened, a distance can't have changed unless a way by what was
-opened might be shorter.
+opened is shorter (`marsupial.paths.distances`).
 Floats are in cells; inf means that there is no path.
 """
 
@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from marsupial.arrays import Cells, Floats, Ints
+from marsupial.arrays import Cells, Floats, Ints, Ints32
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import SQRT2
 from marsupial.paths.distances import Distances
@@ -24,7 +24,7 @@ from marsupial.paths.jumps import Jumps
 from marsupial.paths.routes import Route, route_of
 from marsupial.paths.workspace import NOWHERE, Workspace
 
-RAGGED = 0.3
+RAGGED = 0.2
 """How many diagonal steps a jumping search takes for every open cell where it takes as long as settling them all."""
 
 
@@ -39,13 +39,18 @@ class PathSearch:
         Boolean mask (height, width). Referred to, not copied: each call sees it as it is then.
     diagonal
         The length of a diagonal step in straight ones, 1 to sqrt 2.
+    opened
+        Where the mask changes only by cells being opened: lists of them (row-major), which whoever opens them adds to.
+        Then what a call costs does not go with the size of the mask. None if it may change in any way.
     """
 
-    def __init__(self, passable: Mask, diagonal: float = SQRT2) -> None:
+    def __init__(self, passable: Mask, diagonal: float = SQRT2, opened: Sequence[Ints | Ints32] | None = None) -> None:
         self.passable = passable
+        self._news = opened
+        self._looked = self._framed_upto = -1
         self._diagonal = diagonal
         self._open = self._ragged = 0
-        self._distances = Distances(passable.shape[1], diagonal)
+        self._distances = Distances(passable, diagonal)
 
     @cached_property
     def _jumps(self) -> Jumps:
@@ -115,12 +120,22 @@ class PathSearch:
         return route_of(start, self._work.descent(ends[0]))
 
     def _framed(self, cells: Sequence[Cell] | Ints) -> Cells:
-        self._work.load(self.passable)
+        if self._news is None or self._framed_upto < 0:
+            self._work.load(self.passable)
+        else:
+            for opened in self._news[self._framed_upto :]:
+                self._work.open(opened.astype(np.int64))
+        self._framed_upto = len(self._news or ())
         return self._work.indices(cells)
 
     def _look(self) -> None:
         """Take in what has changed of the mask."""
-        opened = self._jumps.load(self.passable)
+        if self._news is None or self._looked < 0:
+            opened = self._jumps.load(self.passable)
+        else:
+            opened = np.concatenate([np.empty(0, dtype=np.int64), *self._news[self._looked :]])
+            self._jumps.open(opened)
+        self._looked = len(self._news or ())
         self._distances.opened(opened)
         if opened is None:
             self._open, self._ragged = int(np.count_nonzero(self.passable)), 0

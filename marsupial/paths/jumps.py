@@ -158,8 +158,13 @@ class Jumps:
         lines[y, byte] = bits[y, byte]
         which, bit = np.nonzero(before != now)
         cells = y[which] * width + byte[which] * 8 + bit
-        _flip(self._ground.columns, cells, width)
+        _flip(self._ground.columns, cells, width, False)
         return None if before[which, bit].any() else cells.astype(np.int64)
+
+    def open(self, cells: Ints) -> None:
+        """Take in that these cells (n,), closed until now, are open."""
+        _flip(self._ground.columns, cells, self._ground.width, False)
+        _flip(self._ground.rows, cells, self._ground.width, True)
 
     def costs(self, source: int, wanted: Ints) -> Floats:
         """Return the distances (n,) of n open cells from an open one, all row-major; inf where there is no way."""
@@ -192,11 +197,12 @@ _highest = _counting(
 
 
 @native
-def _flip(lines: Words, cells: Ints, width: int) -> None:
-    """Change the bits of cells in columns."""
+def _flip(lines: Words, cells: Ints, width: int, rows: bool) -> None:
+    """Change the bits of cells in rows or columns."""
     for index in cells:
-        bit = np.uint64(index // width + FRAME)
-        lines[index % width + 1, bit >> _SHIFT] ^= _ONE << (bit & _LAST)
+        y, x = index // width, index % width
+        line, bit = (y, np.uint64(x + FRAME)) if rows else (x, np.uint64(y + FRAME))
+        lines[line + 1, bit >> _SHIFT] ^= _ONE << (bit & _LAST)
 
 
 @native
@@ -335,8 +341,10 @@ def _go(ground: _Ground, state: _State, x: int, y: int, turn: int, length: float
     while _open(ground, x + dx, y) and _open(ground, x, y + dy) and _open(ground, x + dx, y + dy):
         x, y, length = x + dx, y + dy, length + ground.diagonal
         state.counts[_STEPS] += 1
-        if _is_set(ground.row_goals, y, x):
-            _enter(state, y * ground.width + x, length)
+        cell = y * ground.width + x
+        if length > min(_known(state, cell), _known(state, cell - dx) + 1.0) + TOLERANCE:
+            return  # no shortest way goes on from here; so goes half of the steps in a building
+        _enter(state, cell, length)
         _run(ground, state, x, y, _EAST if dx > 0 else _WEST, length)
         _run(ground, state, x, y, _SOUTH if dy > 0 else _NORTH, length)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from marsupial.arrays import Floats, Ints
+from marsupial.arrays import Floats, Ints, Ints32
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import RobotType, Routes
 from marsupial.paths.energy import EnergySearch, costs_of
@@ -38,9 +38,9 @@ class Ways(Protocol):
 class ShortestWays:
     """The shortest ways, whichever way a robot faces; see `PathSearch`."""
 
-    def __init__(self, passable: Mask, diagonal: float) -> None:
+    def __init__(self, passable: Mask, diagonal: float, opened: Sequence[Ints | Ints32] | None = None) -> None:
         self.passable = passable
-        self._search = PathSearch(passable, diagonal)
+        self._search = PathSearch(passable, diagonal, opened)
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the lengths of the shortest ways."""
@@ -55,8 +55,10 @@ class ShortestWays:
         return self._search.route(start, goal)
 
 
-def ways_of(kind: RobotType, passable: Mask, resolution_m: float) -> Ways:
-    """Return what finds the ways of a robot type.
+def ways_of(
+    kind: RobotType, passable: Mask, resolution_m: float, opened: Sequence[Ints | Ints32] | None = None
+) -> Ways:
+    """Return what finds the ways of a robot type; what `opened` says is told at `PathSearch`.
 
     Raises
     ------
@@ -65,4 +67,4 @@ def ways_of(kind: RobotType, passable: Mask, resolution_m: float) -> Ways:
     """
     if kind.routes is Routes.ENERGY:
         return EnergySearch(passable, costs_of(kind, resolution_m), diagonal=kind.diagonal)
-    return ShortestWays(passable, kind.diagonal)
+    return ShortestWays(passable, kind.diagonal, opened)

@@ -51,6 +51,12 @@ class FramedGrid:
         inside = (x >= 0) & (x < self._width) & (y >= 0) & (y < self._height)
         return np.where(inside, (y + 1) * self._row + x + 1, 0).astype(np.uint32)
 
+    def framed(self, cells: Ints) -> Ints:
+        """Return the framed index of cells of the grid, by row-major index."""
+        y, x = np.divmod(cells, self._width)
+        index: Ints = (y + 1) * self._row + x + 1
+        return index
+
     def inside(self, framed: _Framed) -> _Framed:
         """Return the view (height, width) of what an array of the framed grid says of the grid."""
         return framed.reshape(self._height + 2, self._row)[1:-1, 1:-1]
@@ -86,6 +92,10 @@ class Workspace:
     def load(self, passable: Mask) -> None:
         """Take over which cells are passable now."""
         self._frame.inside(self._buffers.passable)[:] = passable
+
+    def open(self, cells: Ints) -> None:
+        """Take over that these cells (n,), by row-major index, are passable now."""
+        self._buffers.passable[self._frame.framed(cells)] = 1
 
     def passable(self, at: Cells) -> Mask:
         """Say which of the cells are passable."""

@@ -20,9 +20,10 @@ from urllib.parse import urlsplit
 from marsupial.errors import UsageError
 from marsupial.formats.loglines import LogDecoder
 from marsupial.library.metrics import Summary
+from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
-from marsupial.model.mission import MissionEnded
+from marsupial.model.mission import MissionEnded, PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
@@ -167,10 +168,13 @@ def simulate_by(
     Raises UsageError if the service refuses or can't be reached any more, ScenarioError if the team can't be placed.
     """
     began = time.perf_counter()
-    asked = mission_document(scenario, strategy=strategy, planner=planner, budget=budget, seed=seed)
+    team = place_team(scenario, seed)
+    area = reachable_area(scenario, team)
+    observer.reachable(area)
+    asked = mission_document(scenario, team, area, strategy=strategy, planner=planner, budget=budget, seed=seed)
     try:
         path = client.ask("POST", "/v1/missions", asked, {"Idempotency-Key": uuid.uuid4().hex})["links"]["self"]
-        ended, reports = _drive(client, path, scenario, seed, observer, cancelled)
+        ended, reports = _drive(client, path, scenario, team, observer, cancelled)
     except ServiceRefusal as error:
         raise UsageError(str(error)) from error
     finally:
@@ -182,6 +186,7 @@ def simulate_by(
         seed=seed,
         ended=ended,
         reports=reports,
+        analysis_s=None,
         wall_s=time.perf_counter() - began,
     )
 
@@ -190,13 +195,13 @@ def _drive(
     client: Client,
     path: str,
     scenario: Scenario,
-    seed: int,
+    placed: tuple[PlacedRobot, ...],
     observer: Observer,
     cancelled: Callable[[], bool],
 ) -> tuple[MissionEnded, list[PlanningReport]]:
     """Do what the mission commands and report, until it ends."""
     kinds = {kind.name: kind for kind in scenario.robot_types}
-    team = SimulatedTeam(scenario.grid, kinds, place_team(scenario, seed))
+    team = SimulatedTeam(scenario.grid, kinds, placed)
     ended: MissionEnded | None = None
     decoder = LogDecoder()
     reports: list[PlanningReport] = []

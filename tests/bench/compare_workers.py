@@ -60,6 +60,7 @@ def invented(trial: Trial, status: str = "complete") -> Result:
         planning_max_s=0.03,
         planning_total_s=0.1,
         first_plan_s=0.001,
+        analysis_s=0.2,
     )
     return Result(row=row, timing=timing, curve=Curve(trial=trial, every_s=5.0, known=(1000, 5000 + trial.seed, 10000)))
 

@@ -35,6 +35,7 @@ KEYS = {
     "plans_valid": int,
     "plans_invalid": int,
     "planning_s": dict,
+    "analysis_s": float,
     "deployments": int,
     "retrievals": int,
     "remaining": list,

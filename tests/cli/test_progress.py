@@ -14,7 +14,9 @@ from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.progress import progress
 from marsupial.cli.display.watch import Watch
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
+from marsupial.mission.placement import place_team
 from marsupial.model.grid import Grid
 from marsupial.model.mission import MissionStarted
 from marsupial.model.planning import Outcome
@@ -26,8 +28,9 @@ def watch_lobby(monkeypatch: pytest.MonkeyPatch, console: Console) -> None:
     monkeypatch.setattr(module, "Console", lambda **_: console)
     monkeypatch.setattr(module, "FRAME_EVERY_S", 0.0)
     scenario = replace(builtin_scenario("lobby"), grid=Grid(cells=truth(), resolution_m=RESOLUTION_M))
-    with progress(scenario, 1) as observer:
+    with progress() as observer:
         assert isinstance(observer, Observer)
+        observer.reachable(reachable_area(scenario, place_team(scenario, 1)))
         for event in synthetic_mission():
             observer.event(event)
 
@@ -64,7 +67,7 @@ def test_that_a_planner_fails_is_said_once_with_its_words(
     file = io.StringIO()
     console = Console(file=file, force_terminal=terminal, width=200, _environ={})
     monkeypatch.setattr(module, "Console", lambda **_: console)
-    with progress(builtin_scenario("lobby"), 1) as observer:
+    with progress() as observer:
         observer.planned(failed(Outcome.SATISFICING, "nobody can serve t1"))
         observer.planned(failed(Outcome.OPTIMAL, "cmd:x: optimal (there is nothing to do)"))
         observer.planned(failed(Outcome.NO_PLAN, "cmd:x: no_plan (saying: Unrecognised [switch] \x1b)"))
@@ -75,7 +78,8 @@ def test_that_a_planner_fails_is_said_once_with_its_words(
 
 
 def test_how_far_a_mission_is_can_be_told_at_any_time() -> None:
-    lines = module._Lines(Watch(np.ones(truth().shape, dtype=np.bool_)))
+    lines = module._Lines(Watch())
+    lines.reachable(np.ones(truth().shape, dtype=np.bool_))
     with Alive(lines.now) as lines.alive:
         assert lines.now() == "preparing the mission ..."
         for event in synthetic_mission()[:20]:

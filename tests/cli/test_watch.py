@@ -25,7 +25,8 @@ from marsupial.model.scenario import Goal
 def watch() -> Watch:
     reachable = np.zeros((2, 4), dtype=np.bool_)
     reachable[1] = True
-    seen = Watch(reachable)
+    seen = Watch()
+    seen.reachable(reachable)
     seen.event(
         MissionStarted(
             t_ms=0,

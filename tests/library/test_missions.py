@@ -18,9 +18,10 @@ from marsupial.formats.loglines import log_lines
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import PlanningTimes
 from marsupial.library.missions import reachable_area, simulate
+from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid
-from marsupial.model.mission import MissionStarted, Status
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid, Mask
+from marsupial.model.mission import MissionEvent, MissionStarted, Status
 from marsupial.model.planning import Outcome
 from marsupial.model.robots import TeamMember, uniform_team
 from marsupial.model.scenario import Goal, Scenario
@@ -71,12 +72,51 @@ def test_the_area_to_explore_is_what_some_robot_of_the_team_can_get_to() -> None
     assert np.count_nonzero(reachable_area(together, place_team(together, 1))) == 9 + 1 + 9
 
 
+class Order(Observer):
+    """Notes what it is told of, and the area that there is to explore."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+        self.cells = 0
+
+    def reachable(self, area: Mask) -> None:
+        self.told.append("reachable")
+        self.cells = int(np.count_nonzero(area))
+
+    def event(self, event: MissionEvent) -> None:
+        self.told.append("event")
+
+    def analysing(self) -> None:
+        self.told.append("analysing")
+
+    def analysed(self) -> None:
+        self.told.append("analysed")
+
+
+def test_who_watches_is_told_once_and_first_what_there_is_to_explore() -> None:
+    watcher = Order()
+    simulate(drawn_scenario(*ANNEX), strategy="heuristic", planner="greedy", budget=STEP, seed=3, observer=watcher)
+    assert watcher.told[0] == "reachable"
+    assert watcher.told.count("reachable") == 1
+    assert watcher.cells == 9 + 1 + 9
+
+
+def test_analyses_begin_and_end_one_after_the_other() -> None:
+    watcher = Order()
+    simulate(drawn_scenario(*ANNEX), strategy="heuristic", planner="greedy", budget=STEP, seed=3, observer=watcher)
+    analyses = [word for word in watcher.told if word.startswith("analys")]
+    assert len(analyses) > 2
+    assert analyses == ["analysing", "analysed"] * (len(analyses) // 2)
+
+
 def test_the_summary_says_what_was_run() -> None:
     summary = simulate(drawn_scenario(*ANNEX), strategy="heuristic", planner="greedy", budget=STEP, seed=3)
     assert (summary.scenario, summary.strategy, summary.planner, summary.seed) == ("drawn", "heuristic", "greedy", 3)
     assert (summary.carriers, summary.rovers, summary.robots) == (1, 1, 2)
     assert summary.status is Status.COMPLETE
     assert 0 < summary.planning_s.total < summary.wall_s
+    assert summary.analysis_s is not None
+    assert 0 < summary.analysis_s < summary.wall_s - summary.planning_s.total
 
 
 def test_a_mission_starts_with_what_is_fixed_and_ends_with_its_report() -> None:

@@ -20,6 +20,7 @@ from marsupial.model.scenario import Goal
 from marsupial.model.situation import UNREACHABLE, SituationGoal
 from marsupial.model.world import RobotReport
 from marsupial.paths.fields import PathSearch
+from marsupial.paths.routes import travel_table_ms
 
 CARRIER, ROVER = carrier(), rover()
 KINDS = (CARRIER, ROVER)
@@ -158,6 +159,31 @@ def test_times_are_lengths_over_speed() -> None:
     length = PathSearch(ground({FLOOR})).costs(Cell(4, 5), [target.viewpoints["rover"]])[0]
     assert found.situation.travel("rover", doors[0], target.name) == pytest.approx(length / 0.5 * 1000, abs=1)
     assert found.situation.travel("carrier", "s_c", "s_c") == 0
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 9999))
+def test_types_that_share_their_ground_have_the_times_of_fresh_searches_while_the_map_grows(seed: int) -> None:
+    """There is one that is as the rover but slow, and one whose diagonal steps are shorter."""
+    rng = np.random.default_rng(seed)
+    truth = rng.choice([FLOOR, ROUGH, OBSTACLE], (9, 12), p=[0.6, 0.2, 0.2]).astype(np.uint8)
+    truth[3:6, 3:8] = FLOOR
+    kinds = *KINDS, replace(ROVER, name="slow", speed_mps=0.3), replace(ROVER, name="square", diagonal=1.0)
+    robots = [report(kind.name, Cell(4 + i, 4), kind.name) for i, kind in enumerate(kinds)]
+    known = np.full_like(truth, UNKNOWN)
+    territory = Territory(Grid(cells=known, resolution_m=1.0), kinds)
+    looking = Surveyor(territory, {}, RECOVER)
+    for part in np.array_split(np.argsort(np.abs(np.arange(truth.size) - 54), kind="stable"), 4):
+        known.ravel()[part] = truth.ravel()[part]
+        territory.reveal(part)
+        found = looking.survey(robots, 0)
+        for kind in kinds:
+            names = [name for name in found.situation.places if kind.name in found.poses[name]]
+            cells = [found.poses[name][kind.name] for name in names]
+            search = PathSearch(territory.footprints[kind.name].standable, kind.diagonal)
+            expected = travel_table_ms(search.matrix(cells), 1.0, kind.speed_mps)
+            at = [found.situation.place_index[name] for name in names]
+            assert np.array_equal(found.situation.travel_ms[kind.name][np.ix_(at, at)], expected)
 
 
 def test_a_meeting_point_is_a_place_for_all_types_that_get_there() -> None:

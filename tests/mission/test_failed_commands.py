@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 from clumsy_world import ClumsyWorld
 from mission_fakes import Timed
@@ -38,7 +37,7 @@ def fly(
     planning_time: PlanningTime = PlanningTime.INSTANT,
 ) -> tuple[MissionEnded, Watcher, Watch]:
     grid, kinds = drawn_grid(*lines), kinds_of()
-    watcher, watch = Watcher(grid, kinds, team), Watch(np.ones(grid.cells.shape, dtype=np.bool_))
+    watcher, watch = Watcher(grid, kinds, team), Watch()
     started = MissionStarted(
         t_ms=0,
         scenario="drawn",
@@ -102,7 +101,7 @@ def test_a_rover_that_was_not_set_down_is_aboard_for_all_who_watch() -> None:
     ends = (i for i, event in enumerate(watcher.events) if isinstance(event, ActionEnded))
     first = next(i for i in ends if watcher.events[i].end is ActionEnd.FAILED)  # type: ignore[union-attr]
     events = watcher.events[: first + 1]
-    watch = Watch(np.ones((5, 11), dtype=np.bool_))
+    watch = Watch()
     for event in events:
         watch.event(event)
     last = Playback(events).state_at(events[-1].t_ms)

@@ -14,16 +14,21 @@ EVERY_MS = 5_000
 
 
 class CoverageSampler(Observer):
-    """Notes the known share of `reachable` (height, width) every `EVERY_MS`, in parts of `COVERAGE_SCALE`.
+    """Notes the known share of what there is to explore every `EVERY_MS`, in parts of `COVERAGE_SCALE`.
 
     A sample holds what happened up to its moment; the last one is the mission's end.
     """
 
-    def __init__(self, reachable: Mask) -> None:
+    def __init__(self) -> None:
         self.known: list[int] = []
-        self._upto = np.concatenate([[0], np.cumsum(reachable.ravel())]).tolist()
-        self._area = max(1, self._upto[-1])
+        self._upto: list[int] = []
+        self._area = 1
         self._cells = 0
+
+    def reachable(self, area: Mask) -> None:
+        """Take in what there is to explore."""
+        self._upto = np.concatenate([[0], np.cumsum(area.ravel())]).tolist()
+        self._area = max(1, self._upto[-1])
 
     def event(self, event: MissionEvent) -> None:
         """Take in what happened."""

@@ -62,7 +62,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """Seconds that a mission took on the machine it ran on: in all, of the processors, and for its plannings."""
+    """Seconds that a mission took on the machine it ran on: in all, of processors, for planning and map analysis."""
 
     trial: Trial
     wall_s: float
@@ -72,6 +72,7 @@ class Timing:
     planning_max_s: float
     planning_total_s: float
     first_plan_s: float
+    analysis_s: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

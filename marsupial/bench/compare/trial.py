@@ -8,8 +8,7 @@ from time import process_time
 from marsupial.bench.compare.coverage import EVERY_MS, CoverageSampler
 from marsupial.bench.compare.plan import Case, Trial
 from marsupial.bench.compare.rows import ERROR, Curve, Result, Row, Timing, metrics_of
-from marsupial.library.missions import reachable_area, simulate
-from marsupial.mission.placement import place_team
+from marsupial.library.missions import simulate
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
@@ -36,7 +35,7 @@ def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
     """Run a mission and return what is kept of it; one that raises an exception has a row that says so."""
     began = process_time()
     try:
-        sampler = CoverageSampler(reachable_area(scenario, place_team(scenario, trial.seed)))
+        sampler = CoverageSampler()
         summary = simulate(
             scenario,
             strategy=trial.contender.strategy,

@@ -18,12 +18,10 @@ from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
 from marsupial.library.metrics import clock, counted
-from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer, Observers
-from marsupial.mission.placement import place_team
+from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.planning import Outcome
-from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
 
 LINE_EVERY_MS = 180_000
@@ -40,10 +38,9 @@ _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 
 
 @contextmanager
-def progress(scenario: Scenario, seed: int) -> Iterator[Observer]:
-    """Yield an observer that shows a mission of this scenario as it goes."""
-    with Alive(lambda: "working out what the team can reach ..."):
-        watch = Watch(reachable_area(scenario, place_team(scenario, seed)))
+def progress() -> Iterator[Observer]:
+    """Yield an observer that shows a mission as it goes."""
+    watch = Watch()
     console = Console(file=sys.stderr)
     if not moves(console):
         lines = _Lines(watch)
@@ -89,6 +86,9 @@ class _Lines(Observer):
             return "preparing the mission ..."
         return f"{self._head()}  {counted(self._plans, 'plan')} so far"
 
+    def reachable(self, area: Mask) -> None:
+        self._watch.reachable(area)
+
     def event(self, event: MissionEvent) -> None:
         self._watch.event(event)
         if isinstance(event, MissionStarted):
@@ -118,10 +118,13 @@ class _Moving(Observer):
         self._title = ""
         self._next_s = 0.0
 
+    def reachable(self, area: Mask) -> None:
+        self._watch.reachable(area)
+
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, MissionStarted):
             self._title = f"{event.scenario}: {event.strategy} ({event.planner}), seed {event.seed}"
-            self._picture = Picture(event, self._watch.reachable, self._console)
+            self._picture = Picture(event, self._watch.area, self._console)
         elif event.t_ms > self._watch.t_ms:  # amid the events of one moment robots seem to have nothing to do
             self._draw()
         self._watch.event(event)

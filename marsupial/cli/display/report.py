@@ -14,7 +14,7 @@ SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
 
 OTHERS = (
     "coverage", "quality", "deployments", "retrievals", "replans", "plans_invalid", "planning_s.median",
-    "planning_s.total",
+    "planning_s.total", "analysis_s",
 )  # fmt: skip
 
 
@@ -41,6 +41,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         "plans": f"{told['replans']} followed, {told['invalid plans']} invalid, "
         f"{told['refused plans']} refused from engines",
         "planning": ", ".join(f"{time} {told[f'planning, {time}']}" for time in times),
+        "analysis": told["analysis"],
     }
     return list(lines.items())
 

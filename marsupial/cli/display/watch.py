@@ -11,21 +11,25 @@ from marsupial.model.grid import UNKNOWN, Mask
 class Watch(MissionTracker):
     """The state of a mission.
 
-    Parameters
+    Attributes
     ----------
-    reachable
+    area
         Cells (height, width) that there are to explore.
     """
 
-    def __init__(self, reachable: Mask) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self.reachable = reachable
+        self.area: Mask = np.zeros((0, 0), dtype=np.bool_)
+
+    def reachable(self, area: Mask) -> None:
+        """Take in what there is to explore."""
+        self.area = area
 
     @property
     def coverage(self) -> float:
         """Known share of the reachable cells, 0 to 1."""
-        wanted = int(np.count_nonzero(self.reachable))
-        return int(np.count_nonzero(self.cells[self.reachable] != UNKNOWN)) / wanted if wanted else 1.0
+        wanted = int(np.count_nonzero(self.area))
+        return int(np.count_nonzero(self.cells[self.area] != UNKNOWN)) / wanted if wanted else 1.0
 
     def views(self) -> tuple[RobotView, ...]:
         """Return every robot as it is now, in the order of the team."""

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from marsupial.formats.scenario.write import terrain_fields, type_fields
-from marsupial.library.missions import reachable_area
-from marsupial.mission.placement import place_team
-from marsupial.model.grid import UNKNOWN, CellArray
+from marsupial.model.grid import UNKNOWN, CellArray, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 from marsupial_service.missions.values import runs_in
 
 
-def mission_document(scenario: Scenario, *, strategy: str, planner: str, budget: Budget, seed: int) -> dict[str, Any]:
-    """Return the body that asks for a mission in this scenario, whose map is unknown at first."""
-    grid, team = scenario.grid, place_team(scenario, seed)
+def mission_document(
+    scenario: Scenario,
+    team: Sequence[PlacedRobot],
+    reachable: Mask,
+    *,
+    strategy: str,
+    planner: str,
+    budget: Budget,
+    seed: int,
+) -> dict[str, Any]:
+    """Return the body that asks for a mission of this team in a scenario, whose map is unknown at first.
+
+    `reachable` are the cells (height, width) that there are to explore.
+    """
+    grid = scenario.grid
     names = {terrain.code: terrain.name for terrain in grid.terrains}
-    area: CellArray = reachable_area(scenario, team).astype("uint8")
+    area: CellArray = reachable.astype("uint8")
     area[area == 0] = UNKNOWN
     return {
         "name": scenario.name,

@@ -15,6 +15,7 @@ from entry_house import opened
 from undisturbed import STEPS
 
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial_service.missions.reading import brief_of, report_of
 from marsupial_service.missions.records import MissionRecord, MissionSettings
@@ -28,7 +29,10 @@ from marsupial_service.schemas.missions import MissionBody, ReportBody
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
     """Return what asks for a mission like that."""
-    return mission_document(builtin_scenario(scenario), strategy=strategy, planner=planner, budget=STEPS, seed=seed)
+    world = builtin_scenario(scenario)
+    placed = place_team(world, seed)
+    area = reachable_area(world, placed)
+    return mission_document(world, placed, area, strategy=strategy, planner=planner, budget=STEPS, seed=seed)
 
 
 def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal") -> Brief:

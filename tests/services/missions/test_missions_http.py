@@ -70,6 +70,7 @@ def test_a_run_by_a_server_is_the_run_in_process(
         summary = json.loads(capsys.readouterr().out)
         timed = {summary.pop("wall_s"), summary.pop("planning_s")["total"]}
         assert timed
+        assert (summary.pop("analysis_s") is None) == bool(where)
         found.append((summary, log.read_bytes()))
     assert found[0] == found[1]
 
