@@ -33,7 +33,7 @@ from marsupial.model.situation import (
 )
 from marsupial.model.unseen import Unseen
 from marsupial.model.world import RobotReport
-from marsupial.paths.fields import PathSearch
+from marsupial.paths.fields import PathSearch, SearchMemory
 from marsupial.paths.routes import travel_table_ms
 from marsupial.paths.ways import Ways, ways_of
 
@@ -90,12 +90,13 @@ class Surveyor:
         self._reach = self._growing.reach(())
         self._frontiers: Mapping[str, Frontier] = {}
         self._targets: tuple[Target, ...] | None = None
-        self._ways = ways_by_type(territory)
+        memory = SearchMemory(territory.see_through.shape)
+        self._ways = ways_by_type(territory, memory)
         self._unseen = UnseenPart(territory)
         terrains = frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values()))
         self._drivable = code_table(terrains)
         self._ground_opened: list[Ints] = []
-        self._all_ground = PathSearch(np.zeros_like(territory.see_through), opened=self._ground_opened)
+        self._all_ground = PathSearch(np.zeros_like(territory.see_through), opened=self._ground_opened, memory=memory)
         self._ground_read = 0
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
@@ -302,13 +303,13 @@ def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
     return tuple(PlacedRobot(name=r.name, type=r.type, cell=r.cell, carrier=r.carrier) for r in robots if not r.lost)
 
 
-def ways_by_type(territory: Territory) -> dict[str, Ways]:
+def ways_by_type(territory: Territory, memory: SearchMemory) -> dict[str, Ways]:
     """Return what finds the ways of each robot type, one for all whose shortest ways are the same."""
     found: dict[str, Ways] = {}
     shared: dict[tuple[int, float], Ways] = {}
     for name, kind in territory.kinds.items():
         footprint = territory.footprints[name]
-        own = ways_of(kind, footprint.standable, territory.grid.resolution_m, footprint.opened)
+        own = ways_of(kind, footprint.standable, territory.grid.resolution_m, footprint.opened, memory)
         if kind.routes is Routes.SHORTEST:
             own = shared.setdefault((id(footprint), kind.diagonal), own)
         found[name] = own

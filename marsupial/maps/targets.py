@@ -88,10 +88,7 @@ class TargetFinder:
         self._frontier: Ints = np.empty(0, dtype=np.int64)
         self._read = 0
         self._viewpoints: dict[str, Ints] = {}
-        self._nearest = {
-            kind.name: Nearest(territory.see_through, 1.1 * kind.radius_m / grid.resolution_m + 2.5)
-            for kind in territory.kinds.values()
-        }
+        self._nearest = Nearest(territory.see_through)
 
     def frontier(self) -> Ints:
         """Return the known cells, ascending, that some type can drive on and that have an unknown neighbour."""
@@ -172,7 +169,8 @@ class TargetFinder:
         found = left[_are_viewpoints(left, reach.by_type[name], footprint.standable, footprint.possible)]
         viewpoints = np.unique(found)
         self._viewpoints[name] = viewpoints
-        nearest = self._nearest[name].once(viewpoints, cells)
+        kind, grid = self._territory.kinds[name], self._territory.grid
+        nearest = self._nearest.once(viewpoints, cells, 1.1 * kind.radius_m / grid.resolution_m + 2.5)
         near = nearest >= 0
         if not near.any():
             return Frontier(cells=viewpoints, viewpoints=viewpoints)

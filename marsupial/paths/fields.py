@@ -20,12 +20,29 @@ from marsupial.arrays import Cells, Floats, Ints, Ints32
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import SQRT2
 from marsupial.paths.distances import Distances
-from marsupial.paths.jumps import Jumps
+from marsupial.paths.jumps import JumpMemory, Jumps
 from marsupial.paths.routes import Route, route_of
-from marsupial.paths.workspace import NOWHERE, Workspace
+from marsupial.paths.workspace import NOWHERE, FloodMemory, Workspace
 
 RAGGED = 0.2
 """How many diagonal steps a jumping search takes for every open cell where it takes as long as settling them all."""
+
+
+class SearchMemory:
+    """What searches on masks of one shape (height, width) take down in turn; several `PathSearch` may share it."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self._shape = shape
+
+    @cached_property
+    def jumps(self) -> JumpMemory:
+        """For those that jump."""
+        return JumpMemory(self._shape)
+
+    @cached_property
+    def flood(self) -> FloodMemory:
+        """For those that settle one cell after the other."""
+        return FloodMemory(self._shape)
 
 
 class PathSearch:
@@ -42,10 +59,20 @@ class PathSearch:
     opened
         Where the mask changes only by cells being opened: lists of them (row-major), which whoever opens them adds to.
         Then what a call costs does not go with the size of the mask. None if it may change in any way.
+    memory
+        Shared with others, none of which is used at the same time; None for its own.
     """
 
-    def __init__(self, passable: Mask, diagonal: float = SQRT2, opened: Sequence[Ints | Ints32] | None = None) -> None:
+    def __init__(
+        self,
+        passable: Mask,
+        diagonal: float = SQRT2,
+        opened: Sequence[Ints | Ints32] | None = None,
+        memory: SearchMemory | None = None,
+    ) -> None:
         self.passable = passable
+        height, width = passable.shape
+        self._memory = memory or SearchMemory((height, width))
         self._news = opened
         self._looked = self._framed_upto = -1
         self._diagonal = diagonal
@@ -55,12 +82,12 @@ class PathSearch:
     @cached_property
     def _jumps(self) -> Jumps:
         height, width = self.passable.shape
-        return Jumps((height, width), self._diagonal)
+        return Jumps((height, width), self._diagonal, self._memory.jumps)
 
     @cached_property
     def _work(self) -> Workspace:
         height, width = self.passable.shape
-        return Workspace(height, width, self._diagonal)
+        return Workspace(height, width, self._diagonal, self._memory.flood)
 
     def field(self, source: Cell, wanted: Sequence[Cell] | None = None, limit: float = math.inf) -> Floats:
         """Return the distance of every cell from `source`.

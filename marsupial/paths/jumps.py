@@ -108,6 +108,22 @@ _SEARCHES, _ENTRIES, _WAITING, _STEPS = range(4)
 many diagonal steps it has taken."""
 
 
+class JumpMemory:
+    """What searches on masks of one shape (height, width) take down in turn; several `Jumps` may share it."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        height, width = shape
+        size = height * width
+        self.state = _State(
+            cost=np.empty(size, dtype=np.float64),
+            found=np.zeros(size, dtype=np.int32),
+            arrived=np.empty(size, dtype=np.uint8),
+            heads=np.zeros(1 << (2 * (height + width)).bit_length(), dtype=np.int32),
+            **_entries(64 + 16 * (height + width)),
+            counts=np.zeros(4, dtype=np.int64),
+        )
+
+
 class Jumps:
     """Searches on one mask, which may change between calls. Not for use by two threads at once.
 
@@ -117,9 +133,11 @@ class Jumps:
         Of the mask, (height, width).
     diagonal
         The length of a diagonal step, 1 to sqrt 2.
+    memory
+        Shared with others, none of which is used at the same time; None for its own.
     """
 
-    def __init__(self, shape: tuple[int, int], diagonal: float) -> None:
+    def __init__(self, shape: tuple[int, int], diagonal: float, memory: JumpMemory | None = None) -> None:
         height, width = shape
         rows, columns = (height + 2, (width + FRAME) // 64 + 1), (width + 2, (height + FRAME) // 64 + 1)
         self._ground = _Ground(
@@ -130,21 +148,12 @@ class Jumps:
             width=width,
             diagonal=diagonal,
         )
-        buckets = 1 << (2 * (height + width)).bit_length()
-        size = height * width
-        self._state = _State(
-            cost=np.empty(size, dtype=np.float64),
-            found=np.zeros(size, dtype=np.int32),
-            arrived=np.empty(size, dtype=np.uint8),
-            heads=np.zeros(buckets, dtype=np.int32),
-            **_entries(64 + 16 * (height + width)),
-            counts=np.zeros(4, dtype=np.int64),
-        )
+        self._memory = memory or JumpMemory(shape)
 
     @property
     def steps(self) -> int:
         """How many diagonal steps the last search took, which is what its time goes with."""
-        return int(self._state.counts[_STEPS])
+        return int(self._memory.state.counts[_STEPS])
 
     def load(self, passable: Mask) -> Ints | None:
         """Take over which cells are open now; return those newly so, row-major, or None if any is closed again."""
@@ -168,10 +177,11 @@ class Jumps:
 
     def costs(self, source: int, wanted: Ints) -> Floats:
         """Return the distances (n,) of n open cells from an open one, all row-major; inf where there is no way."""
-        while not _search(self._ground, self._state, source, wanted):
-            self._state = self._state._replace(**_entries(4 * len(self._state.cell)))
-        reached = self._state.found[wanted] == self._state.counts[_SEARCHES]
-        return np.where(reached, self._state.cost[wanted], np.inf)
+        memory = self._memory
+        while not _search(self._ground, memory.state, source, wanted):
+            memory.state = memory.state._replace(**_entries(4 * len(memory.state.cell)))
+        reached = memory.state.found[wanted] == memory.state.counts[_SEARCHES]
+        return np.where(reached, memory.state.cost[wanted], np.inf)
 
 
 def _entries(count: int) -> dict[str, Any]:

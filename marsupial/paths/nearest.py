@@ -7,6 +7,7 @@ index, hands that on to its neighbours until nothing changes.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +57,7 @@ class Nearest:
         Longest distance in cells.
     """
 
-    def __init__(self, passable: Mask, limit: float) -> None:
+    def __init__(self, passable: Mask, limit: float = math.inf) -> None:
         self._passable = passable
         self._limit = limit + TOLERANCE
         size = passable.size
@@ -77,21 +78,24 @@ class Nearest:
         sources, opened
             Row-major indices. Sources on impassable ground are left out.
         """
-        return self._add(sources, opened).astype(np.int64)
+        return self._add(sources, opened, self._limit).astype(np.int64)
 
     def origins(self, cells: Ints) -> Ints:
         """Return the row-major index of the nearest source of each cell, the lowest among equals; -1 for none."""
         return self._state.label[cells].astype(np.int64) - 1
 
-    def once(self, sources: Ints, cells: Ints) -> Ints:
-        """Return what `origins` says of these cells with these sources added, and forget all sources there are."""
-        changed = self._add(sources, _NONE)
+    def once(self, sources: Ints, cells: Ints, limit: float = math.inf) -> Ints:
+        """Return what `origins` says of these cells with these sources added, and forget all sources there are.
+
+        `limit` is for this once, if it is less.
+        """
+        changed = self._add(sources, _NONE, min(self._limit, limit + TOLERANCE))
         found = self.origins(cells)
         self._state.label[changed] = 0
         return found
 
-    def _add(self, sources: Ints, opened: Ints) -> Ints32:
-        count = _settle(self._passable, sources, opened, self._limit, self._state)
+    def _add(self, sources: Ints, opened: Ints, limit: float) -> Ints32:
+        count = _settle(self._passable, sources, opened, limit, self._state)
         changed: Ints32 = self._state.changed[:count]
         return changed
 

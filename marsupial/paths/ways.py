@@ -13,7 +13,7 @@ from marsupial.arrays import Floats, Ints, Ints32
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import RobotType, Routes
 from marsupial.paths.energy import EnergySearch, costs_of
-from marsupial.paths.fields import PathSearch
+from marsupial.paths.fields import PathSearch, SearchMemory
 from marsupial.paths.routes import Route
 
 
@@ -38,9 +38,15 @@ class Ways(Protocol):
 class ShortestWays:
     """The shortest ways, whichever way a robot faces; see `PathSearch`."""
 
-    def __init__(self, passable: Mask, diagonal: float, opened: Sequence[Ints | Ints32] | None = None) -> None:
+    def __init__(
+        self,
+        passable: Mask,
+        diagonal: float,
+        opened: Sequence[Ints | Ints32] | None = None,
+        memory: SearchMemory | None = None,
+    ) -> None:
         self.passable = passable
-        self._search = PathSearch(passable, diagonal, opened)
+        self._search = PathSearch(passable, diagonal, opened, memory)
 
     def lengths(self, source: Cell, wanted: Sequence[Cell] | Ints, heading: int | None = None) -> Floats:
         """Return the lengths of the shortest ways."""
@@ -56,9 +62,13 @@ class ShortestWays:
 
 
 def ways_of(
-    kind: RobotType, passable: Mask, resolution_m: float, opened: Sequence[Ints | Ints32] | None = None
+    kind: RobotType,
+    passable: Mask,
+    resolution_m: float,
+    opened: Sequence[Ints | Ints32] | None = None,
+    memory: SearchMemory | None = None,
 ) -> Ways:
-    """Return what finds the ways of a robot type; what `opened` says is told at `PathSearch`.
+    """Return what finds the ways of a robot type; `opened` and `memory` are told at `PathSearch`.
 
     Raises
     ------
@@ -67,4 +77,4 @@ def ways_of(
     """
     if kind.routes is Routes.ENERGY:
         return EnergySearch(passable, costs_of(kind, resolution_m), diagonal=kind.diagonal)
-    return ShortestWays(passable, kind.diagonal, opened)
+    return ShortestWays(passable, kind.diagonal, opened, memory)

@@ -62,6 +62,26 @@ class FramedGrid:
         return framed.reshape(self._height + 2, self._row)[1:-1, 1:-1]
 
 
+class FloodMemory:
+    """What searches on grids of one shape (height, width) take down in turn; several workspaces may share it.
+
+    Most of it is never filled: only the pages a search writes to take up memory.
+
+    Attributes
+    ----------
+    stale
+        How many cells the last search touched.
+    """
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        size = FramedGrid(*shape).size
+        self.cost = np.full(size, np.inf)
+        self.arrival = np.empty(size, dtype=np.uint8)
+        self.queue = np.empty(3 * size, dtype=np.uint32)
+        self.touched = np.empty(size, dtype=np.uint32)
+        self.stale = 0
+
+
 class Workspace:
     """Buffers for searches on grids of one shape. Not for use by two threads at once.
 
@@ -71,22 +91,22 @@ class Workspace:
         Shape of the grid, in cells.
     diagonal
         The length of a diagonal step in straight ones, 1 to sqrt 2.
+    memory
+        Shared with others, none of which is used at the same time; None for its own.
     """
 
-    def __init__(self, height: int, width: int, diagonal: float) -> None:
+    def __init__(self, height: int, width: int, diagonal: float, memory: FloodMemory | None = None) -> None:
         self._frame = FramedGrid(height, width)
-        size = self._frame.size
-        # Most of them never filled: only the pages a search writes to take up memory.
+        self._memory = memory = memory or FloodMemory((height, width))
         self._buffers = kernels.Buffers(
-            passable=np.zeros(size, dtype=np.uint8),
-            cost=np.full(size, np.inf),
-            arrival=np.empty(size, dtype=np.uint8),
+            passable=np.zeros(self._frame.size, dtype=np.uint8),
+            cost=memory.cost,
+            arrival=memory.arrival,
             offsets=self._frame.offsets,
-            queue=np.empty(3 * size, dtype=np.uint32),
-            touched=np.empty(size, dtype=np.uint32),
+            queue=memory.queue,
+            touched=memory.touched,
             diagonal=diagonal,
         )
-        self._stale = 0
         self.indices = self._frame.indices
 
     def load(self, passable: Mask) -> None:
@@ -103,12 +123,12 @@ class Workspace:
 
     def search(self, source: Cells, wanted: Cells = NOWHERE, limit: float = math.inf) -> float:
         """Search outward from a passable cell; return the length below which costs are final."""
-        if 4 * self._stale > self._buffers.cost.size:
+        if 4 * self._memory.stale > self._buffers.cost.size:
             self._buffers.cost.fill(np.inf)
-            self._stale = 0
-        stale, longest = np.uint64(self._stale), limit + kernels.TOLERANCE
+            self._memory.stale = 0
+        stale, longest = np.uint64(self._memory.stale), limit + kernels.TOLERANCE
         final, touched = kernels.flood(self._buffers, stale, source, wanted, longest)
-        self._stale = int(touched)
+        self._memory.stale = int(touched)
         return float(final)
 
     def costs(self, at: Cells) -> Floats:

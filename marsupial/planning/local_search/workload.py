@@ -36,9 +36,8 @@ def work_bound_ms(data: ProblemData) -> int:
     empty = [room for room in rooms.targets if room not in occupied]
     downs, aboard = len(empty), len(rovers) - len(standing)
     ups = downs + len(standing) if data.recover else max(0, downs - aboard)
-    transfers = downs * int(data.robots[rovers, col.UNDOCKING].min()) + ups * int(
-        data.robots[rovers, col.DOCKING].min()
-    )
+    undocking, docking = data.robots[rovers][:, [col.UNDOCKING, col.DOCKING]].min(axis=0).tolist()
+    transfers = downs * undocking + ups * docking
     of_rovers = transfers + rooms.rides_ms(empty) + rooms.ground_ms()
     visited = empty + occupied if data.recover else empty
     lone = [t for t in data.members(col.TARGETS) if np.isinf(rooms.by_rover[:, t]).sum() == len(rooms.of) - 1]
