@@ -161,7 +161,6 @@ class Mission:
                     for rover, name in self._executor.deployed_at.items()
                     if name in situation.meetings and rover in situation.robot_by_name
                 },
-                followed_ms=None if self._planned_ms < 0 else self._world.now_ms - self._planned_ms,
             )
         )
         self._observer.planned(decision.report)

@@ -37,8 +37,6 @@ class Briefing:
         Per rover on the ground: the meeting point it was last set down at, where that is still one.
     unseen
         Finds what has not been seen yet.
-    followed_ms
-        How long the plan so far has been followed; None at first.
     """
 
     situation: Situation
@@ -47,7 +45,6 @@ class Briefing:
     connects: Mapping[str, frozenset[str]]
     deployed_at: Mapping[str, str]
     unseen: Callable[[], Unseen] = Unseen
-    followed_ms: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

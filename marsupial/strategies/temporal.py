@@ -17,9 +17,6 @@ see no farther than the next cells have ground to cover, rather than frontiers t
 everything, with the unknown taken for free ground (`marsupial.strategies.frontier.covering`); the search for them plans
 with the same annealing, and is kept to small maps.
 
-A plan that goes on from one that has been followed for a moment only has little to add to it: with a budget in seconds
-planning for the guess takes a small share of the time since (`PLANNING_SHARE`), and so of the mission.
-
 Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
 
 References
@@ -55,10 +52,6 @@ from marsupial.strategies.heuristic import Heuristic
 MAKESPAN_SHARE, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
 """The prices of a ms of the makespan (as a share of what all targets are worth), of a ms of driving, of setting a
 rover down, where a ms until a target is reached costs 1."""
-
-PLANNING_SHARE, LEAST_PLANNING_S = 0.025, 0.05
-"""What part of the time that the plan so far was followed the engine gets for the next one, in wall-clock seconds, and
-how long it gets at least; never more than the budget. The first plan gets all of it."""
 
 NEAR_CELLS, MOST_CELLS = 2.0, 12_000
 """Ways that see everything are searched for if no robot sees as far as so many cells, on maps of so many at most."""
@@ -150,10 +143,10 @@ class Temporal:
         kept, others = _served(listing, previous), [*_served(listing, baseline), listing.serve()]
         if objective.name in self._engine.info.objectives:
             plan, unserved = min(kept + others, key=rank)
-            answer = self._ask(_without(situation, unserved), objective, plan, self._effort(briefing.followed_ms))
+            answer = self._ask(_without(situation, unserved), objective, plan)
         else:
             served = _served(Listing(known), previous, baseline)
-            answer = self._ask(known, objective, _shortest(known, served), self._budget)
+            answer = self._ask(known, objective, _shortest(known, served))
         plan, unserved = min(kept + _served(listing, answer.plan) + others, key=rank)
         return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
 
@@ -166,25 +159,19 @@ class Temporal:
         listing = Listing(situation)
         kept = _served(listing, briefing.previous)
         if situation.goal.recover_rovers or situation.goal.return_home:
-            answer = self._ask(situation, MAKESPAN, _shortest(situation, kept), self._budget)
+            answer = self._ask(situation, MAKESPAN, _shortest(situation, kept))
         found = [*kept, *_served(listing, answer.plan), listing.serve()]
         plan, unserved = min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
         return plan, unserved, answer
 
-    def _effort(self, followed_ms: int | None) -> Budget:
-        """Return the budget for a plan that goes on from one that has been followed for so long."""
-        if self._budget.seconds is None or followed_ms is None:
-            return self._budget
-        return Budget(seconds=min(self._budget.seconds, max(LEAST_PLANNING_S, PLANNING_SHARE * followed_ms / 1000)))
-
-    def _ask(self, situation: Situation, objective: Objective, start: Plan | None, budget: Budget) -> _Answer:
+    def _ask(self, situation: Situation, objective: Objective, start: Plan | None) -> _Answer:
         """Ask the engine for plans that get better by an objective, or by makespan if that is all it can take."""
         asked = objective if objective.name in self._engine.info.objectives else MAKESPAN
         if start is not None and not check(situation, start).valid:
             start = None
         incumbent = Incumbent(situation, asked, partial=True)
         first_s, end = None, NO_ANSWER
-        for event in self._engine.solve(situation, budget, objective=asked, start=start):
+        for event in self._engine.solve(situation, self._budget, objective=asked, start=start):
             if isinstance(event, Finished):
                 end = event
             elif incumbent.take(event.plan) and first_s is None and event.plan != start:

@@ -123,22 +123,6 @@ def test_priced_arrival_is_asked_of_engines_that_can_take_it_and_the_makespan_of
         assert engine.objectives == [expected]
 
 
-@pytest.mark.parametrize(
-    ("followed_ms", "seconds"), [(None, 1.0), (0, 0.05), (1_000, 0.05), (10_000, 0.25), (60_000, 1.0)]
-)
-def test_a_plan_that_goes_on_from_one_of_a_moment_ago_gets_little_time(followed_ms: int | None, seconds: float) -> None:
-    engine, briefing = WithPrices(), replace(brief(one_hall()), followed_ms=followed_ms)
-    Temporal(engine, Budget(seconds=1.0)).decide(briefing)
-    assert engine.asked[0][1] == Budget(seconds=seconds)
-
-
-def test_steps_that_are_asked_for_and_planners_for_the_makespan_are_left_their_budget() -> None:
-    briefing = replace(brief(one_hall()), followed_ms=0)
-    for engine, budget in ((WithPrices(), BUDGET), (FakeEngine(), Budget(seconds=1.0))):
-        Temporal(engine, budget).decide(briefing)
-        assert engine.asked[0][1] is budget
-
-
 def test_recovery_is_asked_for_by_makespan_of_every_engine() -> None:
     situation = one_room(goal=SituationGoal(recover_rovers=True))
     situation = replace(situation, targets=(), travel_ms=situation.restricted(targets=frozenset()).travel_ms)
