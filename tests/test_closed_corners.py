@@ -13,7 +13,7 @@ from simulated_missions import STEP, Insider, team_at
 from small_missions import Watcher, kinds_of
 
 from marsupial.formats.loglines import LogDecoder
-from marsupial.library.missions import simulate
+from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
 from marsupial.model.mission import MissionEnded, MissionEvent, Status
@@ -75,10 +75,12 @@ class Line:
 
 def over_the_line(scenario: Scenario) -> MissionEnded:
     """Return the end of a mission of the service whose robots are simulated."""
-    body = mission_document(scenario, strategy="heuristic", planner="greedy", budget=STEP, seed=1)
+    team = place_team(scenario, 1)
+    reachable = reachable_area(scenario, team)
+    body = mission_document(scenario, team, reachable, strategy="heuristic", planner="greedy", budget=STEP, seed=1)
     brief = brief_of(MissionBody.model_validate(body), ServiceLimits(), {})
     kinds = {kind.name: kind for kind in KINDS}
-    line = Line(brief, SimulatedTeam(scenario.grid, kinds, place_team(scenario, 1)))
+    line = Line(brief, SimulatedTeam(scenario.grid, kinds, team))
     fly(brief, line)
     assert line.ended is not None
     return line.ended
