@@ -57,7 +57,9 @@ class Distances:
         """
         table = self._recalled(cells)
         opened = NO_OPENINGS
-        if self._opened and not np.isnan(table).all(axis=1).all():
+        if (
+            self._opened and np.count_nonzero(~np.isnan(table)) > cells.size
+        ):  # more than that they are 0 from themselves
             opened = openings(self._passable, np.concatenate(self._opened), self._diagonal)
         self._opened.clear()
         _Update(table, self._octile(cells, opened.cells), opened).run(cells, self._outward(cells), search)

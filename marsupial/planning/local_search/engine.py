@@ -30,7 +30,7 @@ STEPS_PER_ROUND, LISTING_SHARE = 5, 0.08
 """How many steps of a budget there have to be for one more round of list scheduling, and what share of the seconds all
 rounds but the first take at most."""
 
-ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 400
+ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 200
 """After how many steps, for each pair of targets, at least and at most, a budget in seconds is not used any further
 where robots wait for one plan after the other, as in missions: docs/planners.md says what more of them would gain."""
 
