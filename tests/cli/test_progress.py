@@ -40,6 +40,7 @@ def test_a_terminal_shows_map_clock_coverage_and_robots(monkeypatch: pytest.Monk
     console = Console(file=file, force_terminal=True, color_system="truecolor", width=100, height=40, _environ={})
     watch_lobby(monkeypatch, console)
     text = file.getvalue()
+    assert "preparing the mission" in text
     assert "▀" in text
     assert "% known" in text
     first = synthetic_mission()[0]

@@ -33,6 +33,9 @@ FRAME_EVERY_S = 0.1
 FRAME_SHARE = 0.05
 """Most of the wall-clock time that pictures take; one of a large map takes long."""
 
+PREPARING = "preparing the mission ..."
+"""Said before the first event."""
+
 _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 """Outcomes that are no failure of a planner; with no plan in them, there was nothing to do."""
 
@@ -47,7 +50,7 @@ def progress() -> Iterator[Observer]:
         with Alive(lines.now) as lines.alive:
             yield Observers([lines, _FirstFailure(lines.alive.say)])
         return
-    with Live(console=console, auto_refresh=False, transient=True) as live:
+    with Live(Text(PREPARING), console=console, auto_refresh=False, transient=True) as live:
         yield Observers([_Moving(watch, live, console), _FirstFailure(lambda text: console.print(Text(text)))])
 
 
@@ -83,7 +86,7 @@ class _Lines(Observer):
     def now(self) -> str:
         """Return how far the mission is."""
         if not self._plans:
-            return "preparing the mission ..."
+            return PREPARING
         return f"{self._head()}  {counted(self._plans, 'plan')} so far"
 
     def reachable(self, area: Mask) -> None:
