@@ -21,8 +21,8 @@ from marsupial.planning.local_search.encoding import ProblemData
 MOST_PLACES = 400
 """With more of them there is no such bound: shortest ways between all take a tenth of a second with so many."""
 
-AT_ONCE_MS = 1e-9
-"""A way that counts for nothing; 0 would be taken for none."""
+AT_ONCE_MS = 1e-6
+"""A way that counts for nothing; scipy would take less than 1e-8 for none."""
 
 
 def work_bound_ms(data: ProblemData) -> int:
