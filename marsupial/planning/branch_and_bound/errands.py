@@ -14,8 +14,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
-from marsupial.arrays import Flags, Ints
+from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.tours import Legs, Rows, errand_tours
@@ -111,7 +112,7 @@ def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
     """Return the rows of errands of at most so many bits."""
     targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
     by_rover, by_carrier = closure[_kinds(data, given.ROVERS)], closure[_kinds(data, given.CARRIERS)]
-    component = _components(by_rover.min(axis=0, initial=NEVER) < NEVER)
+    _, component = connected_components(by_rover.min(axis=0, initial=NEVER) < NEVER, directed=False)
     own, theirs = (
         (kinds[:, bases].min(axis=(0, 1), initial=NEVER) < NEVER)[targets] for kinds in (by_carrier, by_rover)
     )
@@ -155,17 +156,6 @@ def _least_sortie(closure: Ints, meetings: Ints, targets: Ints) -> int:
     out = closure[:, meetings][:, :, targets].min(axis=1, initial=NEVER)
     back = closure[:, targets][:, :, meetings].min(axis=2, initial=NEVER)
     return min(NEVER, int((out + back).min(initial=NEVER)))
-
-
-def _components(joined: Flags) -> Ints:
-    """Return (places,): the least place that each is joined to, over any number of others; `joined` is bool."""
-    joined = joined | joined.T
-    label = np.arange(len(joined))
-    while True:
-        lower = np.where(joined, label[None, :], label[:, None]).min(axis=1, initial=len(joined))
-        if np.array_equal(lower, label):
-            return label
-        label = lower
 
 
 @inlined
