@@ -112,18 +112,20 @@ class _Rooms:
 
     def _sorties_ms(self, room: int) -> tuple[float, float]:
         """Return how long rovers drive at least in a room with targets, if one stays there and if none does."""
-        targets, entries = self.targets[room], self._entries(room)
-        there = self.by_rover[np.ix_(entries, targets)].min(axis=0, initial=np.inf)
+        targets, there = self.targets[room], self._there_ms(room)
         singles = [targets[i : i + 1] for i in range(len(targets))]
         spanning = _forest(there, _apart(self.by_rover, singles, singles))
         return max(spanning, float(there.max())), max(spanning, self._sortie_ms(room))
 
     def _sortie_ms(self, room: int) -> float:
         """Return how long the rover that explores the farthest target of a room is on its way there and to a door."""
-        targets = self.targets[room]
-        there = self.by_rover[np.ix_(self._entries(room), targets)].min(axis=0, initial=np.inf)
-        back = self.by_rover[np.ix_(targets, self._doors(room))].min(axis=1, initial=np.inf)
-        return float((there + back).max())
+        back = self.by_rover[np.ix_(self.targets[room], self._doors(room))].min(axis=1, initial=np.inf)
+        return float((self._there_ms(room) + back).max())
+
+    def _there_ms(self, room: int) -> Floats:
+        """Return how long the ways are to the targets of a room, from where rovers can be first on its ground."""
+        ways: Floats = self.by_rover[np.ix_(self._entries(room), self.targets[room])].min(axis=0, initial=np.inf)
+        return ways
 
     def _entries(self, room: int) -> Ints:
         """Return where rovers can be first on the ground of a room."""
