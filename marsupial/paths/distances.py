@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from marsupial.arrays import Flags, Floats, Ints
+from marsupial.arrays import Flags, Floats, Ints, Ints32
 from marsupial.model.grid import Mask
 from marsupial.native import native
 from marsupial.paths.openings import NO_OPENINGS, Openings, openings
@@ -119,22 +119,13 @@ class _Update:
             self._learn(source, found[wanted.size :])
 
     def _enter(self, source: int, wanted: Ints, found: Floats) -> None:
-        """Enter distances that were found; what is connected to a cell is as far from being so to others as that is."""
-        table, parts = self._table, self._parts
-        table[source, wanted] = table[wanted, source] = found
-        parts[np.isin(parts, parts[wanted[np.isfinite(found)]])] = parts[source]
-        apart = np.isin(parts, parts[wanted[np.isinf(found)]])
-        here = parts == parts[source]
-        table[np.ix_(here, apart)] = table[np.ix_(apart, here)] = np.inf
-        self._doubtful[source] = self._doubtful[:, source] = False
-        self._doubtful[np.ix_(here, apart)] = self._doubtful[np.ix_(apart, here)] = False
+        """Enter distances (n,) that were found from a cell to n others."""
+        _enter(self._table, self._doubtful, self._parts, source, wanted, found)
 
     def _learn(self, source: int, away: Floats) -> None:
         """Take in how far (n,) each opening is from a cell whose distances are known."""
         if away.size:
-            with np.errstate(invalid="ignore"):  # of two that can't be reached nothing is known
-                between = np.abs(self._table[source][:, None] - away)
-            np.fmax(self._least, between, out=self._least)
+            _learn(self._table[source], self._least, away)
             self._least[source] = away
             self._settle()
 
@@ -156,3 +147,43 @@ def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> No
                         break
                 if sure:
                     doubtful[a, b] = doubtful[b, a] = False
+
+
+@native
+def _enter(table: Floats, doubtful: Flags, parts: Ints32, source: int, wanted: Ints, found: Floats) -> None:
+    """Enter the distances of wanted cells (n,); what is connected to a cell is as far from being so to others as that.
+
+    Parameters
+    ----------
+    parts
+        (k,): the least number of cells known to be connected has the same one, below k.
+    """
+    joined = np.zeros(len(parts), dtype=np.bool_)
+    apart = np.zeros(len(parts), dtype=np.bool_)
+    for i, cell in enumerate(wanted):
+        table[source, cell] = table[cell, source] = found[i]
+        if np.isinf(found[i]):
+            apart[parts[cell]] = True
+        else:
+            joined[parts[cell]] = True
+    for cell in range(len(parts)):
+        if joined[parts[cell]]:
+            parts[cell] = parts[source]
+    doubtful[source] = False
+    doubtful[:, source] = False
+    if apart.any():
+        for a in range(len(parts)):
+            for b in range(len(parts)):
+                if parts[a] == parts[source] and apart[parts[b]]:
+                    table[a, b] = table[b, a] = np.inf
+                    doubtful[a, b] = doubtful[b, a] = False
+
+
+@native
+def _learn(away: Floats, least: Floats, from_openings: Floats) -> None:
+    """Raise how far it is `least` (k, n) to n openings, from a cell `away` (k,) of which they are known (n,)."""
+    for cell in range(len(least)):
+        for way in range(len(from_openings)):
+            apart = abs(away[cell] - from_openings[way])
+            if apart > least[cell, way]:  # of two that can't be reached nothing is known
+                least[cell, way] = apart

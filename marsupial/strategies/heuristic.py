@@ -31,9 +31,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from marsupial.arrays import Floats
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.robots import Role
-from marsupial.model.situation import RobotState
+from marsupial.model.situation import UNREACHABLE, RobotState
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.strategies.rules import decide_by
@@ -77,6 +78,13 @@ class _Draft:
         situation = self.timeline.situation
         return situation.travel(situation.robot_by_name[robot].type, self.timeline.at[robot] or "", place)
 
+    def arrivals_ms(self, robot: str, places: Sequence[str]) -> Floats:
+        """Return how soon the robot can be at n places (n,), inf where it can't."""
+        index = self.timeline.situation.place_index
+        table = self.timeline.situation.travel_ms[self.timeline.situation.robot_by_name[robot].type]
+        times = table[index[self.timeline.at[robot] or ""], [index[place] for place in places]]
+        return np.where(times == UNREACHABLE, np.inf, self.timeline.ready_ms[robot] + times)
+
 
 def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozenset[str]:
     """Return the targets a rover takes care of from `meeting`: those of the rover-only areas it connects to.
@@ -90,19 +98,22 @@ def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozens
     return frozenset(mine & connected or mine)
 
 
-def _rovers_explore(draft: _Draft, rovers: Sequence[str], areas: dict[str, frozenset[str]]) -> None:
+def _rovers_explore(draft: _Draft, rovers: Iterable[str], areas: Mapping[str, Set[str]]) -> None:
     """Let rovers explore the targets of their areas; again and again the one that is soonest at a target takes it."""
+    order = sorted(rovers)
+    targets = sorted(frozenset[str]().union(*(areas[rover] for rover in order)) - draft.taken)
+    if not targets:
+        return
+    mine = np.array([[target in areas[rover] for target in targets] for rover in order])
+    there_ms = np.stack([draft.arrivals_ms(rover, targets) for rover in order])
     while True:
-        options = [
-            (draft.timeline.ready_ms[rover] + travel, rover, target)
-            for rover in rovers
-            for target in sorted(areas[rover] - draft.taken)
-            if (travel := draft.travel(rover, target)) is not None
-        ]
-        if not options:
+        left_ms = np.where(mine, there_ms, np.inf)
+        first, target = np.unravel_index(left_ms.argmin(), left_ms.shape)
+        if np.isinf(left_ms[first, target]):
             return
-        _, rover, target = min(options)
-        draft.explore(rover, target)
+        draft.explore(order[first], targets[target])
+        mine[:, target] = False
+        there_ms[first] = draft.arrivals_ms(order[first], targets)
 
 
 def _return(draft: _Draft, rover: RobotState, meeting: str | None) -> None:
