@@ -30,7 +30,7 @@ from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
-from marsupial_service.store import Store, StoreError
+from marsupial_service.store import Store, StoreError, open_store
 
 DESCRIPTION = (
     "Plans for teams of carriers and rovers that explore unknown maps. Times are milliseconds where a name ends in "
@@ -73,7 +73,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     """Run the jobs and missions of the data folder as long as the application runs."""
     state = state_of(app)
     limits = state.settings.limits
-    store: Store = state.store if state.store is not None else await asyncio.to_thread(Store, state.settings.data)
+    store: Store = state.store if state.store is not None else await asyncio.to_thread(open_store, state.settings.data)
     state.jobs = Jobs(
         store,
         JobSettings(

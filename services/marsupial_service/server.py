@@ -16,7 +16,7 @@ from marsupial_service.operations.keys import KeyFile
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.planners import planner_infos
 from marsupial_service.state import state_of
-from marsupial_service.store import Store, StoreError
+from marsupial_service.store import Store, StoreError, open_store
 
 _GRACE_S = 2
 _BACKLOG = 512
@@ -87,7 +87,7 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
 
 def _opened(settings: ServiceSettings) -> Store:
     try:
-        return Store(settings.data)
+        return open_store(settings.data)
     except StoreError as error:
         raise UsageError(f"{settings.data}: {error}") from error
 

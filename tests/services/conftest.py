@@ -1,11 +1,13 @@
-"""One server for all tests that don't need one of their own."""
+"""One server for all tests that don't need one of their own, and places for stores."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import httpx
 import pytest
+from databases import DATABASES, PostgresServer, postgres_server
 from servers import Server
 from service_house import client
 
@@ -21,3 +23,19 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 def http(server: Server) -> Iterator[httpx.Client]:
     with client(server) as found:
         yield found
+
+
+@pytest.fixture(scope="session")
+def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PostgresServer]:
+    """A database server whose disk is not waited for."""
+    with postgres_server(tmp_path_factory.mktemp("postgres"), "fsync=off", "max_connections=300") as found:
+        yield found
+
+
+@pytest.fixture(params=DATABASES)
+def place(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Where a store is to be: a folder, and again a database that several servers can share."""
+    if request.param == "sqlite":
+        return str(tmp_path / "store")
+    server: PostgresServer = request.getfixturevalue("postgres")
+    return server.database()

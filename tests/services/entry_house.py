@@ -9,15 +9,15 @@ from typing import TypeVar
 
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.service import Missions
-from marsupial_service.store import Store
+from marsupial_service.store import Store, open_store
 
 T = TypeVar("T", Jobs, Missions)
 
 
 @asynccontextmanager
-async def opened(folder: Path, make: Callable[[Store], T]) -> AsyncIterator[T]:
+async def opened(place: Path | str, make: Callable[[Store], T]) -> AsyncIterator[T]:
     """Give what is made of the store of a folder, started; stopped and closed afterwards."""
-    store = Store(folder)
+    store = open_store(place)
     try:
         entries = make(store)
         await entries.start()

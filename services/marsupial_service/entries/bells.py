@@ -32,9 +32,9 @@ class Bells:
         """Ring for whatever is committed from now on; called in the event loop."""
         loop = asyncio.get_running_loop()
 
-        def pass_on(topics: frozenset[str]) -> None:  # in the thread that writes, also after the loop has ended
+        def pass_on(topics: frozenset[str] | None) -> None:  # in any thread, also after the loop has ended
             with suppress(RuntimeError):
-                loop.call_soon_threadsafe(self.ring, topics)
+                loop.call_soon_threadsafe(*((self.ring_all,) if topics is None else (self.ring, topics)))
 
         store.listen(pass_on)
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import sqlite3
 from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from enum import StrEnum
 from functools import partial
 from typing import Generic, TypeVar
@@ -16,9 +15,11 @@ from marsupial_service.entries.bells import Bells
 from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
+from marsupial_service.store.engine import Connection
 
 _BATCH = 64
 _SWEEP_S = 30.0
+_WATCH_S = 3.0
 _RETRY_S = 1.0
 
 T = TypeVar("T")
@@ -76,6 +77,10 @@ class Entries(Generic[E]):
                 if not batch.events:
                     await bell.wait()
 
+    def bell(self, topic: str) -> AbstractContextManager[asyncio.Event]:
+        """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
+        return self._bells.bell(topic)
+
     async def _existing(self, entry: str) -> E:
         """Return an entry of any owner. Raises UnknownEntry."""
         return await self.read(lambda reader: self._table.existing(reader, entry))
@@ -86,9 +91,10 @@ class Entries(Generic[E]):
         return self._stop.is_set()
 
     async def _begin(self, preload: tuple[processes.Preload, ...]) -> None:
-        """Hear of what is committed from now on, have the launcher import what is needed, and remove what is old."""
+        """Hear of what is committed from now on, have the launcher import what is needed, and look after the store."""
         self._bells.attend(self._store)
         await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=preload))
+        self._go(self._watch())
         self._go(self._sweep())
 
     def leave(self) -> None:
@@ -100,6 +106,25 @@ class Entries(Generic[E]):
         task = asyncio.create_task(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    async def _take_up(self) -> None:
+        """Take up what servers that are gone have left. Raises StoreError."""
+        raise NotImplementedError
+
+    async def _watch(self) -> None:
+        """Take up what others leave: when one tells that it goes, and now and then, as some go without a word."""
+        with self._bells.bell(self._table.left) as bell:
+            while not self.stopping:
+                bell.clear()
+                pause_s = _WATCH_S
+                try:
+                    await self._take_up()
+                except StoreError as error:
+                    log.error("the store can't be written", extra={"reason": str(error)})
+                    pause_s = _RETRY_S
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(pause_s):
+                        await bell.wait()
 
     async def _sweep(self) -> None:
         """Remove old entries now and then."""
@@ -128,6 +153,6 @@ class Entries(Generic[E]):
         """Run `write` in a transaction; its result comes once that is on disk."""
         return asyncio.wrap_future(self._store.write(write))
 
-    def read(self, read: Callable[[sqlite3.Connection], T]) -> Awaitable[T]:
+    def read(self, read: Callable[[Connection], T]) -> Awaitable[T]:
         """Run `read` on what is committed at one moment."""
         return asyncio.wrap_future(self._store.read(read))

@@ -6,8 +6,7 @@ is in, changes nothing and says so: that is how a final state is reached once.
 
 from __future__ import annotations
 
-import sqlite3
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
@@ -15,12 +14,13 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 from marsupial_service.entries import records
 from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry
 from marsupial_service.store import Transaction
+from marsupial_service.store.engine import Row, Rows
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 _SWEPT = 50
-_FREED_PAGES = 2000
+_ANY_NUMBER = 1 << 62
 
 W = TypeVar("W", bound=StrEnum)
 R = TypeVar("R", bound="DataclassInstance")
@@ -29,12 +29,12 @@ R = TypeVar("R", bound="DataclassInstance")
 class Reader(Protocol):
     """A connection, or a transaction under way."""
 
-    def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> sqlite3.Cursor:
+    def execute(self, sql: str, values: tuple[object, ...] = ..., /) -> Rows:
         """Run one statement."""
         ...
 
 
-def made_of(kind: type[R], row: sqlite3.Row, **more: object) -> R:
+def made_of(kind: type[R], row: Row, **more: object) -> R:
     """Return a record of the columns called like its fields (`created_ms` for `created_at_ms`), and `more`."""
     columns = {field.name: field.name.replace("_at_ms", "_ms") for field in fields(kind) if field.name not in more}
     return kind(**{name: row[column] for name, column in columns.items()}, **more)
@@ -60,12 +60,21 @@ class EntryTable(Generic[E]):
     events_name: str
     noun: str
     select: str
-    record: Callable[[sqlite3.Row], E]
+    record: Callable[[Row], E]
     event_type: type[StrEnum]
     moves: Mapping[StrEnum, frozenset[StrEnum]]
 
+    @property
+    def left(self) -> str:
+        """The topic of entries that their holder has left."""
+        return f"{self.name}/left"
+
     def create(self, tx: Transaction, new: NewEntry, add: Callable[[], None]) -> Created[E]:
-        """Return what an earlier request with that key has made, or what `add` adds. Raises KeyReused."""
+        """Return what an earlier request with that key has made, or what `add` adds. Raises KeyReused.
+
+        Of all servers one at a time adds to a table, so what `add` counts is so.
+        """
+        tx.lock(self.name)
         known = self.made_before(tx, new)
         if known is None:
             add()
@@ -87,7 +96,9 @@ class EntryTable(Generic[E]):
     def add(self, tx: Transaction, new: NewEntry, state: StrEnum, now_ms: int, **more: object) -> int:
         """Add a row, with `more` columns, and return its number."""
         head = {"id": new.id, "owner": new.owner, "idempotency_key": new.key, "digest": new.digest}
-        return tx.insert(self.name, **head, state=state, created_ms=now_ms, **more)
+        tx.insert(self.name, **head, state=state, created_ms=now_ms, **more)
+        number: int = tx.execute(f"SELECT number FROM {self.name} WHERE id = ?", (new.id,)).fetchone()["number"]
+        return number
 
     def find(self, reader: Reader, entry: str, owner: str | None = None) -> E | None:
         """Return an entry, if there is one (of that owner)."""
@@ -101,6 +112,11 @@ class EntryTable(Generic[E]):
         if record is None:
             raise records.UnknownEntry(self.noun)
         return record
+
+    def held(self, tx: Transaction, entry: str) -> E:
+        """Return an entry that no other server changes until the end of the transaction. Raises UnknownEntry."""
+        tx.execute(f"SELECT 1 FROM {self.name} WHERE id = ?{tx.row_lock}", (entry,)).fetchone()
+        return self.existing(tx, entry)
 
     def newest(
         self, reader: Reader, owner: str, limit: int, before: str | None = None, state: StrEnum | None = None
@@ -116,18 +132,28 @@ class EntryTable(Generic[E]):
 
     def move(self, tx: Transaction, number: int, state: StrEnum, now_ms: int, **more: object) -> bool:
         """Put an entry into another state, with `more` columns; say whether that may follow the one it was in."""
-        row = tx.execute(f"SELECT state FROM {self.name} WHERE number = ?", (number,)).fetchone()
-        if row is None or state not in self.moves[row["state"]]:
-            return False
         if not self.moves[state]:
             more["finished_ms"] = now_ms
-        self.change(tx, number, state=state, **more)
-        return True
+        before = [former for former, states in self.moves.items() if state in states]
+        return self._set(tx, {"number": (number,), "state": before}, state=state, **more)
 
     def change(self, tx: Transaction, number: int, **columns: object) -> None:
         """Set columns of an entry."""
+        self._set(tx, {"number": (number,)}, **columns)
+
+    def take_over(self, tx: Transaction, number: int, **columns: object) -> int:
+        """Make this server the holder of an entry, set columns, and return the term that begins."""
+        self._set(tx, {"number": (number,)}, holder=tx.server, **columns)
+        row = tx.execute(f"UPDATE {self.name} SET term = term + 1 WHERE number = ? RETURNING term", (number,))
+        term: int = row.fetchone()["term"]
+        return term
+
+    def _set(self, tx: Transaction, where: Mapping[str, Sequence[object]], **columns: object) -> bool:
+        """Set columns of the entries whose other columns have one of the values given; say whether there are any."""
         changes = ", ".join(f"{column} = ?" for column in columns)
-        tx.execute(f"UPDATE {self.name} SET {changes} WHERE number = ?", (*columns.values(), number))
+        which = " AND ".join(f"{column} IN ({', '.join('?' * len(values))})" for column, values in where.items())
+        given = (*columns.values(), *(value for values in where.values() for value in values))
+        return tx.execute(f"UPDATE {self.name} SET {changes} WHERE {which}", given).rowcount > 0
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
         """Add the next event of an entry, with `more` columns; its followers are told once that is committed."""
@@ -153,7 +179,7 @@ class EntryTable(Generic[E]):
 
     def counts(self, reader: Reader, column: str, words: type[W]) -> dict[W, int]:
         """Return how many entries have each of the words in a column."""
-        found = dict(reader.execute(f"SELECT {column}, count(*) FROM {self.name} GROUP BY 1").fetchall())
+        found = dict(map(tuple, reader.execute(f"SELECT {column}, count(*) FROM {self.name} GROUP BY 1").fetchall()))
         return {word: found.get(word, 0) for word in words}
 
     def remove_old(self, tx: Transaction, settings: records.EntrySettings, now_ms: int, most: int = _SWEPT) -> int:
@@ -162,12 +188,12 @@ class EntryTable(Generic[E]):
         rows = tx.execute(
             f"SELECT number, id FROM {self.name} WHERE finished_ms < ?"
             f" OR number IN (SELECT number FROM {self.name} WHERE finished_ms IS NOT NULL"
-            " ORDER BY finished_ms DESC, number DESC LIMIT -1 OFFSET ?) LIMIT ?",
-            (before_ms, settings.kept, most),
+            " ORDER BY finished_ms DESC, number DESC LIMIT ? OFFSET ?) LIMIT ?",
+            (before_ms, _ANY_NUMBER, settings.kept, most),
         ).fetchall()
         for number, entry in rows:
             tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
             tx.news.add(entry)
         if rows:
-            tx.execute(f"PRAGMA incremental_vacuum({_FREED_PAGES})").fetchall()
+            tx.shrink()
         return len(rows)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
 import zlib
 
 from marsupial.model.planning import Budget
@@ -10,6 +9,7 @@ from marsupial_service.entries.table import EntryTable, Reader, made_of
 from marsupial_service.jobs.documents import plan_of
 from marsupial_service.jobs.messages import Analysed
 from marsupial_service.jobs.records import MOVES, JobEventType, JobOutcome, JobRecord, JobState, PlanRecord
+from marsupial_service.store.engine import Row
 
 _SELECT = (
     "SELECT jobs.*, plans.revision, plans.makespan_ms, plans.found_after_ms, plans.at_ms, plans.actions, plans.ipc"
@@ -27,7 +27,7 @@ def analysis(reader: Reader, job: str) -> Analysed | None:
     """Return what was found on the map of a job, if it had one and that is done."""
     sql = "SELECT situation, places FROM payloads JOIN jobs ON number = job WHERE id = ? AND situation IS NOT NULL"
     row = reader.execute(sql, (job,)).fetchone()
-    return None if row is None else Analysed(**row)
+    return None if row is None else Analysed(situation=row["situation"], places=row["places"])
 
 
 def source_text(reader: Reader, job: str) -> str | None:
@@ -37,7 +37,7 @@ def source_text(reader: Reader, job: str) -> str | None:
     return None if row is None else zlib.decompress(row["source"]).decode()
 
 
-def _job(row: sqlite3.Row) -> JobRecord:
+def _job(row: Row) -> JobRecord:
     return made_of(
         JobRecord,
         row,
@@ -48,7 +48,7 @@ def _job(row: sqlite3.Row) -> JobRecord:
     )
 
 
-def _plan(row: sqlite3.Row) -> PlanRecord:
+def _plan(row: Row) -> PlanRecord:
     return made_of(PlanRecord, row, plan=plan_of(row["actions"]))
 
 

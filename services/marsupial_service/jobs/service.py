@@ -18,7 +18,7 @@ from contextlib import suppress
 from marsupial.errors import InternalError
 from marsupial.planning import engines
 from marsupial.processes import launcher as processes
-from marsupial_service.entries.records import Created
+from marsupial_service.entries.records import Created, UnknownEntry
 from marsupial_service.entries.service import Entries
 from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
@@ -27,7 +27,7 @@ from marsupial_service.jobs.messages import Analysed, Closed
 from marsupial_service.jobs.records import JobOutcome, JobRecord, JobRequest, JobSettings, JobState, Metrics, PlanRecord
 from marsupial_service.jobs.warm import load_planners
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, kept
+from marsupial_service.store import Store, StoreError, kept
 
 PRELOAD = (*engines.PRELOAD, work, load_planners)
 """What all workers need, loaded before they are forked."""
@@ -44,14 +44,12 @@ class Jobs(Entries[JobRecord]):
     def __init__(self, store: Store, settings: JobSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
         super().__init__(store, JOBS, settings, now_ms)
         self._settings = settings
-        self._work = asyncio.Event()
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
         self._storing = 0
 
     async def start(self) -> None:
-        """Take up what an earlier run left, and begin to run jobs. Raises StoreError."""
-        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms()))
+        """Take up what an earlier run left, and begin to run jobs."""
         await self._begin(PRELOAD)
         for _ in range(self._settings.slots):
             self._go(self._slot())
@@ -59,7 +57,6 @@ class Jobs(Entries[JobRecord]):
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; jobs under way go back into the queue, to go on at the next start."""
         self.leave()
-        self._work.set()
         for attempt in self._attempts.values():
             attempt.cancel()
         if not self._tasks:
@@ -84,7 +81,6 @@ class Jobs(Entries[JobRecord]):
             submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms()))
         finally:
             self._storing -= 1
-        self._work.set()
         return submitted
 
     async def plans(self, job: str) -> tuple[PlanRecord, ...]:
@@ -101,11 +97,7 @@ class Jobs(Entries[JobRecord]):
 
     async def cancel(self, job: str) -> JobRecord:
         """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: the job goes on."""
-        record = await self.write(lambda tx: table.cancel(tx, job, self.now_ms()))
-        attempt = self._attempts.get(job)
-        if attempt is not None:
-            attempt.cancel()
-        return record
+        return await self.write(lambda tx: table.cancel(tx, job, self.now_ms()))
 
     async def wait(self, job: str, seconds: float) -> JobRecord:
         """Return the job once it is over, or as it is after so many seconds or at `stop`. Raises UnknownEntry."""
@@ -126,17 +118,21 @@ class Jobs(Entries[JobRecord]):
         )
         return Metrics(states=states, outcomes=outcomes, slots=self._settings.slots, slots_in_use=len(self._attempts))
 
+    async def _take_up(self) -> None:
+        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms()))
+
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
         with suppress(InternalError):
             await asyncio.to_thread(processes.warm_up)
-        while not self.stopping:
-            self._work.clear()
-            claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
-            if claim is not None:
-                await self._attend(claim)
-            elif not self.stopping:
-                await self._work.wait()
+        with self._bells.bell(table.QUEUE) as bell:
+            while not self.stopping:
+                bell.clear()
+                claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+                if claim is not None:
+                    await self._attend(claim)
+                elif not self.stopping:
+                    await bell.wait()
 
     async def _attend(self, claim: table.Claim) -> None:
         """Do an attempt at a job and store how it ended."""
@@ -150,6 +146,7 @@ class Jobs(Entries[JobRecord]):
     async def _attempt(self, claim: table.Claim) -> Closed | Lost:
         attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self.now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
+        heed = asyncio.create_task(self._heed(attempt))
         try:
             if self.stopping:
                 attempt.cancel()
@@ -158,7 +155,17 @@ class Jobs(Entries[JobRecord]):
             log.exception("job failed", extra={"job": claim.id})
             return _failed(error)
         finally:
+            heed.cancel()
             del self._attempts[claim.id]
+
+    async def _heed(self, attempt: Attempt) -> None:
+        """End an attempt at a job that is cancelled, through whatever server."""
+        job = attempt.claim.id
+        with self._bells.bell(table.cancelled(job)) as bell, suppress(StoreError, UnknownEntry):
+            while (await self._existing(job)).finished_at_ms is None:
+                await bell.wait()
+                bell.clear()
+            attempt.cancel()
 
     async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
         """Store how an attempt ended."""
@@ -170,7 +177,6 @@ class Jobs(Entries[JobRecord]):
         again = await self.surely(lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms()))
         if again:
             log.warning("job interrupted", extra={"job": claim.id, "reason": end.reason or "the server stops"})
-            self._work.set()
 
 
 def _failed(error: Exception) -> Closed:

@@ -22,6 +22,9 @@ from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, J
 from marsupial_service.moments import timestamp
 from marsupial_service.store import Transaction
 
+QUEUE = "queue"
+"""The topic of jobs that wait to be claimed."""
+
 _LONGEST_RETRY_S = 60
 _LONGEST_DETAIL = 4000
 
@@ -38,10 +41,11 @@ class NewJob(NewEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
-    """An attempt at a job: what the worker needs, and `attempt`, without which it can't change the job."""
+    """An attempt at a job: what the worker needs, and `term`, without which it can't change the job."""
 
     number: int
     id: str
+    term: int
     attempt: int
     planner: str
     budget: Budget
@@ -66,6 +70,7 @@ def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> 
         )
         tx.insert("payloads", job=number, task=job.task, source=job.source)
         _tell_state(tx, number, now_ms)
+        tx.news.add(QUEUE)
 
     return JOBS.create(tx, job, add)
 
@@ -79,6 +84,11 @@ def _find_room(tx: Transaction, settings: JobSettings) -> None:
         raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)))
 
 
+def cancelled(job: str) -> str:
+    """Return the topic on which whoever works on a job hears that it is cancelled."""
+    return f"{job}/cancelled"
+
+
 def queue_full(retry_after_s: int) -> TooMany:
     """Return why a job is not taken."""
     return TooMany(f"the queue is full, try again in {retry_after_s} s", retry_after_s)
@@ -86,20 +96,26 @@ def queue_full(retry_after_s: int) -> TooMany:
 
 def claim(tx: Transaction, now_ms: int) -> Claim | None:
     """Take the job that has waited longest, if there is one: it is running from now on."""
-    row = tx.execute(
-        "SELECT number, id, planner, seconds, steps, attempts, started_ms, task FROM jobs JOIN payloads ON job = number"
-        " WHERE state = ? AND finished_ms IS NULL ORDER BY number LIMIT 1",
+    head = tx.execute(
+        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL ORDER BY number LIMIT 1" + tx.skip_locked,
         (JobState.QUEUED,),
     ).fetchone()
-    if row is None:
+    if head is None:
         return None
+    row = tx.execute(
+        "SELECT number, id, planner, seconds, steps, attempts, started_ms, task FROM jobs JOIN payloads ON job = number"
+        " WHERE number = ?",
+        (head["number"],),
+    ).fetchone()
     number, attempt = row["number"], row["attempts"] + 1
     started_ms = now_ms if row["started_ms"] is None else row["started_ms"]
     JOBS.move(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
+    term = JOBS.take_over(tx, number)
     _tell_state(tx, number, now_ms)
     best = _best(tx, number)
     budget = Budget(seconds=row["seconds"], steps=row["steps"])
-    return made_of(Claim, row, attempt=attempt, budget=budget, start=None if best is None else plan_of(best[1]))
+    start = None if best is None else plan_of(best[1])
+    return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
@@ -145,8 +161,9 @@ def finish(tx: Transaction, claim: Claim, closed: Closed, now_ms: int) -> bool:
 
 def cancel(tx: Transaction, job: str, now_ms: int) -> JobRecord:
     """Put a job into its final state, unless it is in one. Raises UnknownEntry."""
-    number = JOBS.existing(tx, job).number
+    number = JOBS.held(tx, job).number
     _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), now_ms)
+    tx.news.add(cancelled(job))
     return JOBS.existing(tx, job)
 
 
@@ -159,9 +176,11 @@ def give_back(tx: Transaction, claim: Claim, reason: str, settings: JobSettings,
 
 
 def recover(tx: Transaction, settings: JobSettings, now_ms: int) -> None:
-    """Put jobs that were running when the server died into the queue again, as `give_back` does."""
+    """Put jobs that were running when their server died into the queue again, as `give_back` does."""
     rows = tx.execute(
-        "SELECT number, attempts FROM jobs WHERE state = ? AND finished_ms IS NULL", (JobState.RUNNING,)
+        "SELECT number, attempts FROM jobs WHERE state = ? AND finished_ms IS NULL"
+        f" AND (holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}",
+        (JobState.RUNNING,),
     ).fetchall()
     for number, attempts in rows:
         _try_again(tx, number, attempts, "the server ended while it ran", settings, now_ms)
@@ -176,8 +195,8 @@ def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
 
 def _is_running(tx: Transaction, claim: Claim) -> bool:
     row = tx.execute(
-        "SELECT 1 FROM jobs WHERE number = ? AND state = ? AND attempts = ?",
-        (claim.number, JobState.RUNNING, claim.attempt),
+        f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{tx.row_lock}",
+        (claim.number, JobState.RUNNING, claim.term),
     ).fetchone()
     return row is not None
 
@@ -190,6 +209,7 @@ def _try_again(tx: Transaction, number: int, attempts: int, reason: str, setting
     counted = attempts if reason else attempts - 1
     JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
     _tell_state(tx, number, now_ms)
+    tx.news.add(QUEUE)
     return True
 
 

@@ -1,7 +1,8 @@
 """Keeps one mission going: starts its process, hands it the inputs, stores what it makes of them, replaces it.
 
 Whatever process there is gets all inputs from the first one. Turns that are stored must come out again as they are;
-the ones after them are new: they are stored, and only then published.
+the ones after them are new: they are stored, and by that published. A keeper whose turn is not taken, as the mission
+has ended or is another server's, is dismissed.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial_service.entries.service import Entries
 from marsupial_service.missions import table
 from marsupial_service.missions.host import fly
-from marsupial_service.missions.ledger import Ledger
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Brief, Event, EventType, Next, Turn
 from marsupial_service.store import StoreError
@@ -38,60 +38,57 @@ class Diverged(Exception):
     """A new process made something else of the same inputs: the mission can't be continued."""
 
 
+class Dismissed(Exception):
+    """The mission has ended, or another server has taken it over."""
+
+
 class Keeper:
-    """One open mission."""
+    """Keeps one open mission that this server holds."""
 
     def __init__(
         self,
         record: MissionRecord,
         brief: Brief,
-        ledger: Ledger,
         missions: Entries[MissionRecord],
         threads: Executor,
         memory_bytes: int,
     ) -> None:
         self.id = record.id
-        self.ledger = ledger
-        self.lock = asyncio.Lock()
-        self.inputs = record.inputs
-        self.turns = record.turns
+        self._turns = record.turns
         self._number = record.number
-        self.brief = brief
+        self._term = record.term
+        self._brief = brief
         self._missions = missions
         self._threads = threads
         self._memory_bytes = memory_bytes
-        self._came = asyncio.Event()
-
-    def came(self) -> None:
-        """Say that another input is stored."""
-        self.inputs += 1
-        self._came.set()
 
     async def keep(self) -> None:
-        """Keep the mission going until it has ended."""
+        """Keep the mission going until it has ended or is another server's."""
         failure = await self._resume()
         if failure is not None:
             missions = self._missions
-            await missions.surely(lambda tx: table.fail(tx, self.id, failure, missions.now_ms()))
+            await missions.surely(lambda tx: table.fail(tx, self.id, self._term, failure, missions.now_ms()))
 
     async def _resume(self) -> str | None:
-        """Follow one process after the other; return why that leads nowhere, None if the mission has ended."""
+        """Follow one process after the other; return why that leads nowhere, None if there is no more to do."""
         deaths = 0
         while True:
-            before = self.turns
+            before = self._turns
             try:
                 ended = await self._live()
             except StoreError as error:
                 log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
                 await asyncio.sleep(_RETRY_S)
                 continue
+            except Dismissed:
+                return None
             except Exception as error:
                 log.exception("a mission failed", extra={"mission": self.id})
                 return str(error)
             if ended is None:
                 return None
             log.warning("the process of a mission ended", extra={"mission": self.id, "reason": ended.detail})
-            deaths = 1 if self.turns > before else deaths + 1
+            deaths = 1 if self._turns > before else deaths + 1
             if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
                 return ended.detail
             await asyncio.sleep(_PAUSE_S * (deaths - 1))
@@ -99,7 +96,7 @@ class Keeper:
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
         limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
-        run = await self._started(Job(function=fly, argument=self.brief, limits=limits, talks=True))
+        run = await self._started(Job(function=fly, argument=self._brief, limits=limits, talks=True))
         loop, turns = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
             self._threads, run.follow, lambda turn: loop.call_soon_threadsafe(turns.put_nowait, turn)
@@ -140,26 +137,24 @@ class Keeper:
             due = await self._next(number)
 
     async def _take(self, number: int, turn: Turn) -> None:
-        if number < self.turns:
+        if number < self._turns:
             if await self._stored(number) != turn.events:
                 raise Diverged(f"what happened after report {number} can't be repeated: it comes out different")
             return
-        async with self.lock:
-            now_ms = self._missions.now_ms()
-            await self._missions.write(lambda tx: table.add_turn(tx, self.id, number, turn, now_ms))
-            for event in turn.events:
-                self.ledger.publish(event)
-            self.turns = number + 1
+        now_ms = self._missions.now_ms()
+        if not await self._missions.write(lambda tx: table.add_turn(tx, self.id, self._term, number, turn, now_ms)):
+            raise Dismissed
+        self._turns = number + 1
 
     async def _next(self, number: int) -> Next:
-        while self.inputs < number:
-            self._came.clear()
-            await self._came.wait()
-        found = await self._missions.read(lambda source: table.input_at(source, self._number, number))
+        with self._missions.bell(table.inputs_of(self.id)) as bell:
+            while (found := await self._missions.read(lambda s: table.input_at(s, self._number, number))) is None:
+                await bell.wait()
+                bell.clear()
         return Next(input=found, decisions=await self._decisions(number))
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
-        if number >= self.turns:
+        if number >= self._turns:
             return ()
         return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
 

@@ -47,6 +47,10 @@ class MissionRecord(StoredEntry):
         Of the plan that was made last.
     inputs, turns
         How much went in, and how many answers came out: an answer to the brief and then one to each input.
+    events
+        How many there are in those answers.
+    term
+        Counts the servers that have held it, see `marsupial_service.store.tables`.
     """
 
     state: MissionPhase
@@ -60,6 +64,8 @@ class MissionRecord(StoredEntry):
     revision: int
     inputs: int
     turns: int
+    events: int
+    term: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
+from contextlib import suppress
 
+from marsupial.model.grid import CellArray
 from marsupial_service.analyses.analysis import load_analysis
-from marsupial_service.entries.records import Created, TooMany
+from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.missions import host, table
 from marsupial_service.missions.keeper import Keeper
-from marsupial_service.missions.ledger import Conflict, Ledger
+from marsupial_service.missions.ledgers import Ledgers, brief
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, kept
+from marsupial_service.store import Store, StoreError, kept
+from marsupial_service.store.engine import Connection
 
 PRELOAD = (load_analysis, host.load_missions)
+_AT_A_TIME = 4
 
 
 class Missions(Entries[MissionRecord]):
@@ -31,22 +35,23 @@ class Missions(Entries[MissionRecord]):
         self._settings = settings
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
+        self._ledgers = Ledgers()
+        self._shown, self._showing = Ledgers(), threading.Lock()  # of what is committed, for the threads that read
 
     async def start(self) -> None:
-        """Take up the missions that an earlier run left open. Raises StoreError."""
+        """Begin to take up missions that are left open by others, or an earlier run."""
         await self._begin(PRELOAD)
-        for mission in await self.read(table.open_missions):
-            record = await self._existing(mission)
-            self._open(record, await self.brief(record), await self.ledger(record))
 
     async def stop(self) -> None:
-        """End streams and processes; open missions go on at the next start."""
+        """End streams and processes; open missions go on at the next start, or with another server."""
         self.leave()
         for task in self._tasks:
             task.cancel()
         if self._tasks:
             await asyncio.wait(self._tasks)
         self._threads.shutdown(wait=False)
+        with suppress(StoreError):
+            await self.write(table.leave)
 
     async def create(
         self, brief: Brief, digest: bytes, *, owner: str, idempotency_key: str | None = None
@@ -63,8 +68,8 @@ class Missions(Entries[MissionRecord]):
 
     async def brief(self, record: MissionRecord) -> Brief:
         """Return what a mission was created with."""
-        keeper = self._keepers.get(record.id)
-        return await self.read(lambda reader: table.brief(reader, record)) if keeper is None else keeper.brief
+        known = self._ledgers.brief(record.id)
+        return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
     async def report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
         """Take a report in; what is returned is committed. One that was taken before changes nothing.
@@ -85,10 +90,14 @@ class Missions(Entries[MissionRecord]):
         lines = await self.read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
-    async def ledger(self, record: MissionRecord) -> Ledger:
-        """Return what is known of a mission, the map included; not to be changed."""
-        keeper = self._keepers.get(record.id)
-        return await self.read(lambda reader: table.ledger(reader, record)) if keeper is None else keeper.ledger
+    async def known(self, record: MissionRecord) -> CellArray:
+        """Return what is known of the map after the last report."""
+
+        def cells(reader: Connection) -> CellArray:
+            with self._showing:
+                return self._shown.ledger(reader, MISSIONS.existing(reader, record.id)).cells.copy()
+
+        return await self.read(cells)
 
     async def counts(self) -> dict[MissionPhase, int]:
         """Return how many missions there are by state."""
@@ -97,36 +106,25 @@ class Missions(Entries[MissionRecord]):
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
         created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms()))
         if not created.replayed:
-            self._open(created.record, new.brief, Ledger(new.brief))
+            self._open(created.record, new.brief)
         return created
 
     async def _report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
-        keeper = self._keepers.get(record.id)
-        if keeper is None:
-            if (await self.ledger(record)).is_repeat(report.n, digest):
-                return record
-            raise Conflict(table.over(await self._existing(record.id)))
-        async with keeper.lock:
-            if keeper.ledger.is_repeat(report.n, digest):
-                return await self._existing(record.id)
-            if keeper.inputs - keeper.turns >= self._settings.backlog:
-                raise TooMany(f"{self._settings.backlog} reports wait for the planner")
-            keeper.ledger.check(report)
-            stored = await self.write(lambda tx: table.add_report(tx, record.id, report, digest, self.now_ms()))
-            keeper.ledger.take(report, digest)
-            keeper.came()
-            return stored
+        ledgers, most = self._ledgers, self._settings.backlog
+        return await self.write(
+            lambda tx: table.add_report(tx, ledgers, record.id, report, digest, most, self.now_ms())
+        )
 
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
-        keeper = self._keepers.get(mission)
-        async with nullcontext() if keeper is None else keeper.lock:
-            stored = await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))
-            if keeper is not None and stored.inputs > keeper.inputs:
-                keeper.came()
-            return stored
+        return await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))
 
-    def _open(self, record: MissionRecord, brief: Brief, ledger: Ledger) -> None:
-        keeper = Keeper(record, brief, ledger, self, self._threads, self._settings.memory_bytes)
+    async def _take_up(self) -> None:
+        while found := await self.write(lambda tx: table.take_up(tx, _AT_A_TIME)):
+            for record in found:
+                self._open(record, await self.brief(record))
+
+    def _open(self, record: MissionRecord, brief: Brief) -> None:
+        keeper = Keeper(record, brief, self, self._threads, self._settings.memory_bytes)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 
@@ -134,5 +132,5 @@ class Missions(Entries[MissionRecord]):
         try:
             await keeper.keep()
         finally:
-            if not self.stopping:
+            if not self.stopping and self._keepers.get(keeper.id) is keeper:
                 del self._keepers[keeper.id]

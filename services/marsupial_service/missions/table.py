@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import json
-import sqlite3
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
-from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.records import Created, NewEntry, TooMany, UnknownEntry
 from marsupial_service.entries.table import EntryTable, Reader, made_of
 from marsupial_service.missions import documents
-from marsupial_service.missions.ledger import Conflict, Ledger
+from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.ledgers import Ledgers, events
 from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
 from marsupial_service.store import Transaction, kept
+from marsupial_service.store.engine import Row
 
 
-def _record(row: sqlite3.Row) -> MissionRecord:
+def _record(row: Row) -> MissionRecord:
     return made_of(MissionRecord, row, state=MissionPhase(row["state"]))
 
 
@@ -43,7 +43,10 @@ class NewMission(NewEntry):
 
 
 def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int) -> Created[MissionRecord]:
-    """Store a mission, or find the one that the same request made before. Raises KeyReused, TooMany."""
+    """Store a mission, which is this server's, or find the one that the same request made before.
+
+    Raises KeyReused, TooMany.
+    """
 
     def add() -> None:
         (count,) = tx.execute("SELECT count(*) FROM missions WHERE finished_ms IS NULL").fetchone()
@@ -53,23 +56,37 @@ def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: 
         described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
         number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
+        MISSIONS.take_over(tx, number)
 
     return MISSIONS.create(tx, new, add)
 
 
-def add_report(tx: Transaction, mission: str, report: Report, digest: bytes, now_ms: int) -> MissionRecord:
-    """Store a report. Raises Conflict if the mission has ended."""
-    record = MISSIONS.existing(tx, mission)
+def add_report(
+    tx: Transaction, ledgers: Ledgers, mission: str, report: Report, digest: bytes, backlog: int, now_ms: int
+) -> MissionRecord:
+    """Judge and store a report; one that was taken before changes nothing.
+
+    Raises Conflict (also where the mission has ended), TooMany if `backlog` reports wait, UnknownEntry.
+    """
+    record = MISSIONS.held(tx, mission)
+    ledger = ledgers.ledger(tx, record)
+    if ledger.is_repeat(report.n, digest):
+        return record
     if record.state is MissionPhase.ENDED:
         raise Conflict(over(record))
+    if record.inputs + 1 - record.turns > backlog:
+        raise TooMany(f"{backlog} reports wait for the planner")
+    ledger.check(report)
     _add_input(tx, record, report, digest, now_ms)
     MISSIONS.change(tx, record.number, n=report.n, t_ms=report.t_ms)
-    return MISSIONS.existing(tx, mission)
+    stored = MISSIONS.existing(tx, mission)
+    tx.undone.append(ledgers.take(stored, report, digest))
+    return stored
 
 
 def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionRecord:
     """Store a wish that changes something. Raises Conflict if it comes too late, UnknownEntry."""
-    record = MISSIONS.existing(tx, mission)
+    record = MISSIONS.held(tx, mission)
     if MISSIONS.move(tx, record.number, WISHED[wish], now_ms):
         _add_input(tx, record, wish, None, now_ms)
     elif wish is not Wish.CANCEL and record.state is not WISHED[wish]:
@@ -77,10 +94,13 @@ def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionR
     return MISSIONS.existing(tx, mission)
 
 
-def add_turn(tx: Transaction, mission: str, number: int, turn: Turn, now_ms: int) -> bool:
-    """Store what a mission made of its first `number` inputs; say whether it was the turn that was due."""
-    record = MISSIONS.find(tx, mission)
-    if record is None or record.state is MissionPhase.ENDED or record.turns != number:
+def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, now_ms: int) -> bool:
+    """Store what a mission made of its first `number` inputs; say whether it was the turn that was due.
+
+    It is not if the mission has ended, or another server has taken it over since `term` began.
+    """
+    record = _of_term(tx, mission, term)
+    if record is None or record.turns != number:
         return False
     revision = max((documents.revision_of(event) for event in turn.events), default=0)
     MISSIONS.change(tx, record.number, turns=number + 1, revision=max(record.revision, revision))
@@ -92,37 +112,45 @@ def add_turn(tx: Transaction, mission: str, number: int, turn: Turn, now_ms: int
     return True
 
 
-def fail(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
-    """End a mission that can't go on, unless it has ended."""
-    record = MISSIONS.find(tx, mission)
-    if record is not None and MISSIONS.move(
-        tx, record.number, MissionPhase.ENDED, now_ms, status=Status.FAILED, reason=reason
-    ):
+def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
+    """End a mission that can't go on, unless it has ended or is another server's by now."""
+    record = _of_term(tx, mission, term)
+    if record is not None:
+        MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=Status.FAILED, reason=reason)
         data = documents.end(Status.FAILED, reason, record.t_ms)
         MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
 
 
-def open_missions(reader: Reader) -> tuple[str, ...]:
-    """Return the ids of the missions that have not ended."""
-    return tuple(row["id"] for row in reader.execute("SELECT id FROM missions WHERE finished_ms IS NULL"))
+def _of_term(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
+    """Return an open mission if that term of it still runs."""
+    try:
+        record = MISSIONS.held(tx, mission)
+    except UnknownEntry:
+        return None
+    return record if record.term == term and record.state is not MissionPhase.ENDED else None
 
 
-def brief(reader: Reader, record: MissionRecord) -> Brief:
-    """Return what a mission was created with."""
-    row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
-    found: Brief = kept.loads(row["brief"])
-    return found
+def take_up(tx: Transaction, most: int) -> tuple[MissionRecord, ...]:
+    """Make missions this server's that no server holds that is alive, at most so many."""
+    rows = tx.execute(
+        f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live}))"
+        f" ORDER BY number LIMIT ?{tx.skip_locked}",
+        (most,),
+    ).fetchall()
+    for number, _ in rows:
+        MISSIONS.take_over(tx, number)
+    return tuple(MISSIONS.existing(tx, mission) for _, mission in rows)
 
 
-def ledger(reader: Reader, record: MissionRecord) -> Ledger:
-    """Return the ledger of a mission, made from all that is stored of it."""
-    made = Ledger(brief(reader, record))
-    for event in _events(reader, record.number, "AND type = 'commands' ORDER BY seq"):
-        made.publish(event)
-    sql = "SELECT digest, data FROM mission_inputs WHERE mission = ? AND digest IS NOT NULL ORDER BY seq"
-    for digest, data in reader.execute(sql, (record.number,)):
-        made.take(kept.loads(data), digest)
-    return made
+def leave(tx: Transaction) -> None:
+    """Leave all open missions of this server to others."""
+    tx.execute("UPDATE missions SET holder = NULL WHERE holder = ? AND finished_ms IS NULL", (tx.server,))
+    tx.news.add(MISSIONS.left)
+
+
+def inputs_of(mission: str) -> str:
+    """Return the topic on which whoever carries a mission out hears of its inputs."""
+    return f"{mission}/inputs"
 
 
 def input_at(reader: Reader, number: int, seq: int) -> Input | None:
@@ -137,26 +165,21 @@ def input_at(reader: Reader, number: int, seq: int) -> Input | None:
 
 def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
     """Return the events of a turn of the mission with that number."""
-    return tuple(_events(reader, number, "AND turn = ? ORDER BY seq", turn))
+    return tuple(events(reader, number, "AND turn = ? ORDER BY seq", turn))
 
 
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
     """Return the lines of the mission's log; where it was restarted, since then."""
-    lines = [event.data for event in _events(reader, record.number, "AND type = 'log' ORDER BY seq")]
+    lines = [event.data for event in events(reader, record.number, "AND type = 'log' ORDER BY seq")]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()
-
-
-def _events(reader: Reader, number: int, rest: str, *values: object) -> Iterator[Event]:
-    sql = f"SELECT type, data FROM mission_events WHERE mission = ? {rest}"
-    for kind, data in reader.execute(sql, (number, *values)):
-        yield Event(EventType(kind), data)
 
 
 def _add_input(tx: Transaction, record: MissionRecord, data: Input, digest: bytes | None, now_ms: int) -> None:
     packed, seq = kept.dumps(data), record.inputs + 1
     tx.insert("mission_inputs", mission=record.number, seq=seq, digest=digest, data=packed, at_ms=now_ms)
     MISSIONS.change(tx, record.number, inputs=seq)
+    tx.news.add(inputs_of(record.id))
 
 
 def over(record: MissionRecord) -> Problem:

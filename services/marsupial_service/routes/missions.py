@@ -148,8 +148,8 @@ async def get_log(state: Service, mission: MissionOfPath) -> Response:
 async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
     missions = state.flying()
-    grid, ledger = (await missions.brief(mission)).grid, await missions.ledger(mission)
-    return json_answer(answers.KnownMapAnswer.of(grid, runs=runs_in(ledger.cells)))
+    grid, cells = (await missions.brief(mission)).grid, await missions.known(mission)
+    return json_answer(answers.KnownMapAnswer.of(grid, runs=runs_in(cells)))
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:

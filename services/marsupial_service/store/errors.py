@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class StoreError(Exception):
-    """Nothing was stored; the message says why (no space, no permission, a damaged file)."""
+    """Nothing was stored; the message says why (no space, no permission, a damaged file, no connection)."""
 
 
 class StoreInUse(StoreError):

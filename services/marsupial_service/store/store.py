@@ -1,92 +1,104 @@
-"""The store: a folder with one SQLite file, locked by one server; one thread writes, two read."""
+"""The store: a database in which one thread of this server writes and two read."""
 
 from __future__ import annotations
 
 import os
-import sqlite3
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from pathlib import Path
+from contextlib import suppress
 from typing import Any, TypeVar
 
-from marsupial_service.store import database, lock
+from marsupial_service.store.engine import Connection, Engine
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.failpoints import failpoints
 from marsupial_service.store.writer import Transaction, Writer
 
-FILE = "marsupial.sqlite"
 _READERS = 2
 
 T = TypeVar("T")
 
+Listener = Callable[[frozenset[str] | None], None]
+"""Is told on which topics there is news; None where there may be on any."""
+
 
 class Store:
-    """The store in `folder`, which is made if need be. Raises StoreInUse, StoreError."""
+    """The store of a database, which it closes in the end. Raises StoreError if that can't be used."""
 
-    def __init__(self, folder: Path) -> None:
-        self.path = folder / FILE
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
         points = failpoints(os.environ)
+        self._listeners: list[Listener] = []
         try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        except OSError as error:
-            raise StoreError(f"{folder}: {error.strerror}") from error
-        self._lock = lock.take(folder / "lock")
-        self._listeners: list[Callable[[frozenset[str]], None]] = []
-        try:
-            connection = database.open_for_writing(self.path)
+            self._writer = Writer(engine, points, self._tell)
         except BaseException:
-            os.close(self._lock)
+            engine.close()
             raise
-        self._writer = Writer(connection, points, self._tell)
         self._readers = ThreadPoolExecutor(_READERS, "store-reader")
         self._own = threading.local()
-        self._connections: list[sqlite3.Connection] = []
+        self._connections: list[Connection] = []
+        engine.listen(self._tell)
+
+    @property
+    def server(self) -> str:
+        """By what name other servers know this one."""
+        return self._engine.server
 
     def write(self, write: Callable[[Transaction], T]) -> Future[T]:
         """Run `write` in the thread that writes; the future has its result or exception once that is on disk.
 
-        Raises StoreError if the store is closed; in the future, if nothing could be stored.
+        It may be run more than once, if its transaction and another server's are in each other's way. Raises StoreError
+        if the store is closed; in the future, if nothing could be stored.
         """
         return self._writer.write(write)
 
-    def read(self, read: Callable[[sqlite3.Connection], T]) -> Future[T]:
+    def read(self, read: Callable[[Connection], T]) -> Future[T]:
         """Run `read` in a thread that reads, on what is committed at one moment. Raises StoreError as `write` does."""
         try:
             return self._readers.submit(self._read, read)
         except RuntimeError as error:
             raise StoreError("the store is closed") from error
 
-    def listen(self, listener: Callable[[frozenset[str]], None]) -> None:
-        """Have `listener` called after every commit that has news, with their topics, by the thread that writes."""
+    def listen(self, listener: Listener) -> None:
+        """Have `listener` called, by whatever thread, after every commit of any server that has news."""
         self._listeners.append(listener)
 
     def close(self) -> None:
-        """Commit what is under way, and let go of the folder."""
+        """Commit what is under way, and let go of the database."""
         self._writer.close()
         self._readers.shutdown()
         for connection in self._connections:
             connection.close()
-        os.close(self._lock)
+        self._engine.close()
 
-    def _tell(self, topics: frozenset[str]) -> None:
+    def _tell(self, topics: frozenset[str] | None) -> None:
         for listener in self._listeners:
             listener(topics)
 
-    def _read(self, read: Callable[[sqlite3.Connection], Any]) -> Any:
+    def _read(self, read: Callable[[Connection], Any]) -> Any:
         try:
             connection = self._connection()
-            connection.execute("BEGIN")
+            connection.execute(self._engine.begin_reading)
             try:
                 return read(connection)
             finally:
                 connection.execute("COMMIT")
-        except sqlite3.Error as error:
+        except self._engine.errors as error:
+            self._forget()
             raise StoreError(f"nothing can be read: {error}") from error
 
-    def _connection(self) -> sqlite3.Connection:
-        found: sqlite3.Connection | None = getattr(self._own, "connection", None)
+    def _connection(self) -> Connection:
+        found: Connection | None = getattr(self._own, "connection", None)
         if found is None:
-            found = self._own.connection = database.open_for_reading(self.path)
+            found = self._own.connection = self._engine.reader()
             self._connections.append(found)
         return found
+
+    def _forget(self) -> None:
+        """Close the connection of this thread: it may be broken."""
+        found: Connection | None = getattr(self._own, "connection", None)
+        if found is not None:
+            self._own.connection = None
+            self._connections.remove(found)
+            with suppress(*self._engine.errors):
+                found.close()

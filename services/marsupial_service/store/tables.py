@@ -1,9 +1,17 @@
-"""The tables of version 1: jobs and missions, each with their events, and what belongs to one kind only.
+"""The tables: jobs and missions, each with their events, and what belongs to one kind only.
 
 The events of turn k of a mission are what it made of its first k inputs. They are stored together or not at all.
+An entry that is being worked on has a `holder`, one of the `servers`, and its `term` counts those it has had: what a
+holder of an earlier term writes comes too late.
+
+They are written in the words of SQLite; a database of an earlier version is brought up to date step by step.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+
+from marsupial_service.store.errors import StoreError
 
 
 def _entries(name: str, own: str) -> str:
@@ -110,7 +118,7 @@ CREATE TABLE mission_inputs (
 CREATE INDEX mission_events_by_turn ON mission_events (mission, turn, seq);
 """
 
-TABLES = "".join(
+_FIRST = "".join(
     (
         _JOBS,
         _events("events", "job", "jobs"),
@@ -120,3 +128,26 @@ TABLES = "".join(
         _OF_MISSIONS,
     )
 )
+
+_HOLDERS = """
+CREATE TABLE servers (
+    id TEXT PRIMARY KEY,
+    beat_s REAL NOT NULL
+) STRICT;
+ALTER TABLE jobs ADD COLUMN holder TEXT;
+ALTER TABLE jobs ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE missions ADD COLUMN holder TEXT;
+ALTER TABLE missions ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
+"""
+
+_STEPS = (_FIRST, _HOLDERS)
+"""What leads from each version to the next; 0 is a database without tables."""
+
+VERSION = len(_STEPS)
+
+
+def steps(version: int, place: str) -> Sequence[str]:
+    """Return what leads from `version` to this one. Raises StoreError if that is a later one."""
+    if not 0 <= version <= VERSION:
+        raise StoreError(f"{place}: its tables have version {version}, this is for version {VERSION}")
+    return _STEPS[version:]

@@ -8,35 +8,59 @@ the disk fails, the whole group is taken back and every caller in it is told.
 from __future__ import annotations
 
 import queue
-import sqlite3
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
+from contextlib import suppress
 from typing import Any
 
 from marsupial_service.store import failpoints
+from marsupial_service.store.engine import Connection, Engine, Rows
 from marsupial_service.store.errors import StoreError
 
 _LARGEST_GROUP = 256
-_REFUSALS = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
+_MOST_CLASHES = 20
 
 
 class Transaction:
-    """What a write works with; `news` are the topics whose followers are to be told after the commit."""
+    """What a write works with.
 
-    def __init__(self, connection: sqlite3.Connection) -> None:
+    Attributes
+    ----------
+    news
+        The topics whose followers are to be told after the commit.
+    undone
+        Called if nothing of the transaction is stored.
+    server
+        The name of the server whose write it is.
+    """
+
+    def __init__(self, engine: Engine, connection: Connection) -> None:
+        self._engine = engine
         self._connection = connection
+        self.server = engine.server
+        self.row_lock = engine.row_lock
+        self.skip_locked = engine.skip_locked
+        self.live = engine.live
         self.news: set[str] = set()
+        self.undone: list[Callable[[], None]] = []
 
-    def execute(self, sql: str, values: Iterable[Any] = ()) -> sqlite3.Cursor:
+    def execute(self, sql: str, values: Iterable[Any] = ()) -> Rows:
         """Run one statement."""
         return self._connection.execute(sql, tuple(values))
 
-    def insert(self, table: str, **columns: Any) -> int:
-        """Add a row to a table, and return its number."""
+    def insert(self, table: str, **columns: Any) -> None:
+        """Add a row to a table."""
         places = ", ".join("?" * len(columns))
-        sql = f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({places})"
-        return self.execute(sql, columns.values()).lastrowid or 0
+        self.execute(f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({places})", columns.values())
+
+    def lock(self, name: str) -> None:
+        """Wait until no other server is between here and the end of a transaction with the same `name`."""
+        self._engine.lock(self._connection, name)
+
+    def shrink(self) -> None:
+        """Give back space that is no longer used."""
+        self._engine.shrink(self._connection)
 
 
 class _Errand:
@@ -46,17 +70,18 @@ class _Errand:
         self.result: Any = None
         self.refusal: Exception | None = None
 
-    def run(self, transaction: Transaction) -> None:
+    def run(self, transaction: Transaction, engine: Engine) -> None:
         """Do it; its changes are taken back if it refuses."""
+        self.refusal = None
         transaction.execute("SAVEPOINT errand")
         try:
             self.result = self.write(transaction)
         except Exception as error:
-            if isinstance(error, sqlite3.Error) and not isinstance(error, _REFUSALS):
+            if isinstance(error, engine.errors) and not isinstance(error, engine.refusals):
                 raise
             self.refusal = error
-            transaction.execute("ROLLBACK TO errand")
-        transaction.execute("RELEASE errand")
+            transaction.execute("ROLLBACK TO SAVEPOINT errand")
+        transaction.execute("RELEASE SAVEPOINT errand")
 
     def tell(self) -> None:
         """Tell its result, once committed."""
@@ -67,25 +92,21 @@ class _Errand:
 
 
 class Writer:
-    """The thread; `tell` is called in it after every commit, with the topics that have news."""
+    """The thread; `tell` is called in it after every commit, with the topics that have news. Raises StoreError."""
 
-    def __init__(
-        self,
-        connection: sqlite3.Connection,
-        points: failpoints.Failpoints,
-        tell: Callable[[frozenset[str]], None],
-    ) -> None:
-        self._connection = connection
+    def __init__(self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str]], None]) -> None:
+        self._engine = engine
+        self._connection: Connection | None = engine.writer()
         self._points = points
         self._tell = tell
         self._errands: queue.SimpleQueue[_Errand | None] = queue.SimpleQueue()
-        self._closed = False
         self._lock = threading.Lock()
-        self._thread = threading.Thread(target=self._run, name="store-writer", daemon=True)
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="store-writer")
         self._thread.start()
 
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
-        """Have a write done; the result comes after its commit. Raises StoreError as `Store.write` says."""
+        """Have `write` done; its result comes after its commit. Raises StoreError as `Store.write` says."""
         errand = _Errand(write)
         with self._lock:
             if self._closed:
@@ -99,7 +120,8 @@ class Writer:
             self._closed = True
             self._errands.put(None)
         self._thread.join()
-        self._connection.close()
+        if self._connection is not None:
+            self._connection.close()
 
     def _run(self) -> None:
         while (first := self._errands.get()) is not None:
@@ -110,30 +132,55 @@ class Writer:
                     last = True
                 else:
                     group.append(errand)
-            self._do([errand for errand in group if errand.future.set_running_or_notify_cancel()])
+            group = [errand for errand in group if errand.future.set_running_or_notify_cancel()]
+            if not self._done(group):
+                for errand in group:  # each by itself: others can't wait for one while it waits for them
+                    clashes = 0
+                    while not self._done([errand], clashes >= _MOST_CLASHES):
+                        clashes += 1
             if last:
                 return
 
-    def _do(self, group: list[_Errand]) -> None:
-        transaction = Transaction(self._connection)
+    def _done(self, group: list[_Errand], last_try: bool = False) -> bool:
+        """Do a group of errands and tell how that ended; say no if it is to be tried again."""
+        transaction = None
         try:
-            self._connection.execute("BEGIN IMMEDIATE")
+            connection = self._connection = self._connection or self._engine.writer()
+            transaction = Transaction(self._engine, connection)
+            connection.execute(self._engine.begin)
             for errand in group:
-                errand.run(transaction)
+                errand.run(transaction, self._engine)
+            news = frozenset(transaction.news)
+            if news:
+                self._engine.tell(connection, news)
             self._points.reach(failpoints.BEFORE_COMMIT)
-            self._connection.execute("COMMIT")
+            connection.execute("COMMIT")
         except BaseException as error:
+            self._take_back(transaction)
+            if self._engine.clashed(error) and not last_try:
+                return False
             self._fail(group, error)
-            return
+            return True
         self._points.reach(failpoints.AFTER_COMMIT)
         for errand in group:
             errand.tell()
-        if transaction.news:
-            self._tell(frozenset(transaction.news))
+        if news:
+            self._tell(news)
+        return True
+
+    def _take_back(self, transaction: Transaction | None) -> None:
+        if transaction is not None:
+            for undone in transaction.undone:
+                undone()
+        if self._connection is not None:
+            try:
+                self._connection.execute("ROLLBACK")
+            except self._engine.errors:  # no transaction was begun, or the connection is broken
+                with suppress(*self._engine.errors):
+                    self._connection.close()
+                self._connection = None
 
     def _fail(self, group: list[_Errand], error: BaseException) -> None:
-        if self._connection.in_transaction:
-            self._connection.execute("ROLLBACK")
         for errand in group:
             told = StoreError(f"nothing was stored: {error}")
             told.__cause__ = error

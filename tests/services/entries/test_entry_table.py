@@ -1,13 +1,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from marsupial_service.entries.records import EntrySettings, KeyReused, NewEntry
 from marsupial_service.jobs.lookup import JOBS
-from marsupial_service.store import Store, Transaction
+from marsupial_service.store import Store, Transaction, open_store
 
 NEW = (
     "INSERT INTO jobs (id, owner, idempotency_key, digest, planner, state, created_ms, queued_ms, finished_ms)"
@@ -16,8 +15,8 @@ NEW = (
 
 
 @pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    opened = Store(tmp_path)
+def store(place: str) -> Iterator[Store]:
+    opened = open_store(place)
 
     def fill(tx: Transaction) -> None:
         for name, key, finished_ms in (("a", "k", 100), ("b", None, 200), ("c", None, 300), ("open", None, None)):
@@ -56,7 +55,7 @@ def test_what_is_too_old_or_too_much_goes_and_what_is_open_stays(
     store: Store, before_ms: int, kept: int, most: int, left: list[str]
 ) -> None:
     told: list[frozenset[str]] = []
-    store.listen(told.append)
+    store.listen(lambda topics: told.append(topics or frozenset()))
     settings = EntrySettings(retention_s=0, kept=kept)
     removed = store.write(lambda tx: JOBS.remove_old(tx, settings, before_ms, most)).result()
     found = store.read(lambda c: [row[0] for row in c.execute("SELECT id FROM jobs ORDER BY id")]).result()

@@ -20,9 +20,9 @@ SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{doma
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
 
 
-def open_jobs(folder: Path, **settings: object) -> AbstractAsyncContextManager[Jobs]:
+def open_jobs(place: Path | str, **settings: object) -> AbstractAsyncContextManager[Jobs]:
     """Give the jobs of a folder, one at a time unless told otherwise."""
-    return opened(folder, lambda store: Jobs(store, JobSettings(**{"slots": 1, **settings})))
+    return opened(place, lambda store: Jobs(store, JobSettings(**{"slots": 1, **settings})))
 
 
 def request(

@@ -30,9 +30,9 @@ def nothing_left() -> Iterator[None]:
     assert nothing_runs()
 
 
-def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(tmp_path: Path) -> None:
+def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             submitted = await jobs.submit(request(), owner="me")
             assert (submitted.record.state, submitted.replayed) == (JobState.QUEUED, False)
             events = await told(jobs, submitted.record.id)
@@ -54,11 +54,11 @@ def test_a_job_goes_from_queued_to_its_end_and_tells_every_step(tmp_path: Path) 
     asyncio.run(run())
 
 
-def test_revisions_improve_strictly_are_valid_and_are_what_events_told(tmp_path: Path) -> None:
+def test_revisions_improve_strictly_are_valid_and_are_what_events_told(place: str) -> None:
     situation = many_rooms(2, 2, 12, 5)
 
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
             events = await told(jobs, job)
             plans = await jobs.plans(job)
@@ -75,9 +75,9 @@ def test_revisions_improve_strictly_are_valid_and_are_what_events_told(tmp_path:
     asyncio.run(run())
 
 
-def test_a_stream_taken_up_anywhere_equals_one_never_interrupted(tmp_path: Path) -> None:
+def test_a_stream_taken_up_anywhere_equals_one_never_interrupted(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             job = await submit(jobs, request(many_rooms(2, 2, 12, 5), "anytime", seconds=None, steps=300))
             live = [asyncio.create_task(told(jobs, job)) for _ in range(20)]
             live += [asyncio.create_task(told(jobs, job, after)) for after in range(4)]
@@ -91,17 +91,17 @@ def test_a_stream_taken_up_anywhere_equals_one_never_interrupted(tmp_path: Path)
     asyncio.run(run())
 
 
-def test_the_stream_of_a_job_there_is_not_ends_at_once(tmp_path: Path) -> None:
+def test_the_stream_of_a_job_there_is_not_ends_at_once(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             assert await told(jobs, "nobody") == []
 
     asyncio.run(run())
 
 
-def test_the_same_key_gives_the_same_job_and_another_request_is_refused(tmp_path: Path) -> None:
+def test_the_same_key_gives_the_same_job_and_another_request_is_refused(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             together = [jobs.submit(request(), owner="me", idempotency_key="k") for _ in range(8)]
             answers = await asyncio.gather(*together)
             assert len({answer.record.id for answer in answers}) == 1
@@ -118,11 +118,11 @@ def test_the_same_key_gives_the_same_job_and_another_request_is_refused(tmp_path
     asyncio.run(run())
 
 
-def test_ten_times_the_queue_is_refused_and_takes_no_memory(tmp_path: Path) -> None:
+def test_ten_times_the_queue_is_refused_and_takes_no_memory(place: str, tmp_path: Path) -> None:
     big = {"map": "x" * MIB}
 
     async def run() -> tuple[int, int]:
-        async with open_jobs(tmp_path, queue=4) as jobs:
+        async with open_jobs(place, queue=4) as jobs:
             wanted = request(Waits(tmp_path))
             object.__setattr__(wanted, "source", big)
             first = await submit(jobs, wanted)
@@ -147,9 +147,9 @@ def test_ten_times_the_queue_is_refused_and_takes_no_memory(tmp_path: Path) -> N
     assert peak < 20 * MIB
 
 
-def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(tmp_path: Path) -> None:
+def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path, slots=2) as jobs:
+        async with open_jobs(place, slots=2) as jobs:
             ids = [await submit(jobs, request(one_hall() if i % 2 else one_room())) for i in range(12)]
             most = 0
             async with asyncio.timeout(60):
@@ -162,9 +162,9 @@ def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(tmp_pa
     asyncio.run(run())
 
 
-def test_a_queued_job_is_cancelled_without_ever_running(tmp_path: Path) -> None:
+def test_a_queued_job_is_cancelled_without_ever_running(place: str, tmp_path: Path) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             first, second = await submit(jobs, request(Waits(tmp_path))), await submit(jobs)
             job = await jobs.cancel(second)
             assert (job.state, job.outcome, job.attempts) == (JobState.CANCELLED, JobOutcome.CANCELLED, 0)
@@ -176,15 +176,15 @@ def test_a_queued_job_is_cancelled_without_ever_running(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("task", [Escapes, Paralyses])
 def test_a_running_job_is_cancelled_with_all_it_started_and_the_next_one_runs(
-    tmp_path: Path, task: type[Escapes] | type[Paralyses]
+    place: str, tmp_path: Path, task: type[Escapes] | type[Paralyses]
 ) -> None:
     async def run() -> int:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             first, second = await submit(jobs, request(task(tmp_path))), await submit(jobs)
             grandchild = await pid_in(tmp_path)
             job = await jobs.cancel(first)
             assert (job.state, job.outcome) == (JobState.CANCELLED, JobOutcome.CANCELLED)
-            assert is_gone(grandchild, within_s=2)
+            assert await asyncio.to_thread(is_gone, grandchild, within_s=2)
             assert await jobs.cancel(first) == job
             assert (await ended(jobs, second)).state is JobState.SUCCEEDED
             return grandchild
@@ -192,9 +192,9 @@ def test_a_running_job_is_cancelled_with_all_it_started_and_the_next_one_runs(
     asyncio.run(run())
 
 
-def test_a_cancelled_job_keeps_its_best_plan(tmp_path: Path) -> None:
+def test_a_cancelled_job_keeps_its_best_plan(place: str, tmp_path: Path) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
+        async with open_jobs(place, commands={"slow": f"{SLOW} {tmp_path / 'go'}"}) as jobs:
             job = await submit(jobs, request(planner="slow"))
             await planned(jobs, job)
             cancelled = await jobs.cancel(job)
@@ -206,9 +206,9 @@ def test_a_cancelled_job_keeps_its_best_plan(tmp_path: Path) -> None:
     asyncio.run(run())
 
 
-def test_cancelling_at_any_moment_leads_to_one_end(tmp_path: Path) -> None:
+def test_cancelling_at_any_moment_leads_to_one_end(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path, slots=2) as jobs:
+        async with open_jobs(place, slots=2) as jobs:
             for turn in range(30):
                 job = await submit(jobs, request(one_hall()))
                 follower = asyncio.create_task(told(jobs, job))
@@ -225,9 +225,9 @@ def test_cancelling_at_any_moment_leads_to_one_end(tmp_path: Path) -> None:
     asyncio.run(run())
 
 
-def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(tmp_path: Path) -> None:
+def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             with pytest.raises(UnknownEntry):
                 await jobs.cancel("nobody")
             with pytest.raises(UnknownEntry):
@@ -237,9 +237,9 @@ def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("planner", ["greedy", "tamer"])
-def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, planner: str) -> None:
+def test_at_its_limit_a_job_is_ended_with_all_it_started(place: str, tmp_path: Path, planner: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=3))
             grandchild = await pid_in(tmp_path)
             done = await ended(jobs, job)
@@ -249,9 +249,9 @@ def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, planner
     asyncio.run(run())
 
 
-def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(tmp_path: Path) -> None:
+def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             job = await submit(jobs, request(Ordinary()))
             assert (await ended(jobs, job)).outcome is JobOutcome.SATISFICING
             analysis = await jobs.analysis(job)
@@ -266,10 +266,10 @@ def test_a_map_is_analysed_by_the_worker_and_what_it_found_is_kept(tmp_path: Pat
     asyncio.run(run())
 
 
-def test_each_way_to_end_has_its_outcome(tmp_path: Path) -> None:
+def test_each_way_to_end_has_its_outcome(place: str) -> None:
     async def run() -> None:
         async with open_jobs(
-            tmp_path, memory_bytes=400 * MIB, commands={"gone": "cmd:./nowhere {domain} {problem}"}
+            place, memory_bytes=400 * MIB, commands={"gone": "cmd:./nowhere {domain} {problem}"}
         ) as jobs:
             cases = {
                 await submit(jobs, request(out_of_reach())): (JobOutcome.UNSOLVABLE, "t2"),
@@ -295,9 +295,9 @@ def test_each_way_to_end_has_its_outcome(tmp_path: Path) -> None:
     asyncio.run(run())
 
 
-def test_an_owner_sees_only_their_own_jobs_the_newest_first(tmp_path: Path) -> None:
+def test_an_owner_sees_only_their_own_jobs_the_newest_first(place: str) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             mine = [await submit(jobs) for _ in range(3)]
             other = (await jobs.submit(request(), owner="you")).record.id
             assert await jobs.get(other, "me") is None
@@ -312,9 +312,9 @@ def test_an_owner_sees_only_their_own_jobs_the_newest_first(tmp_path: Path) -> N
     asyncio.run(run())
 
 
-def test_waiting_returns_at_the_end_or_after_the_time_given(tmp_path: Path) -> None:
+def test_waiting_returns_at_the_end_or_after_the_time_given(place: str, tmp_path: Path) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             job = await submit(jobs, request(Waits(tmp_path)))
             assert (await jobs.wait(job, 0.05)).outcome is None
             (tmp_path / "go").touch()
@@ -323,13 +323,13 @@ def test_waiting_returns_at_the_end_or_after_the_time_given(tmp_path: Path) -> N
     asyncio.run(run())
 
 
-def test_finished_jobs_are_removed_when_too_old_or_too_many(tmp_path: Path) -> None:
+def test_finished_jobs_are_removed_when_too_old_or_too_many(place: str) -> None:
     async def run(**settings: object) -> list[str]:
-        async with open_jobs(tmp_path, **settings) as jobs:
+        async with open_jobs(place, **settings) as jobs:
             ids = [await submit(jobs) for _ in range(3)]
             for job in ids:
                 await ended(jobs, job)
-        async with open_jobs(tmp_path, **settings) as jobs:
+        async with open_jobs(place, **settings) as jobs:
             async with asyncio.timeout(10):
                 while sum((await jobs.metrics()).states.values()) > 2:
                     await asyncio.sleep(0.01)
@@ -340,9 +340,9 @@ def test_finished_jobs_are_removed_when_too_old_or_too_many(tmp_path: Path) -> N
     assert len(asyncio.run(run(retention_s=0.0))) == 3
 
 
-def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(tmp_path: Path) -> None:
+def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(place: str, tmp_path: Path) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             job = await submit(jobs, request(Waits(tmp_path)))
             await pid_in(tmp_path)  # the only slot is taken: nobody else writes
             jobs._store._writer._points = failpoints.failpoints({failpoints.VARIABLE: "before_commit=disk_full@1"})
@@ -357,9 +357,9 @@ def test_a_job_that_can_not_be_stored_is_refused_and_leaves_nothing(tmp_path: Pa
 
 
 @pytest.mark.parametrize("write", range(1, 5))
-def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(tmp_path: Path, write: int) -> None:
+def test_a_disk_that_is_full_for_a_moment_costs_an_attempt_at_most(place: str, tmp_path: Path, write: int) -> None:
     async def run() -> None:
-        async with open_jobs(tmp_path) as jobs:
+        async with open_jobs(place) as jobs:
             job = await submit(jobs, request(Waits(tmp_path)))
             await pid_in(tmp_path)
             armed = {failpoints.VARIABLE: f"before_commit=disk_full@{write}"}

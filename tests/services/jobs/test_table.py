@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TypeVar
 
 import pytest
@@ -14,7 +13,7 @@ from marsupial_service.jobs.documents import actions_text, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
 from marsupial_service.jobs.records import JobOutcome, JobRecord, JobSettings, JobState
-from marsupial_service.store import Store, Transaction
+from marsupial_service.store import Store, Transaction, open_store
 
 SETTINGS = JobSettings(slots=1, queue=2, max_attempts=2)
 DONE = Closed(outcome=JobOutcome.SATISFICING)
@@ -49,13 +48,20 @@ class Table:
         assert claim is not None
         return claim
 
+    def recover(self, now_ms: int) -> None:
+        self.do(lambda tx: table.recover(tx, SETTINGS, now_ms))
+
+    def die(self) -> None:
+        """Be no longer among the servers that are alive."""
+        self.do(lambda tx: tx.execute("DELETE FROM servers"))
+
     def job(self, job: str = "j") -> JobRecord:
         return self.store.read(lambda c: JOBS.existing(c, job)).result(10)
 
 
 @pytest.fixture
-def jobs(tmp_path: Path) -> Iterator[Table]:
-    store = Store(tmp_path)
+def jobs(place: str) -> Iterator[Table]:
+    store = open_store(place)
     yield Table(store)
     store.close()
 
@@ -74,6 +80,28 @@ def test_a_job_is_finished_once_by_its_own_attempt_only(jobs: Table) -> None:
     assert not jobs.do(lambda tx: table.finish(tx, second, DONE, 6))
     jobs.do(lambda tx: table.cancel(tx, "j", 7))
     assert (jobs.job().state, jobs.job().finished_at_ms) == (JobState.SUCCEEDED, 5)
+
+
+def test_what_a_server_does_that_lost_its_job_unknowingly_is_not_kept(jobs: Table) -> None:
+    jobs.add()
+    first = jobs.claim()
+    jobs.die()
+    jobs.recover(3)
+    second = jobs.claim()
+    assert (second.attempt, second.term) == (first.attempt + 1, first.term + 1)
+    assert not jobs.do(lambda tx: table.add_plan(tx, first, found(10), 4))
+    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
+    assert not jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 4))
+    assert jobs.do(lambda tx: table.finish(tx, second, DONE, 5))
+
+
+def test_a_job_given_back_uncounted_is_not_the_former_holders_again(jobs: Table) -> None:
+    jobs.add()
+    first = jobs.claim()
+    assert jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 3))
+    second = jobs.claim()
+    assert second.attempt == first.attempt
+    assert not jobs.do(lambda tx: table.finish(tx, first, DONE, 4))
 
 
 def test_what_an_attempt_sends_too_late_is_not_kept(jobs: Table) -> None:
@@ -111,10 +139,13 @@ def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) ->
         assert jobs.do(lambda tx, claim=claim: table.give_back(tx, claim, "", SETTINGS, 3))
     assert jobs.job().attempts == 0
     jobs.claim()
-    jobs.do(lambda tx: table.recover(tx, SETTINGS, 4))
+    jobs.recover(4)
+    assert (jobs.job().state, jobs.job().attempts) == (JobState.RUNNING, 1)
+    jobs.die()
+    jobs.recover(4)
     assert (jobs.job().state, jobs.job().attempts) == (JobState.QUEUED, 1)
     jobs.claim()
-    jobs.do(lambda tx: table.recover(tx, SETTINGS, 5))
+    jobs.recover(5)
     assert (jobs.job().outcome, jobs.job().attempts) == (JobOutcome.ENGINE_FAILED, 2)
 
 

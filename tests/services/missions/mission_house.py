@@ -44,8 +44,8 @@ def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
     return SimulatedTeam(world.grid, {kind.name: kind for kind in world.robot_types}, place_team(world, seed))
 
 
-def open_missions(folder: Path, **settings: object) -> AbstractAsyncContextManager[Missions]:
-    return opened(folder, lambda store: Missions(store, MissionSettings(**settings)))  # type: ignore[arg-type]
+def open_missions(place: Path | str, **settings: object) -> AbstractAsyncContextManager[Missions]:
+    return opened(place, lambda store: Missions(store, MissionSettings(**settings)))  # type: ignore[arg-type]
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:

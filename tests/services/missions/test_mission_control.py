@@ -7,7 +7,6 @@ import contextlib
 import json
 import random
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -36,11 +35,11 @@ def ended(log: str) -> MissionEnded:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(tmp_path: Path, seed: int) -> None:
+def test_a_mission_that_is_paused_and_resumed_at_any_moment_gets_there(place: str, seed: int) -> None:
     draw = random.Random(seed)
 
     async def fly() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions)
             driver = Driver(team())
             with contextlib.suppress(Conflict):  # a wish that came after the last report: it is over, as is seen below
@@ -73,9 +72,9 @@ def assert_only_stops_while_paused(driver: Driver) -> None:
 
 
 @pytest.mark.parametrize("reports", [0, 1, 20])
-def test_a_mission_is_cancelled_once_with_its_stop_report(tmp_path: Path, reports: int) -> None:
+def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, reports: int) -> None:
     async def fly() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions)
             driver = Driver(team())
             if reports:
@@ -119,9 +118,9 @@ def clumsy_team() -> Clumsy:
     return made  # type: ignore[return-value]
 
 
-def test_a_command_that_fails_is_followed_by_a_new_plan(tmp_path: Path) -> None:
+def test_a_command_that_fails_is_followed_by_a_new_plan(place: str) -> None:
     async def fly() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions)
             driver = Driver(clumsy_team())
             assert await driver.drive(missions, record)
@@ -133,9 +132,9 @@ def test_a_command_that_fails_is_followed_by_a_new_plan(tmp_path: Path) -> None:
     run(fly())
 
 
-def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(tmp_path: Path) -> None:
+def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(place: str) -> None:
     async def fly() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions)
             stubborn = clumsy_team()
             stubborn.fails = staticmethod(lambda _: True)  # type: ignore[method-assign]
@@ -150,13 +149,13 @@ def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(tmp_
     run(fly())
 
 
-def test_a_changed_map_begins_the_mission_anew_and_revisions_go_on(tmp_path: Path) -> None:
+def test_a_changed_map_begins_the_mission_anew_and_revisions_go_on(place: str) -> None:
     async def fly() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions)
             driver = Driver(team())
             assert not await driver.drive(missions, record, 12)
-            cells = (await missions.ledger(record)).cells.copy()
+            cells = await missions.known(record)
             y, x = (int(axis[0]) for axis in (cells == 1).nonzero())
 
             def changed(report: dict[str, Any]) -> dict[str, Any]:

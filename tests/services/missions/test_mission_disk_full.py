@@ -23,8 +23,8 @@ from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.state import state_of
-from marsupial_service.store import Store, failpoints
-from marsupial_service.store.store import FILE
+from marsupial_service.store import Store, failpoints, open_store
+from marsupial_service.store.sqlite import FILE
 
 URL = "http://127.0.0.1"
 
@@ -51,7 +51,7 @@ class Service:
 @asynccontextmanager
 async def serving(folder: Path) -> AsyncIterator[Service]:
     app = create_app(ServiceSettings(data=folder))
-    store = state_of(app).store = Store(folder)
+    store = state_of(app).store = open_store(folder)
     transport = httpx.ASGITransport(app)
     async with app.router.lifespan_context(app), httpx.AsyncClient(transport=transport, base_url=URL) as http:
         yield Service(http, state_of(app).flying(), store)

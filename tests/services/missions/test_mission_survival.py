@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import random
-import sqlite3
-from pathlib import Path
 
 import psutil
 import pytest
@@ -16,7 +14,7 @@ from undisturbed import undisturbed
 
 from marsupial_service.missions.records import MissionPhase
 from marsupial_service.missions.service import Missions
-from marsupial_service.store.store import FILE
+from marsupial_service.store import open_store
 
 
 async def kill_now_and_then(seed: int, times: int) -> None:
@@ -31,9 +29,9 @@ async def kill_now_and_then(seed: int, times: int) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 9))])
-def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(tmp_path: Path, seed: int) -> None:
+def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened(place: str, seed: int) -> None:
     async def fly() -> tuple[str, Driver]:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions)
             driver = Driver(team())
             killing = asyncio.create_task(kill_now_and_then(seed, 6))
@@ -53,12 +51,12 @@ async def stream(missions: Missions, mission: str):  # type: ignore[no-untyped-d
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 5))])
-def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(tmp_path: Path, seed: int) -> None:
+def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(place: str, seed: int) -> None:
     draw = random.Random(seed)
     driver = Driver(team())
 
     async def fly_on(mission: str | None) -> tuple[str, str | None]:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions) if mission is None else await missions.get(mission, "me")
             assert record is not None
             assert record.n == len(driver.reports)
@@ -72,10 +70,10 @@ def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(t
 
 
 def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    place: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def fly() -> None:
-        async with open_missions(tmp_path, memory_bytes=1 << 20) as missions:
+        async with open_missions(place, memory_bytes=1 << 20) as missions:
             record = await started(missions)
             events = [event async for event in missions.follow(record.id)]
             ended = await missions.get(record.id, "me")
@@ -87,15 +85,15 @@ def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(
     run(fly())
 
 
-def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(tmp_path: Path) -> None:
+def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: str) -> None:
     async def begin() -> str:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions)
             assert not await Driver(team()).drive(missions, record, 5)
             return record.id
 
     async def go_on(mission: str) -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             async for event in missions.follow(mission):
                 last = event
             record = await missions.get(mission, "me")
@@ -104,14 +102,15 @@ def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(tmp_pat
             assert "comes out different" in record.reason
 
     mission = run(begin())
-    with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
-        file.execute("UPDATE mission_events SET data = '{}' WHERE type = 'log' AND seq = 1")
+    with contextlib.closing(open_store(place)) as store:
+        other = "UPDATE mission_events SET data = '{}' WHERE type = 'log' AND seq = 1"
+        store.write(lambda tx: tx.execute(other)).result()
     run(go_on(mission))
 
 
-def test_no_process_is_left_when_missions_are_stopped(tmp_path: Path) -> None:
+def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:
     async def fly() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             for _ in range(3):
                 record = await started(missions)
                 assert not await Driver(team()).drive(missions, record, 3)

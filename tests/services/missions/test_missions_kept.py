@@ -1,10 +1,7 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import sqlite3
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +18,6 @@ from marsupial_service.missions.reading import brief_of
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody
-from marsupial_service.store.store import FILE
 
 
 @pytest.mark.parametrize(
@@ -35,11 +31,9 @@ from marsupial_service.store.store import FILE
         pytest.param("office", "none", "heuristic", marks=pytest.mark.slow),
     ],
 )
-def test_a_mission_by_reports_is_the_mission_in_process(
-    tmp_path: Path, scenario: str, planner: str, strategy: str
-) -> None:
+def test_a_mission_by_reports_is_the_mission_in_process(place: str, scenario: str, planner: str, strategy: str) -> None:
     async def fly() -> str:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             record = await started(missions, scenario, planner=planner, strategy=strategy)
             assert await Driver(team(scenario)).drive(missions, record)
             return await missions.log(record)
@@ -48,9 +42,9 @@ def test_a_mission_by_reports_is_the_mission_in_process(
 
 
 @pytest.mark.slow
-def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(tmp_path: Path) -> None:
+def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(place: str) -> None:
     async def fly() -> list[str]:
-        async with open_missions(tmp_path, missions=20) as missions:
+        async with open_missions(place, missions=20) as missions:
             records = [await started(missions) for _ in range(20)]
             with pytest.raises(TooMany):
                 await started(missions)
@@ -62,7 +56,7 @@ def test_twenty_missions_at_once_are_each_as_if_alone_and_one_more_is_refused(tm
 
 
 def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    place: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun, stopped, closed = threading.Event(), threading.Event(), threading.Event()
 
@@ -78,7 +72,7 @@ def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
     monkeypatch.setattr(processes, "run", start)
 
     async def stop_early() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             await started(missions)
             assert await asyncio.to_thread(begun.wait, 10)
 
@@ -87,9 +81,9 @@ def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
     assert closed.wait(10)
 
 
-def test_the_same_idempotency_key_gives_the_same_mission(tmp_path: Path) -> None:
+def test_the_same_idempotency_key_gives_the_same_mission(place: str) -> None:
     async def ask() -> None:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             first, replayed = await missions.create(brief(), b"same", owner="me", idempotency_key="k")
             assert not replayed
             second, replayed = await missions.create(brief(), b"same", owner="me", idempotency_key="k")
@@ -103,16 +97,16 @@ def test_the_same_idempotency_key_gives_the_same_mission(tmp_path: Path) -> None
     run(ask())
 
 
-def test_what_the_client_knows_of_the_map_at_first_counts_as_known(tmp_path: Path) -> None:
+def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -> None:
     async def fly() -> MissionLog:
-        async with open_missions(tmp_path) as missions:
+        async with open_missions(place) as missions:
             asked = body()
             truth = builtin_scenario("lobby").grid.solid().cells
             asked["frame"]["known"] = list(runs_in(truth))
             record, _ = await missions.create(
                 brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), b"", owner="me"
             )
-            assert np.array_equal((await missions.ledger(record)).cells, truth)
+            assert np.array_equal(await missions.known(record), truth)
             await send(missions, record, {"n": 1, "t_ms": 0})
             async for _event in missions.follow(record.id):
                 pass
@@ -123,22 +117,22 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(tmp_path: Pat
     assert (log.ended.status, log.ended.coverage, log.ended.t_ms) == (Status.COMPLETE, 1.0, 0)
 
 
-def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(tmp_path: Path) -> None:
+def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(place: str) -> None:
     async def fly() -> tuple[int, int]:
-        async with open_missions(tmp_path, kept=1) as missions:
+        async with open_missions(place, kept=1) as missions:
             for _ in range(3):
                 record = await started(missions)
                 await missions.wish(record, Wish.CANCEL)
                 async for _event in missions.follow(record.id):
                     pass
-        async with open_missions(tmp_path, kept=1) as missions:
+        async with open_missions(place, kept=1) as missions:
             while len(await missions.list("me")) > 1:
                 await asyncio.sleep(0.05)
             (left,) = await missions.list("me")
-            with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file:
-                inputs = file.execute("SELECT count(DISTINCT mission) FROM mission_inputs").fetchone()[0]
-                events = file.execute("SELECT count(DISTINCT mission) FROM mission_events").fetchone()[0]
             assert left.id == record.id
-            return inputs, events
+            tables = ("mission_inputs", "mission_events")
+            count = "SELECT count(DISTINCT mission) FROM {}"
+            found = await missions.read(lambda c: [c.execute(count.format(t)).fetchone()[0] for t in tables])
+            return found[0], found[1]
 
     assert run(fly()) == (1, 1)

@@ -16,8 +16,8 @@ from marsupial_service.jobs.records import JobEventType, JobOutcome, JobSettings
 from marsupial_service.missions.records import MissionPhase
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import EventType
-from marsupial_service.store import Store
-from marsupial_service.store.store import FILE
+from marsupial_service.store import Store, open_store
+from marsupial_service.store.sqlite import FILE
 
 SCHEMA = (Path(__file__).parent / "schema_1.sql").read_text()
 ROWS = """
@@ -41,7 +41,7 @@ def old(tmp_path: Path) -> Iterator[Store]:
     connection = sqlite3.connect(tmp_path / FILE)
     connection.executescript(f"{SCHEMA}{ROWS}PRAGMA user_version = 1;")
     connection.close()
-    store = Store(tmp_path)
+    store = open_store(tmp_path)
     yield store
     store.close()
 
@@ -62,12 +62,15 @@ def shape(path: Path) -> dict[str, object]:
     return found
 
 
-def test_a_new_folder_has_the_tables_of_an_old_one(tmp_path: Path) -> None:
-    Store(tmp_path).close()
-    connection = sqlite3.connect(tmp_path / "old")
-    connection.executescript(SCHEMA)
+def test_an_old_folder_becomes_like_a_new_one(tmp_path: Path) -> None:
+    for name in ("old", "new"):
+        (tmp_path / name).mkdir()
+    connection = sqlite3.connect(tmp_path / "old" / FILE)
+    connection.executescript(f"{SCHEMA}PRAGMA user_version = 1;")
     connection.close()
-    assert shape(tmp_path / FILE) == shape(tmp_path / "old")
+    for name in ("old", "new"):
+        open_store(tmp_path / name).close()
+    assert shape(tmp_path / "old" / FILE) == shape(tmp_path / "new" / FILE)
 
 
 def test_what_an_old_folder_holds_is_found_followed_and_carried_on(old: Store) -> None:

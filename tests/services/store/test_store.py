@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, database, failpoints
+from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store, tables
+from marsupial_service.store.sqlite import FILE
 
 NEW = (
     "INSERT INTO jobs (id, owner, digest, planner, state, created_ms, queued_ms)"
@@ -21,7 +22,7 @@ NEW = (
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[Store]:
-    opened = Store(tmp_path / "data")
+    opened = open_store(tmp_path / "data")
     yield opened
     opened.close()
 
@@ -57,10 +58,10 @@ class Held:
 
 
 def test_what_was_written_is_there_when_the_folder_is_opened_again(tmp_path: Path) -> None:
-    first = Store(tmp_path)
+    first = open_store(tmp_path)
     first.write(adding("a")).result()
     first.close()
-    again = Store(tmp_path)
+    again = open_store(tmp_path)
     assert names(again) == ["a"]
     again.close()
 
@@ -104,7 +105,7 @@ def test_on_a_full_disk_a_write_fails_clearly_and_leaves_nothing_of_itself(store
 
 def test_when_the_disk_fails_everybody_in_the_group_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full@2")
-    store = Store(tmp_path)
+    store = open_store(tmp_path)
     held = Held(store)
     writes = [store.write(adding(name)) for name in "abc"]
     held.release()
@@ -131,7 +132,7 @@ def test_a_read_can_not_write(store: Store) -> None:
 
 
 def test_a_closed_store_says_so(tmp_path: Path) -> None:
-    store = Store(tmp_path)
+    store = open_store(tmp_path)
     store.close()
     with pytest.raises(StoreError, match="closed"):
         store.write(adding("a"))
@@ -140,7 +141,7 @@ def test_a_closed_store_says_so(tmp_path: Path) -> None:
 
 
 def test_writes_that_wait_when_the_store_is_closed_are_done(tmp_path: Path) -> None:
-    store = Store(tmp_path)
+    store = open_store(tmp_path)
     held = Held(store)
     write = store.write(adding("late"))
     closing = threading.Thread(target=store.close)
@@ -148,40 +149,40 @@ def test_writes_that_wait_when_the_store_is_closed_are_done(tmp_path: Path) -> N
     held.release()
     closing.join(10)
     assert write.result(10) is None
-    again = Store(tmp_path)
+    again = open_store(tmp_path)
     assert names(again) == ["late"]
     again.close()
 
 
 def test_a_second_server_is_refused_as_long_as_the_first_one_has_the_folder(tmp_path: Path) -> None:
-    first = Store(tmp_path)
+    first = open_store(tmp_path)
     with pytest.raises(StoreInUse, match=rf"in use by another server \(process {os.getpid()}\)"):
-        Store(tmp_path)
+        open_store(tmp_path)
     first.close()
-    Store(tmp_path).close()
+    open_store(tmp_path).close()
 
 
 def test_a_folder_that_can_not_be_made_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(StoreError, match="file"):
-        Store(tmp_path / "file" / "data")
+        open_store(tmp_path / "file" / "data")
 
 
 def test_a_file_that_is_no_database_is_an_error_and_the_folder_is_let_go(tmp_path: Path) -> None:
     (tmp_path / "marsupial.sqlite").write_bytes(b"something else entirely" * 100)
     for _ in range(2):
         with pytest.raises(StoreError, match="not a database"):
-            Store(tmp_path)
+            open_store(tmp_path)
 
 
 def test_tables_of_another_version_are_refused(tmp_path: Path) -> None:
-    store = Store(tmp_path)
+    store = open_store(tmp_path)
     store.close()
-    connection = sqlite3.connect(store.path)
-    connection.execute(f"PRAGMA user_version = {database.VERSION + 1}")
+    connection = sqlite3.connect(tmp_path / FILE)
+    connection.execute(f"PRAGMA user_version = {tables.VERSION + 1}")
     connection.close()
     with pytest.raises(StoreError, match="version"):
-        Store(tmp_path)
+        open_store(tmp_path)
 
 
 def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
@@ -198,9 +199,9 @@ def test_a_commit_is_on_disk_before_it_is_acknowledged(store: Store) -> None:
 def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, armed: str, stored: list[str]) -> None:
     code = (
         "import sys; from pathlib import Path; sys.path[:] = eval(sys.argv[2])\n"
-        "from marsupial_service.store import Store\n"
+        "from marsupial_service.store import open_store\n"
         "from test_store import adding\n"
-        "store = Store(Path(sys.argv[1]))\n"
+        "store = open_store(Path(sys.argv[1]))\n"
         "for name in 'abc': store.write(adding(name)).result(); print(name, flush=True)\n"
     )
     done = subprocess.run(
@@ -212,7 +213,7 @@ def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, 
         check=False,
     )
     assert done.returncode == -signal.SIGKILL, done.stderr
-    store = Store(tmp_path)
+    store = open_store(tmp_path)
     assert names(store) == stored
     store.close()
     acknowledged = done.stdout.split()

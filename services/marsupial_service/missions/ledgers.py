@@ -1,0 +1,97 @@
+"""The ledgers of missions that this server was asked about, each brought up to date before it judges.
+
+Reports of one mission may come through any server. So a report is judged within the transaction that stores it, and
+by then the ledger has taken in whatever other servers have stored.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from marsupial_service.entries.table import Reader
+from marsupial_service.missions.ledger import Ledger
+from marsupial_service.missions.records import MissionRecord
+from marsupial_service.missions.values import Brief, Event, EventType, Report
+from marsupial_service.store import kept
+
+_MOST_CELLS = 200_000_000
+
+
+@dataclass(slots=True)
+class _Known:
+    """A ledger, and how many of the mission's inputs and events it has taken in."""
+
+    brief: Brief
+    ledger: Ledger
+    inputs: int = 0
+    events: int = 0
+
+
+class Ledgers:
+    """The ledgers; those that were not asked for of late are forgotten. Used by one thread, but for `brief`."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, _Known] = OrderedDict()
+
+    def brief(self, mission: str) -> Brief | None:
+        """Return what a mission was created with, if it is known here; for any thread."""
+        known = self._known.get(mission)
+        return None if known is None else known.brief
+
+    def ledger(self, reader: Reader, record: MissionRecord) -> Ledger:
+        """Return the ledger of a mission with all that is stored of it, commands before reports."""
+        known = self._known.get(record.id)
+        if known is None:
+            found = brief(reader, record)
+            known = self._known[record.id] = _Known(found, Ledger(found))
+        self._known.move_to_end(record.id)
+        if record.events > known.events:
+            for event in events(reader, record.number, "AND seq > ? AND type = 'commands' ORDER BY seq", known.events):
+                known.ledger.publish(event)
+            known.events = record.events
+        if record.inputs > known.inputs:
+            sql = "SELECT digest, data FROM mission_inputs WHERE mission = ? AND seq > ? ORDER BY seq"
+            for digest, data in reader.execute(sql, (record.number, known.inputs)):
+                if digest is None:  # no report
+                    continue
+                known.ledger.take(kept.loads(data), digest)
+            known.inputs = record.inputs
+        self._forget()
+        return known.ledger
+
+    def take(self, record: MissionRecord, report: Report, digest: bytes) -> Callable[[], None]:
+        """Enter a report, the last input of `record`, in a ledger that is up to date but for it.
+
+        Returns
+        -------
+        callable
+            To be called if the report is not stored after all.
+        """
+        known = self._known[record.id]
+        known.ledger.take(report, digest)
+        known.inputs = record.inputs
+        return lambda: self.drop(record.id)
+
+    def drop(self, mission: str) -> None:
+        """Forget a ledger."""
+        self._known.pop(mission, None)
+
+    def _forget(self) -> None:
+        while len(self._known) > 1 and sum(known.ledger.cells.size for known in self._known.values()) > _MOST_CELLS:
+            self._known.popitem(last=False)
+
+
+def brief(reader: Reader, record: MissionRecord) -> Brief:
+    """Return what a mission was created with."""
+    row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
+    found: Brief = kept.loads(row["brief"])
+    return found
+
+
+def events(reader: Reader, number: int, rest: str, *values: object) -> Iterator[Event]:
+    """Yield events of the mission with that number: those of the `rest` of the statement."""
+    sql = f"SELECT type, data FROM mission_events WHERE mission = ? {rest}"
+    for kind, data in reader.execute(sql, (number, *values)):
+        yield Event(EventType(kind), data)

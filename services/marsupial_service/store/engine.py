@@ -1,0 +1,115 @@
+"""What the store asks of a database. Both understand the statements of this package, with `?` for values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Protocol
+
+
+class Row(Protocol):
+    """A row of a result: columns by their place or name."""
+
+    def __getitem__(self, column: Any, /) -> Any:
+        """Return a column."""
+        ...
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yield the columns in order."""
+        ...
+
+
+class Rows(Protocol):
+    """What a statement found, or how many rows it changed."""
+
+    @property
+    def rowcount(self) -> int:
+        """How many rows were changed."""
+        ...
+
+    def fetchone(self) -> Any:
+        """Return the next row, None after the last one."""
+        ...
+
+    def fetchall(self) -> Sequence[Any]:
+        """Return the rows that are left."""
+        ...
+
+    def __iter__(self) -> Iterator[Any]:
+        """Yield the rows that are left."""
+        ...
+
+
+class Connection(Protocol):
+    """A connection, used by one thread at a time."""
+
+    def execute(self, sql: str, values: Sequence[object] = ..., /) -> Rows:
+        """Run one statement."""
+        ...
+
+    def close(self) -> None:
+        """Close it."""
+        ...
+
+
+class Engine(Protocol):
+    """A database that holds the tables, for one server.
+
+    Attributes
+    ----------
+    place
+        What messages call it.
+    server
+        By what name other servers know this one: another one each time it starts.
+    begin, begin_reading
+        How a transaction begins that writes, and one that only reads and sees one moment.
+    row_lock
+        What makes a SELECT keep its rows from other servers until the end of the transaction.
+    skip_locked
+        The same, leaving out rows that others keep.
+    live
+        Selects the names of the servers that are alive.
+    errors, refusals
+        What its library raises; which of them concern one write and not the database.
+    """
+
+    place: str
+    server: str
+    begin: str
+    begin_reading: str
+    row_lock: str
+    skip_locked: str
+    live: str
+    errors: tuple[type[Exception], ...]
+    refusals: tuple[type[Exception], ...]
+
+    def writer(self) -> Connection:
+        """Connect to write; the tables are there and of this version. Raises StoreError."""
+        ...
+
+    def reader(self) -> Connection:
+        """Connect to read. Raises one of `errors`."""
+        ...
+
+    def clashed(self, error: BaseException) -> bool:
+        """Say whether a transaction failed because of another server's, so that it may be tried again."""
+        ...
+
+    def lock(self, connection: Connection, name: str) -> None:
+        """Let no other server go on from here with the same `name` until the end of the transaction."""
+        ...
+
+    def tell(self, connection: Connection, topics: frozenset[str]) -> None:
+        """Have other servers told, with the commit, that there is news on these topics."""
+        ...
+
+    def shrink(self, connection: Connection) -> None:
+        """Give back space that is no longer used."""
+        ...
+
+    def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
+        """Have `heard` called with the topics that other servers tell of; None: something may have been missed."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the database; the connections are closed."""
+        ...
