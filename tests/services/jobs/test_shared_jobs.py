@@ -1,0 +1,51 @@
+"""Jobs of several servers on one database: any of them answers, one of them runs a job."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+from databases import PostgresServer
+from job_house import open_jobs, request, submit, told
+from strange_tasks import Waits
+
+from marsupial_service.jobs.records import JobOutcome
+
+
+@pytest.fixture
+def shared(postgres: PostgresServer) -> str:
+    return postgres.database()
+
+
+def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling(shared: str, tmp_path: Path) -> None:
+    async def plan() -> None:
+        async with open_jobs(shared) as first, open_jobs(shared) as second:
+            held = [await submit(first, request(Waits(tmp_path))), await submit(second, request(Waits(tmp_path)))]
+            events = asyncio.create_task(told(second, held[0]))
+            while {(await first.of("me", job)).state.value for job in held} != {"running"}:
+                await asyncio.sleep(0.02)
+            assert [len(jobs._attempts) for jobs in (first, second)] == [1, 1]
+            for job in held:
+                for jobs in (second, first):
+                    await jobs.cancel(job)
+            async with asyncio.timeout(5):
+                while first._attempts or second._attempts:
+                    await asyncio.sleep(0.02)
+            assert [e.type for e in await events][-1] == "end"
+            assert {(await first.of("me", job)).outcome for job in held} == {JobOutcome.CANCELLED}
+
+    asyncio.run(plan())
+
+
+def test_no_job_is_taken_twice_by_servers_that_claim_at_once(shared: str) -> None:
+    async def plan() -> None:
+        async with open_jobs(shared, slots=3, queue=200) as first, open_jobs(shared, slots=3, queue=200) as second:
+            jobs = [await submit((first, second)[i % 2]) for i in range(30)]
+            for job in jobs:
+                record = await first.wait(job, 60)
+                assert (record.outcome is not None, record.attempts) == (True, 1)
+                types = [event.type for event in await told(second, job)]
+                assert types.count("end") == 1
+
+    asyncio.run(plan())

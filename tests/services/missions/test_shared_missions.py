@@ -1,0 +1,123 @@
+"""Missions of several servers on one database: any of them answers, one of them holds a mission."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+
+import pytest
+from databases import PostgresServer
+from mission_house import Driver, open_missions, run, started, team
+
+from marsupial.formats.missionlog import parse_log
+from marsupial.model.mission import Status
+from marsupial_service.missions import table
+from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.service import Missions
+from marsupial_service.store import open_store
+
+
+@pytest.fixture
+def shared(postgres: PostgresServer) -> str:
+    return postgres.database()
+
+
+@asynccontextmanager
+async def two(shared: str) -> AsyncIterator[tuple[Missions, Missions]]:
+    async with AsyncExitStack() as stack:
+        first, second = [await stack.enter_async_context(open_missions(shared)) for _ in range(2)]
+        yield first, second
+
+
+class Both(Missions):
+    """What a client has that is led to one server after the other."""
+
+    def __init__(self, *servers: Missions) -> None:
+        self._servers = servers
+        self._turn = 0
+
+    def __getattribute__(self, name: str) -> object:
+        if name.startswith("_"):
+            return object.__getattribute__(self, name)
+        self._turn += 1
+        return getattr(self._servers[self._turn % len(self._servers)], name)
+
+
+def test_a_mission_that_is_reported_to_any_server_is_as_with_one(shared: str, postgres: PostgresServer) -> None:
+    async def alone() -> str:
+        async with open_missions(postgres.database()) as missions:
+            record = await started(missions)
+            assert await Driver(team()).drive(missions, record)
+            return await missions.log(record)
+
+    async def by_both() -> str:
+        async with two(shared) as servers:
+            record = await started(servers[0])
+            driver = Driver(team())
+            assert not await driver.drive(Both(*servers), record, 4)
+            assert not await driver.drive(servers[1], record, 8)
+            assert await driver.drive(Both(*servers), record)
+            return await servers[1].log(record)
+
+    log = run(by_both())
+    assert log == run(alone())
+    assert parse_log(log.encode()).ended.status is Status.COMPLETE  # type: ignore[union-attr]
+
+
+def test_the_missions_of_a_server_that_stops_go_on_with_another(shared: str) -> None:
+    async def fly() -> None:
+        async with open_missions(shared) as second:
+            async with open_missions(shared) as first:
+                record = await started(first)
+                driver = Driver(team())
+                assert not await driver.drive(first, record, 6)
+            assert await driver.drive(second, record)
+            again = await second.get(record.id, "me")
+            assert again is not None
+            assert (again.status, again.term) == ("complete", 2)
+
+    run(fly())
+
+
+def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_missions(shared: str) -> None:
+    async def fly() -> None:
+        async with two(shared) as (first, second):
+            record = await started(first)
+            driver = Driver(team())
+            assert not await driver.drive(first, record, 4)
+            held = await first.get(record.id, "me")
+            assert held is not None
+
+            taken = await second.write(lambda tx: _take_over(tx, held))
+            assert taken.term == held.term + 1
+            await second._take_up()  # nobody else's
+            for term, news in ((held.term, False), (taken.term, True)):
+                found = await first.write(lambda tx, term=term: table._of_term(tx, record.id, term) is not None)
+                assert found is news
+
+    run(fly())
+
+
+def _take_over(tx: object, record: MissionRecord) -> MissionRecord:
+    table.MISSIONS.take_over(tx, record.number)  # type: ignore[arg-type]
+    return table.MISSIONS.existing(tx, record.id)  # type: ignore[arg-type]
+
+
+def test_a_server_that_dies_without_a_word_is_followed_by_another(shared: str) -> None:
+    async def fly() -> None:
+        async with open_missions(shared) as second:
+            store = open_store(shared)
+            first = Missions(store, MissionSettings())
+            await first.start()
+            record = await started(first)
+            driver = Driver(team())
+            assert not await driver.drive(first, record, 6)
+            for task in first._tasks:  # the end of its process
+                task.cancel()
+            store._engine._ended.set()  # type: ignore[attr-defined]
+            await second.write(lambda tx: tx.execute("DELETE FROM servers WHERE id = ?", (store.server,)))
+            assert await driver.drive(second, record)
+            await asyncio.to_thread(store.close)
+
+    run(fly())
