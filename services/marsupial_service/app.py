@@ -25,7 +25,7 @@ from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
-from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.keys import KeyFile, KeyRow
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
@@ -73,7 +73,10 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     """Run the jobs and missions of the data folder as long as the application runs."""
     state = state_of(app)
     limits = state.settings.limits
-    store: Store = state.store if state.store is not None else await asyncio.to_thread(open_store, state.settings.data)
+    store: Store = state.store if state.store is not None else await asyncio.to_thread(open_store, state.settings.place)
+    state.store = store
+    if state.settings.store is not None:
+        state.keys = await asyncio.to_thread(KeyRow, store)
     state.jobs = Jobs(
         store,
         JobSettings(

@@ -12,7 +12,7 @@ import uvicorn
 from marsupial.errors import UsageError
 from marsupial_service.app import create_app
 from marsupial_service.operations import logs
-from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.keys import open_keys
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.planners import planner_infos
 from marsupial_service.state import state_of
@@ -57,11 +57,8 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         of the operator's can't be offered.
     """
     planner_infos(settings.planners)
-    if settings.needs_keys and not KeyFile(settings.data).all():
-        raise UsageError(
-            f"API keys are needed to listen at {settings.host}: make one with "
-            f"'marsupial serve keys add NAME --data {settings.data}'"
-        )
+    if settings.needs_keys:
+        _check_keys(settings)
     logs.set_up(level)
     with _listening(settings) as line:
         app = create_app(settings)
@@ -85,11 +82,24 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         return server.started
 
 
+def _check_keys(settings: ServiceSettings) -> None:
+    try:
+        with open_keys(settings.place) as keys:
+            if keys.all():
+                return
+    except StoreError as error:
+        raise UsageError(str(error)) from error
+    where = f"--data {settings.data}" if settings.store is None else "--store ..."
+    raise UsageError(
+        f"API keys are needed to listen at {settings.host}: make one with 'marsupial serve keys add NAME {where}'"
+    )
+
+
 def _opened(settings: ServiceSettings) -> Store:
     try:
-        return open_store(settings.data)
+        return open_store(settings.place)
     except StoreError as error:
-        raise UsageError(f"{settings.data}: {error}") from error
+        raise UsageError(f"{settings.data}: {error}" if settings.store is None else str(error)) from error
 
 
 def _listening(settings: ServiceSettings) -> socket.socket:

@@ -11,7 +11,7 @@ from starlette.applications import Starlette
 
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.service import Missions
-from marsupial_service.operations.keys import KeyFile
+from marsupial_service.operations.keys import Keys
 from marsupial_service.operations.metrics import HttpMetrics
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.schemas.answers import ReadyAnswer
@@ -44,7 +44,7 @@ class State:
     """
 
     settings: ServiceSettings
-    keys: KeyFile
+    keys: Keys
     analyses: asyncio.Semaphore
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     store: Store | None = None

@@ -2,14 +2,16 @@ from __future__ import annotations
 
 import json
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
+from databases import PostgresServer
 from servers import START, Server
 from service_house import client, problem
 
 from marsupial.errors import UsageError
-from marsupial_service.operations.keys import FILE, KeyFile
+from marsupial_service.operations.keys import FILE, KeyFile, open_keys
 from marsupial_service.operations.settings import ServiceLimits, ServiceSettings, limits_from
 
 
@@ -34,11 +36,37 @@ def test_a_revoked_key_is_useless_at_once_and_its_name_free(tmp_path: Path) -> N
     keys, other = KeyFile(tmp_path), KeyFile(tmp_path)
     secret = keys.add("fleet", ["plan"], 1, now_s=0.0)
     assert other.find(secret, 1.0) is not None
-    with pytest.raises(UsageError, match="already"):
-        keys.add("fleet", ["plan"], 1, now_s=0.0)
     keys.revoke("fleet", 1.0)
     assert other.find(secret, 1.0) is None
     assert keys.find(keys.add("fleet", ["admin"], 1, now_s=2.0), 3.0) is not None
+    with pytest.raises(UsageError, match="no key 'fleeet'"):
+        keys.revoke("fleeet", 3.0)
+
+
+def test_a_name_has_two_good_keys_while_its_clients_change_over(place: str) -> None:
+    with open_keys(Path(place) if place.startswith("/") else place) as keys:
+        old = keys.add("fleet", ["plan"], 1, now_s=0.0)
+        new = keys.add("fleet", ["plan"], 9, now_s=0.0)
+        with pytest.raises(UsageError, match="has 2 keys already"):
+            keys.add("fleet", ["plan"], 1, now_s=0.0)
+        (kept, _) = keys.all()
+        keys.revoke(kept.id, 1.0)
+        assert keys.find(old, 1.0) is None
+        assert keys.find(new, 1.0) is not None
+        keys.add("fleet", ["plan"], 1, now_s=2.0)
+
+
+def test_servers_hear_of_keys_in_their_database(postgres: PostgresServer) -> None:
+    shared = postgres.database()
+    with open_keys(shared) as server, open_keys(shared) as other:
+        secret = other.add("fleet", ["plan"], 1, now_s=0.0)
+        for change, good in ((None, True), ("fleet", False)):
+            if change is not None:
+                other.revoke(change, 1.0)
+            until = time.monotonic() + 10
+            while (server.find(secret, 2.0) is not None) is not good:
+                assert time.monotonic() < until
+                time.sleep(0.01)
 
 
 @pytest.mark.parametrize(("scopes", "days"), [([], 1), (["fly"], 1), (["plan"], 0), (["plan"], float("nan"))])

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from marsupial.errors import EngineUnavailable, UsageError
+
+if TYPE_CHECKING:
+    from marsupial_service.operations.keys import Keys
 
 serve = typer.Typer(no_args_is_help=False)
 keys = typer.Typer(no_args_is_help=True, help="Make, list and revoke API keys.")
@@ -18,7 +23,16 @@ serve.add_typer(keys, name="keys")
 
 DEFAULT_DATA = Path("marsupial-data")
 
-Data = Annotated[Path, typer.Option(help="Folder for jobs and keys.")]
+Data = Annotated[Path, typer.Option(help="Folder for jobs, missions and keys.")]
+Shared = Annotated[
+    str | None,
+    typer.Option(
+        "--store",
+        envvar="MARSUPIAL_STORE",
+        show_default=False,
+        help="Keep them in this PostgreSQL database instead, with other servers (postgresql://user@host/name).",
+    ),
+]
 
 
 @serve.callback(invoke_without_command=True)
@@ -29,6 +43,7 @@ def run(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8080,
     data: Data = DEFAULT_DATA,
+    store: Shared = None,
     require_keys: Annotated[bool, typer.Option("--require-keys", help="Ask for keys on this machine too.")] = False,
     planner: Annotated[
         list[str] | None, typer.Option(help="NAME=COMMAND: offer an external planner under a name; may be repeated.")
@@ -65,6 +80,7 @@ def run(
             raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
     settings = ServiceSettings(
         data=data,
+        store=store,
         host=host,
         port=port,
         keys=require_keys,
@@ -81,54 +97,69 @@ def run(
 
 @keys.command()
 def add(
-    name: Annotated[str, typer.Argument(help="Who it is for; jobs belong to this name.")],
-    scope: Annotated[str, typer.Option(help="plan, mission and admin, separated by commas.")] = "plan,mission",
+    name: Annotated[str, typer.Argument(help="Who it is for; jobs and missions belong to this name.")],
+    scope: Annotated[
+        list[str] | None, typer.Option(help="plan, mission or admin; may be repeated, or separated by commas.")
+    ] = None,
     days: Annotated[float, typer.Option(help="How long it is good.")] = 90.0,
     data: Data = DEFAULT_DATA,
+    store: Shared = None,
 ) -> None:
     """Make a key and print it; it is shown this once.
 
-    Example: marsupial serve keys add fleet --scope plan --days 30 --data jobs
-    """
-    check_extra()
-    from marsupial.cli.display.tables import print_text
-    from marsupial_service.operations.keys import KeyFile
+    A name may have two good keys at a time: make the new one, give it to all clients, revoke the old one.
 
-    scopes = [word.strip() for word in scope.split(",") if word.strip()]
-    print_text(KeyFile(data).add(name, scopes, days, time.time()) + "\n")
+    Example: marsupial serve keys add fleet --scope plan --scope mission --days 30 --data jobs
+    """
+    from marsupial.cli.display.tables import print_text
+
+    scopes = [word.strip() for text in scope or ["plan,mission"] for word in text.split(",") if word.strip()]
+    with _keys(data, store) as kept:
+        print_text(kept.add(name, scopes, days, time.time()) + "\n")
 
 
 @keys.command("list")
-def list_keys(data: Data = DEFAULT_DATA) -> None:
+def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
     """List the keys, without their secrets.
 
     Example: marsupial serve keys list --data jobs
     """
-    check_extra()
     from marsupial.cli.display.tables import print_table
-    from marsupial_service.operations.keys import KeyFile
 
     now_s = time.time()
-    rows = [
-        (key.name, ", ".join(key.scopes), _day(key.expires_s), "yes" if key.holds(now_s) else "no")
-        for key in KeyFile(data).all()
-    ]
-    print_table(("name", "scopes", "expires", "good"), rows)
+    with _keys(data, store) as kept:
+        rows = [
+            (key.name, key.id, ", ".join(key.scopes), _day(key.expires_s), "yes" if key.holds(now_s) else "no")
+            for key in kept.all()
+        ]
+    print_table(("name", "id", "scopes", "expires", "good"), rows)
 
 
 @keys.command()
 def revoke(
-    name: Annotated[str, typer.Argument(help="Whose key.")],
+    which: Annotated[str, typer.Argument(help="A name: all its keys; or the id of one key.")],
     data: Data = DEFAULT_DATA,
+    store: Shared = None,
 ) -> None:
-    """Make a key useless at once.
+    """Make keys useless at once.
 
     Example: marsupial serve keys revoke fleet --data jobs
     """
-    check_extra()
-    from marsupial_service.operations.keys import KeyFile
+    with _keys(data, store) as kept:
+        kept.revoke(which, time.time())
 
-    KeyFile(data).revoke(name, time.time())
+
+@contextmanager
+def _keys(data: Path, store: str | None) -> Iterator[Keys]:
+    check_extra()
+    from marsupial_service.operations.keys import open_keys
+    from marsupial_service.store import StoreError
+
+    try:
+        with open_keys(data if store is None else store) as kept:
+            yield kept
+    except StoreError as error:
+        raise UsageError(str(error)) from error
 
 
 def check_extra() -> None:

@@ -1,7 +1,7 @@
-"""API keys: who may ask for what, until when. Only hashes of them are kept, in one file that a server rereads.
+"""API keys: who may ask for what, until when. Only hashes of them are kept, in one document that servers reread.
 
-A key is shown once, when it is made. The file is replaced as a whole, so that any reader sees all of a change
-or nothing.
+A key is shown once, when it is made. The document is a file in the data folder, or a row of a database that servers
+share; it is replaced as a whole, so that any reader sees all of a change or nothing.
 """
 
 from __future__ import annotations
@@ -12,16 +12,26 @@ import hmac
 import json
 import os
 import secrets
-from collections.abc import Iterable, Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
 from marsupial.errors import UsageError
+from marsupial_service.store import Store, Transaction, open_store
+from marsupial_service.store.engine import Connection
 
 FILE = "keys.json"
+TOPIC = "keys"
+"""On which servers hear that the keys of a shared database have changed."""
+
+MOST_OF_A_NAME = 2
+"""How many good keys a name may have: the one that its clients use, and the one they are about to."""
+
 _PREFIX = "msp_"
+_ROW = "keys"
 
 
 class Scope(StrEnum):
@@ -43,31 +53,26 @@ class Key:
     expires_s: float
     revoked_s: float | None = None
 
+    @property
+    def id(self) -> str:
+        """By what an operator tells it from another key of that name."""
+        return self.sha256[:8]
+
     def holds(self, now_s: float) -> bool:
         """Say whether it is good at that moment."""
         return self.revoked_s is None and now_s < self.expires_s
 
 
-class KeyFile:
-    """The keys of one data folder."""
+class Keys(ABC):
+    """The keys of one service."""
 
-    def __init__(self, folder: Path) -> None:
-        self._path = folder / FILE
-        self._seen: tuple[int, int, int] | None = None
-        self._keys: tuple[Key, ...] = ()
-
+    @abstractmethod
     def all(self) -> tuple[Key, ...]:
         """Return all keys, the expired and revoked ones too."""
-        try:
-            status = self._path.stat()
-        except FileNotFoundError:
-            return ()
-        seen = (status.st_ino, status.st_mtime_ns, status.st_size)
-        if seen != self._seen:
-            documents = json.loads(self._path.read_text(encoding="utf-8"))["keys"]
-            self._keys = tuple(Key(**{**fields, "scopes": tuple(fields["scopes"])}) for fields in documents)
-            self._seen = seen
-        return self._keys
+
+    @abstractmethod
+    def _change(self, change: Callable[[tuple[Key, ...]], tuple[Key, ...]]) -> None:
+        """Replace the keys by what `change` makes of them, unless it raises something."""
 
     def find(self, secret: str, now_s: float) -> Key | None:
         """Return the key of that secret if it is good now; all are compared, so that the time tells nothing."""
@@ -87,33 +92,117 @@ class KeyFile:
             raise UsageError("a key's name has 1 to 100 printable characters")
         secret = _PREFIX + secrets.token_urlsafe(32)
         key = Key(name=name, sha256=_digest(secret), scopes=scopes, created_s=now_s, expires_s=now_s + 86400 * days)
-        with self._changing() as keys:
-            if any(other.name == name and other.holds(now_s) for other in keys):
-                raise UsageError(f"there is a key {name!r} already; revoke it first")
-            keys.append(key)
+
+        def added(keys: tuple[Key, ...]) -> tuple[Key, ...]:
+            good = [other.id for other in keys if other.name == name and other.holds(now_s)]
+            if len(good) >= MOST_OF_A_NAME:
+                raise UsageError(f"{name!r} has {len(good)} keys already, {' and '.join(good)}; revoke one first")
+            return (*keys, key)
+
+        self._change(added)
         return secret
 
-    def revoke(self, name: str, now_s: float) -> None:
-        """Make every key of that name useless. Raises UsageError if there is none."""
-        with self._changing() as keys:
-            if not any(key.name == name and key.revoked_s is None for key in keys):
-                raise UsageError(f"there is no key {name!r}")
-            keys[:] = [replace(k, revoked_s=now_s) if k.name == name and k.revoked_s is None else k for k in keys]
+    def revoke(self, which: str, now_s: float) -> None:
+        """Make every key of that name, or the one of that id, useless. Raises UsageError if there is none."""
 
-    @contextmanager
-    def _changing(self) -> Iterator[list[Key]]:
-        """Yield the keys to be changed; they are written if nothing is raised."""
+        def revoked(keys: tuple[Key, ...]) -> tuple[Key, ...]:
+            ends = [which in (key.name, key.id) and key.revoked_s is None for key in keys]
+            if not any(ends):
+                raise UsageError(f"there is no key {which!r}")
+            return tuple(replace(key, revoked_s=now_s) if end else key for key, end in zip(keys, ends, strict=True))
+
+        self._change(revoked)
+
+
+class KeyFile(Keys):
+    """The keys of one data folder; a change is seen as soon as the file is there."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / FILE
+        self._seen: tuple[int, int, int] | None = None
+        self._keys: tuple[Key, ...] = ()
+
+    def all(self) -> tuple[Key, ...]:
+        """Return all keys, the expired and revoked ones too."""
+        try:
+            status = self._path.stat()
+        except FileNotFoundError:
+            return ()
+        seen = (status.st_ino, status.st_mtime_ns, status.st_size)
+        if seen != self._seen:
+            self._keys = _keys_in(self._path.read_text(encoding="utf-8"))
+            self._seen = seen
+        return self._keys
+
+    def _change(self, change: Callable[[tuple[Key, ...]], tuple[Key, ...]]) -> None:
         self._path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with open(self._path.with_suffix(".lock"), "w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            keys = list(self.all())
-            yield keys
+            text = _document(change(self.all()))
             draft = self._path.with_suffix(".draft")
             with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w", encoding="utf-8") as file:
-                json.dump({"keys": [asdict(key) for key in keys]}, file, indent=1)
+                file.write(text)
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(draft, self._path)
+
+
+class KeyRow(Keys):
+    """The keys of a database that servers share; a change is seen as soon as its server is told of it."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._keys: tuple[Key, ...] = ()
+        store.listen(self._hear)
+        self._read()
+
+    def all(self) -> tuple[Key, ...]:
+        """Return all keys, the expired and revoked ones too."""
+        return self._keys
+
+    def _hear(self, topics: frozenset[str] | None) -> None:
+        if topics is None or TOPIC in topics:
+            self._read()
+
+    def _read(self) -> None:
+        self._keys = self._store.read(_kept).result()
+
+    def _change(self, change: Callable[[tuple[Key, ...]], tuple[Key, ...]]) -> None:
+        def write(tx: Transaction) -> None:
+            tx.lock(_ROW)
+            text = _document(change(_kept(tx)))
+            sql = "INSERT INTO documents VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET text = excluded.text"
+            tx.execute(sql, (_ROW, text))
+            tx.news.add(TOPIC)
+
+        self._store.write(write).result()
+        self._read()
+
+
+@contextmanager
+def open_keys(place: str | Path) -> Iterator[Keys]:
+    """Give the keys of a folder or database, for a process that does nothing else. Raises StoreError."""
+    if isinstance(place, Path):
+        yield KeyFile(place)
+        return
+    store = open_store(place)
+    try:
+        yield KeyRow(store)
+    finally:
+        store.close()
+
+
+def _kept(reader: Connection | Transaction) -> tuple[Key, ...]:
+    row = reader.execute("SELECT text FROM documents WHERE name = ?", (_ROW,)).fetchone()
+    return () if row is None else _keys_in(row["text"])
+
+
+def _keys_in(text: str) -> tuple[Key, ...]:
+    return tuple(Key(**{**fields, "scopes": tuple(fields["scopes"])}) for fields in json.loads(text)["keys"])
+
+
+def _document(keys: Iterable[Key]) -> str:
+    return json.dumps({"keys": [asdict(key) for key in keys]}, indent=1)
 
 
 def _digest(secret: str) -> str:

@@ -65,6 +65,10 @@ class ServiceSettings:
 
     Parameters
     ----------
+    data
+        The folder of jobs, missions and keys.
+    store
+        The address of a PostgreSQL database that keeps them instead, and that other servers may use too.
     port
         0 takes any free one.
     keys
@@ -74,11 +78,17 @@ class ServiceSettings:
     """
 
     data: Path
+    store: str | None = None
     host: str = "127.0.0.1"
     port: int = 8080
     keys: bool = False
     limits: ServiceLimits = field(default_factory=ServiceLimits)
     planners: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def place(self) -> str | Path:
+        """The folder or database of jobs, missions and keys."""
+        return self.data if self.store is None else self.store
 
     @property
     def is_loopback(self) -> bool:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import sqlite3
-import tempfile
 import time
 from importlib.metadata import version
 
@@ -20,6 +18,7 @@ from marsupial_service.jobs.warm import plan_tiny
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
 from marsupial_service.state import State
+from marsupial_service.store import Transaction
 
 router = APIRouter(route_class=Route, tags=["operations"])
 admin = APIRouter(route_class=AdminRoute, tags=["operations"])
@@ -38,7 +37,7 @@ async def healthz() -> Response:
 
 @router.get("/readyz", response_model=answers.ReadyAnswer, responses=errors("not-ready", key=False))
 async def readyz(state: Service) -> Response:
-    """Plan for a tiny situation in a process of its own, write to the disk, read the store."""
+    """Plan for a tiny situation in a process of its own, write to the store and read it."""
     async with state.readiness.lock:
         if time.monotonic() - state.readiness.checked_s > FRESH_S:
             state.readiness.found = await _check(state)
@@ -69,14 +68,14 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
         return "planning gives no valid plan"
     took_ms = round(1000 * (time.monotonic() - begun), 1)
     try:
-        await asyncio.to_thread(_write_something, state)
+        await state.running().write(
+            lambda tx: tx.execute("UPDATE servers SET beat_s = beat_s WHERE id = ?", (tx.server,))
+        )
         await state.running().metrics()
     except Exception as error:
         return f"the store can't be used: {error}"
     return answers.ReadyAnswer(planned_in_ms=took_ms, sqlite=sqlite3.sqlite_version, version=version("marsupial"))
 
 
-def _write_something(state: State) -> None:
-    with tempfile.TemporaryFile(dir=state.settings.data) as file:
-        file.write(b"x" * 4096)
-        file.flush()
+def _write_something(tx: Transaction) -> None:
+    tx.execute("UPDATE servers SET beat_s = beat_s WHERE id = ?", (tx.server,))

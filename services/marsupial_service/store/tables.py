@@ -129,10 +129,14 @@ _FIRST = "".join(
     )
 )
 
-_HOLDERS = """
+_SHARED = """
 CREATE TABLE servers (
     id TEXT PRIMARY KEY,
     beat_s REAL NOT NULL
+) STRICT;
+CREATE TABLE documents (
+    name TEXT PRIMARY KEY,
+    text TEXT NOT NULL
 ) STRICT;
 ALTER TABLE jobs ADD COLUMN holder TEXT;
 ALTER TABLE jobs ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
@@ -140,7 +144,7 @@ ALTER TABLE missions ADD COLUMN holder TEXT;
 ALTER TABLE missions ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
 """
 
-_STEPS = (_FIRST, _HOLDERS)
+_STEPS = (_FIRST, _SHARED)
 """What leads from each version to the next; 0 is a database without tables."""
 
 VERSION = len(_STEPS)
