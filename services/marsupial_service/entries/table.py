@@ -113,9 +113,13 @@ class EntryTable(Generic[E]):
             raise records.UnknownEntry(self.noun)
         return record
 
+    def hold(self, tx: Transaction, entry: str) -> None:
+        """Keep an entry, if there is one, from other servers until the end of the transaction."""
+        tx.execute(f"SELECT 1 FROM {self.name} WHERE id = ?{tx.row_lock}", (entry,)).fetchone()
+
     def held(self, tx: Transaction, entry: str) -> E:
         """Return an entry that no other server changes until the end of the transaction. Raises UnknownEntry."""
-        tx.execute(f"SELECT 1 FROM {self.name} WHERE id = ?{tx.row_lock}", (entry,)).fetchone()
+        self.hold(tx, entry)
         return self.existing(tx, entry)
 
     def newest(

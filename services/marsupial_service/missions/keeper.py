@@ -17,8 +17,9 @@ from marsupial_service.entries.service import Entries
 from marsupial_service.missions import table
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Brief, Event, EventType, Next, Turn
+from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn
 from marsupial_service.store import StoreError
+from marsupial_service.store.engine import Connection
 
 _MOST_DEATHS = 3
 """A process that dies so often by itself before it has made anything new is not started again."""
@@ -148,10 +149,16 @@ class Keeper:
 
     async def _next(self, number: int) -> Next:
         with self._missions.bell(table.inputs_of(self.id)) as bell:
-            while (found := await self._missions.read(lambda s: table.input_at(s, self._number, number))) is None:
+            while (found := await self._missions.read(lambda reader: self._due(reader, number))) is None:
                 await bell.wait()
                 bell.clear()
         return Next(input=found, decisions=await self._decisions(number))
+
+    def _due(self, reader: Connection, number: int) -> Input | None:
+        """Return an input, None if it has not come. Raises Dismissed."""
+        if table.of_term(reader, self.id, self._term) is None:
+            raise Dismissed
+        return table.input_at(reader, self._number, number)
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
         if number >= self._turns:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
-from marsupial_service.entries.records import Created, NewEntry, TooMany, UnknownEntry
+from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import EntryTable, Reader, made_of
 from marsupial_service.missions import documents
 from marsupial_service.missions.ledger import Conflict
@@ -99,7 +99,7 @@ def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, 
 
     It is not if the mission has ended, or another server has taken it over since `term` began.
     """
-    record = _of_term(tx, mission, term)
+    record = _held(tx, mission, term)
     if record is None or record.turns != number:
         return False
     revision = max((documents.revision_of(event) for event in turn.events), default=0)
@@ -114,20 +114,23 @@ def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, 
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
     """End a mission that can't go on, unless it has ended or is another server's by now."""
-    record = _of_term(tx, mission, term)
+    record = _held(tx, mission, term)
     if record is not None:
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=Status.FAILED, reason=reason)
         data = documents.end(Status.FAILED, reason, record.t_ms)
         MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
 
 
-def _of_term(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
+def of_term(reader: Reader, mission: str, term: int) -> MissionRecord | None:
     """Return an open mission if that term of it still runs."""
-    try:
-        record = MISSIONS.held(tx, mission)
-    except UnknownEntry:
-        return None
-    return record if record.term == term and record.state is not MissionPhase.ENDED else None
+    record = MISSIONS.find(reader, mission)
+    return None if record is None or record.term != term or record.state is MissionPhase.ENDED else record
+
+
+def _held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
+    """Return the same, kept from other servers until the end of the transaction."""
+    MISSIONS.hold(tx, mission)
+    return of_term(tx, mission, term)
 
 
 def take_up(tx: Transaction, most: int) -> tuple[MissionRecord, ...]:

@@ -93,7 +93,7 @@ def test_a_server_that_was_taken_for_dead_changes_nothing_more_of_its_missions(s
             assert taken.term == held.term + 1
             await second._take_up()  # nobody else's
             for term, news in ((held.term, False), (taken.term, True)):
-                found = await first.write(lambda tx, term=term: table._of_term(tx, record.id, term) is not None)
+                found = await first.write(lambda tx, term=term: table.of_term(tx, record.id, term) is not None)
                 assert found is news
 
     run(fly())
