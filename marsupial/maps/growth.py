@@ -1,7 +1,7 @@
 """What the team can reach, kept up to date while the map grows.
 
 The cost is that of what is new: known ground is never taken back, so areas only grow from the cells that have become
-passable. They are recomputed when a robot is lost, and a rover type's when one of its robots has gone aboard.
+passable. They are recomputed when a robot is lost. When a rover has gone aboard, what only it could reach is given up.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class GrowingReach:
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
         self._names: frozenset[str] | None = None
-        self._standing: frozenset[str] = frozenset()
+        self._standing: dict[str, int] = {}
         self._areas: dict[str, _Area] = {}
         self._docks: dict[tuple[str, str], _Dock] = {}
         self._opened: dict[str, Reader] = {}
@@ -54,8 +54,9 @@ class GrowingReach:
         names = frozenset(robot.name for robot in robots)
         if names != self._names:
             self._begin(names)
-        standing = frozenset(robot.name for robot in robots if robot.cell is not None)
-        left = self._standing - standing
+        width = self._territory.grid.width
+        standing = {robot.name: robot.cell.y * width + robot.cell.x for robot in robots if robot.cell is not None}
+        left = {name: cell for name, cell in self._standing.items() if name not in standing}
         self._standing = standing
         opened = {name: reader.cells() for name, reader in self._opened.items()}
         cleared = self._cleared.cells()
@@ -66,9 +67,10 @@ class GrowingReach:
             fresh[carrier.name] = self._areas[carrier.name].grow(starts, opened[carrier.name])
         for rover in territory.of_role(Role.ROVER):
             area = self._areas[rover.name]
-            if any(robot.name in left for robot in robots if robot.type == rover.name):
-                area.clear()
             docks = [dock for (_, name), dock in self._docks.items() if name == rover.name]
+            for robot in robots:
+                if robot.type == rover.name and robot.name in left:
+                    area.give_up(left[robot.name], [dock.docking.cells for dock in docks])
             landings = [dock.grow(fresh[dock.carrier], cleared, opened[rover.name]) for dock in docks]
             if area.empty:
                 landings = [np.flatnonzero(dock.docking.cells) for dock in docks]
@@ -84,7 +86,7 @@ class GrowingReach:
 
     def _begin(self, names: frozenset[str]) -> None:
         territory = self._territory
-        self._names, self._standing = names, frozenset()
+        self._names, self._standing = names, {}
         self._opened = {name: footprint.opened.reader() for name, footprint in territory.footprints.items()}
         self._cleared = territory.cleared.reader()
         kinds = (*territory.of_role(Role.CARRIER), *territory.of_role(Role.ROVER))
@@ -97,8 +99,7 @@ class GrowingReach:
         }
 
     def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Ints:
-        width = self._territory.grid.width
-        cells = [r.cell.y * width + r.cell.x for r in robots if r.type == kind.name and r.cell is not None]
+        cells = [self._standing[r.name] for r in robots if r.type == kind.name and r.name in self._standing]
         return np.array(cells, dtype=np.int64)
 
 
@@ -111,10 +112,11 @@ class _Area:
         self.cells: Mask = np.zeros_like(allowed)
         self.empty = True
 
-    def clear(self) -> None:
-        """Forget all starts."""
-        self.cells[:] = False
-        self.empty = True
+    def give_up(self, start: int, landings: Sequence[Mask]) -> None:
+        """Take the part round a former start out of the area, unless one of the landings is in it."""
+        if self.cells.flat[start] and not any(cells.flat[start] for cells in landings):
+            kept = np.logical_or.reduce([np.zeros_like(self.cells), *landings])
+            _give_up(self.cells, kept, start, self._queue)
 
     def grow(self, starts: Ints, opened: Ints) -> Ints:
         """Take in starts and cells that have become allowed; return the cells that are new to the area."""
@@ -141,6 +143,32 @@ class _Dock:
         fresh = changed[(self._nearest.origins(changed) >= 0) & self._standable.ravel()[changed] & ~cells[changed]]
         cells[fresh] = True
         return fresh
+
+
+@native
+def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
+    """Take what is connected to a cell out of the area `out`, unless one of `kept` is among it.
+
+    The masks are (height, width); `queue` has room for all cells.
+    """
+    height, width = out.shape
+    out[start // width, start % width] = False
+    queue[0] = start
+    head, tail = 0, 1
+    while head < tail:
+        y, x = queue[head] // width, queue[head] % width
+        head += 1
+        if kept[y, x]:
+            for k in range(tail):
+                out[queue[k] // width, queue[k] % width] = True
+            return
+        for direction in range(4):
+            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
+            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
+            if 0 <= u < width and 0 <= v < height and out[v, u]:
+                out[v, u] = False
+                queue[tail] = v * width + u
+                tail += 1
 
 
 @native
