@@ -44,7 +44,7 @@ class Executor:
         self._superseded: set[str] = set()
         self._poses: Poses = {}
         self._revision = 0
-        self._changed = True
+        self._changed = True  # since it was last looked whether an action could start
         self.deployments = Deployments()
 
     @property

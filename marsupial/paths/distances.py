@@ -122,12 +122,18 @@ class _Update:
         """Enter distances that were found; what is connected to a cell is as far from being so to others as that is."""
         table, parts = self._table, self._parts
         table[source, wanted] = table[wanted, source] = found
-        parts[np.isin(parts, parts[wanted[np.isfinite(found)]])] = parts[source]
-        apart = np.isin(parts, parts[wanted[np.isinf(found)]])
+        parts[self._beside(wanted[np.isfinite(found)])] = parts[source]
+        apart = self._beside(wanted[np.isinf(found)])
         here = parts == parts[source]
         table[np.ix_(here, apart)] = table[np.ix_(apart, here)] = np.inf
         self._doubtful[source] = self._doubtful[:, source] = False
         self._doubtful[np.ix_(here, apart)] = self._doubtful[np.ix_(apart, here)] = False
+
+    def _beside(self, cells: Ints) -> Flags:
+        """Say which cells (k,) are known to be connected to one of these."""
+        among = np.zeros(len(self._parts), dtype=np.bool_)
+        among[self._parts[cells]] = True
+        return among[self._parts]
 
     def _learn(self, source: int, away: Floats) -> None:
         """Take in how far (n,) each opening is from a cell whose distances are known."""
