@@ -11,6 +11,9 @@ Ints = npt.NDArray[np.int64]
 Ints32 = npt.NDArray[np.int32]
 """The same where there are many of them."""
 
+Counts = npt.NDArray[np.uint16]
+"""Small counts where there are many of them."""
+
 Words = npt.NDArray[np.uint64]
 Cells = npt.NDArray[np.uint32]
 """Indices of cells of a framed grid."""

@@ -11,7 +11,7 @@ from marsupial.maps.reach import parts
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType, Role
+from marsupial.model.robots import SQRT2, RobotType, Role
 from marsupial.paths.nearest import Nearest
 
 
@@ -34,7 +34,10 @@ def grow(passable: Mask, sources: Mask | Sequence[Cell], limit: float) -> tuple[
     nearest = Nearest(passable, limit)
     nearest.add(indices)
     origins = nearest.origins(np.arange(passable.size)).reshape(passable.shape)
-    return np.where(origins < 0, np.inf, nearest._state.distance.reshape(passable.shape)), origins
+    steps = nearest._state.steps.reshape(passable.shape)
+    half = 4 * steps.itemsize
+    distances = SQRT2 * (steps >> half) + (steps & (1 << half) - 1)
+    return np.where(origins < 0, np.inf, distances), origins
 
 
 def reach_at_once(territory: Territory, robots: Sequence[PlacedRobot]) -> Reach:
@@ -66,4 +69,4 @@ def _docking(territory: Territory, carrier: RobotType, rover: RobotType, reach: 
     limit = dock_range_cells(carrier, rover, territory.grid.resolution_m)
     distance, origin = grow(territory.see_through, reach, limit)
     cells = np.isfinite(distance) & territory.footprints[rover.name].standable
-    return Docking(cells=cells, carrier_at=np.where(cells, origin, -1))
+    return Docking(cells=cells, carrier_at=lambda indices: origin.ravel()[indices])

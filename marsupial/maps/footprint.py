@@ -10,12 +10,18 @@ map; and it does so row by row of the disc, which a processor does many cells at
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from marsupial.arrays import Ints, Ints32
+from marsupial.arrays import Counts, Ints, Ints32
+from marsupial.model.feed import Feed
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask, code_table
 from marsupial.model.robots import RobotType
 from marsupial.native import native
+
+AT_ONCE = 1 << 20
+"""About how many cells of a known map are taken in at once: all of a large one would fill hundreds of megabytes."""
 
 
 def disc(radius_cells: float) -> Ints:
@@ -47,7 +53,7 @@ class Footprint:
     standable, possible
         Live boolean masks (height, width): may stand there now; might still turn out so.
     opened
-        The cells (row-major) that became standable, at each time that something was revealed.
+        Hands on the cells (row-major) that become standable.
     """
 
     def __init__(self, shape: tuple[int, int], kind: RobotType, resolution_m: float) -> None:
@@ -59,11 +65,13 @@ class Footprint:
         self.possible: Mask = np.zeros(shape, dtype=np.bool_)
         reach = len(self._rows) // 2
         self.possible[reach : max(reach, shape[0] - reach), reach : max(reach, shape[1] - reach)] = True
-        self.opened: list[Ints32] = []
-        self._barred = np.full(shape, len(self.offsets), dtype=np.int32)
+        self.opened = Feed()
+        # as many as the map has cells: two bytes do unless a disc has a radius of more than 144 cells
+        counts = np.uint16 if len(self.offsets) < 1 << 16 else np.int32
+        self._barred = np.full(shape, len(self.offsets), dtype=counts)
 
-    def reveal(self, indices: Ints, cells: CellArray) -> Ints:
-        """Take in cells that were unknown until now; return the cells that have become standable.
+    def reveal(self, indices: Ints, cells: CellArray) -> None:
+        """Take in cells that were unknown until now.
 
         Parameters
         ----------
@@ -78,19 +86,26 @@ class Footprint:
         count = _open(indices[opens], self._rows, self._barred, opened)
         opened = opened[:count].copy()
         self.standable.ravel()[opened] = True
-        self.opened.append(opened.astype(np.int32))  # as many cells as the map has: half the memory counts
-        return opened
+        self.opened.add(opened)
+
+
+def known_parts(grid: Grid) -> Iterator[Ints]:
+    """Yield all known cells (row-major indices, ascending), some rows at a time."""
+    rows = max(1, AT_ONCE // grid.width)
+    for first in range(0, grid.height, rows):
+        yield np.flatnonzero(grid.cells[first : first + rows] != UNKNOWN) + first * grid.width
 
 
 def standable(grid: Grid, kind: RobotType) -> Mask:
     """Return the mask (height, width) of the cells where a robot of type `kind` may stand."""
     footprint = Footprint(grid.cells.shape, kind, grid.resolution_m)
-    footprint.reveal(np.flatnonzero(grid.cells != UNKNOWN), grid.cells)
+    for cells in known_parts(grid):
+        footprint.reveal(cells, grid.cells)
     return footprint.standable
 
 
 @native
-def _open(indices: Ints, rows: Ints, barred: Ints32, opened: Ints) -> int:
+def _open(indices: Ints, rows: Ints, barred: Counts | Ints32, opened: Ints) -> int:
     """Count that cells bar none any more; enter in `opened` what nothing bars now and return how many that are.
 
     Parameters

@@ -1,7 +1,7 @@
 """What the team can reach, kept up to date while the map grows.
 
 The cost is that of what is new: known ground is never taken back, so areas only grow from the cells that have become
-passable. They are recomputed when a robot is lost, and a rover type's when one of its robots has gone aboard.
+passable. They are recomputed when a robot is lost. When a rover has gone aboard, what only it could reach is given up.
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from marsupial.arrays import Ints
+from marsupial.arrays import Ints, Ints32
 from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
+from marsupial.model.feed import Reader
 from marsupial.model.grid import Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType, Role
@@ -39,10 +40,11 @@ class GrowingReach:
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
         self._names: frozenset[str] | None = None
-        self._standing: frozenset[str] = frozenset()
+        self._standing: dict[str, int] = {}
         self._areas: dict[str, _Area] = {}
         self._docks: dict[tuple[str, str], _Dock] = {}
-        self._read = 0
+        self._opened: dict[str, Reader] = {}
+        self._cleared = territory.cleared.reader()
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:
         """Return what the team can reach; the masks are live and change with the next answer.
@@ -52,29 +54,30 @@ class GrowingReach:
         names = frozenset(robot.name for robot in robots)
         if names != self._names:
             self._begin(names)
-        standing = frozenset(robot.name for robot in robots if robot.cell is not None)
-        left = self._standing - standing
+        width = self._territory.grid.width
+        standing = {robot.name: robot.cell.y * width + robot.cell.x for robot in robots if robot.cell is not None}
+        left = {name: cell for name, cell in self._standing.items() if name not in standing}
         self._standing = standing
-        opened = self._opened()
+        opened = {name: reader.cells() for name, reader in self._opened.items()}
+        cleared = self._cleared.cells()
         territory = self._territory
         fresh = {}
         for carrier in territory.of_role(Role.CARRIER):
             starts = self._starts(carrier, robots)
-            fresh[carrier.name] = self._areas[carrier.name].grow(starts, opened.get(carrier.name, _NONE))
+            fresh[carrier.name] = self._areas[carrier.name].grow(starts, opened[carrier.name])
         for rover in territory.of_role(Role.ROVER):
             area = self._areas[rover.name]
-            if any(robot.name in left for robot in robots if robot.type == rover.name):
-                area.clear()
             docks = [dock for (_, name), dock in self._docks.items() if name == rover.name]
-            landings = [
-                dock.grow(fresh[dock.carrier], opened.get("", _NONE), opened.get(rover.name, _NONE)) for dock in docks
-            ]
+            for robot in robots:
+                if robot.type == rover.name and robot.name in left:
+                    area.give_up(left[robot.name], [dock.docking.cells for dock in docks])
+            landings = [dock.grow(fresh[dock.carrier], cleared, opened[rover.name]) for dock in docks]
             if area.empty:
                 landings = [np.flatnonzero(dock.docking.cells) for dock in docks]
             starts = np.concatenate([self._starts(rover, robots), *landings])
             fresh[rover.name] = _NONE
             if any(robot.type == rover.name for robot in robots):
-                fresh[rover.name] = area.grow(starts, opened.get(rover.name, _NONE))
+                fresh[rover.name] = area.grow(starts, opened[rover.name])
         return Reach(
             by_type={name: area.cells for name, area in self._areas.items()},
             fresh=fresh,
@@ -83,8 +86,9 @@ class GrowingReach:
 
     def _begin(self, names: frozenset[str]) -> None:
         territory = self._territory
-        self._names, self._standing = names, frozenset()
-        self._read = len(territory.opened)
+        self._names, self._standing = names, {}
+        self._opened = {name: footprint.opened.reader() for name, footprint in territory.footprints.items()}
+        self._cleared = territory.cleared.reader()
         kinds = (*territory.of_role(Role.CARRIER), *territory.of_role(Role.ROVER))
         self._areas = {kind.name: _Area(territory.footprints[kind.name].standable) for kind in kinds}
         self._docks = {
@@ -94,16 +98,8 @@ class GrowingReach:
             if carrier.capacity > 0
         }
 
-    def _opened(self) -> dict[str, Ints]:
-        """Return the cells opened since the last time, by type; under no name those that one can now see through."""
-        news = self._territory.opened[self._read :]
-        self._read += len(news)
-        names = news[0] if news else ()
-        return {name: np.concatenate([part[name] for part in news]).astype(np.int64) for name in names}
-
     def _starts(self, kind: RobotType, robots: Sequence[PlacedRobot]) -> Ints:
-        width = self._territory.grid.width
-        cells = [r.cell.y * width + r.cell.x for r in robots if r.type == kind.name and r.cell is not None]
+        cells = [self._standing[r.name] for r in robots if r.type == kind.name and r.name in self._standing]
         return np.array(cells, dtype=np.int64)
 
 
@@ -112,20 +108,21 @@ class _Area:
 
     def __init__(self, allowed: Mask) -> None:
         self._allowed = allowed
-        self._queue = np.empty(allowed.size, dtype=np.int64)
+        self._queue = np.empty(allowed.size, dtype=np.int32)
         self.cells: Mask = np.zeros_like(allowed)
         self.empty = True
 
-    def clear(self) -> None:
-        """Forget all starts."""
-        self.cells[:] = False
-        self.empty = True
+    def give_up(self, start: int, landings: Sequence[Mask]) -> None:
+        """Take the part round a former start out of the area, unless one of the landings is in it."""
+        if self.cells.flat[start] and not any(cells.flat[start] for cells in landings):
+            kept = np.logical_or.reduce([np.zeros_like(self.cells), *landings])
+            _give_up(self.cells, kept, start, self._queue)
 
     def grow(self, starts: Ints, opened: Ints) -> Ints:
         """Take in starts and cells that have become allowed; return the cells that are new to the area."""
         count = _grow(self._allowed, starts, opened, self.cells, self._queue)
         self.empty = self.empty and count == 0
-        return self._queue[:count].copy()
+        return self._queue[:count].astype(np.int64)
 
 
 class _Dock:
@@ -137,24 +134,45 @@ class _Dock:
         # a carrier's own cell may be one that a rover can't drive on, and the other way round
         self._nearest = Nearest(territory.see_through, limit)
         self._standable = territory.footprints[rover.name].standable
-        shape = self._standable.shape
-        self.docking = Docking(cells=np.zeros(shape, dtype=np.bool_), carrier_at=np.full(shape, -1, dtype=np.int32))
+        self.docking = Docking(cells=np.zeros_like(self._standable), carrier_at=self._nearest.origins)
 
     def grow(self, carrier_cells: Ints, seen: Ints, opened: Ints) -> Ints:
         """Take in cells carriers newly reach, cells to see through, cells to stand on; return new docking cells."""
         changed = np.concatenate([self._nearest.add(carrier_cells, seen), opened])
-        origins = self._nearest.origins(changed)
-        good = (origins >= 0) & self._standable.ravel()[changed]
-        at = changed[good]
         cells = self.docking.cells.ravel()
-        fresh = at[~cells[at]]
-        cells[at] = True
-        self.docking.carrier_at.ravel()[at] = origins[good]
+        fresh = changed[(self._nearest.origins(changed) >= 0) & self._standable.ravel()[changed] & ~cells[changed]]
+        cells[fresh] = True
         return fresh
 
 
 @native
-def _grow(allowed: Mask, starts: Ints, opened: Ints, out: Mask, queue: Ints) -> int:
+def _give_up(out: Mask, kept: Mask, start: int, queue: Ints32) -> None:
+    """Take what is connected to a cell out of the area `out`, unless one of `kept` is among it.
+
+    The masks are (height, width); `queue` has room for all cells.
+    """
+    height, width = out.shape
+    out[start // width, start % width] = False
+    queue[0] = start
+    head, tail = 0, 1
+    while head < tail:
+        y, x = queue[head] // width, queue[head] % width
+        head += 1
+        if kept[y, x]:
+            for k in range(tail):
+                out[queue[k] // width, queue[k] % width] = True
+            return
+        for direction in range(4):
+            u = x + (1 if direction == 0 else -1 if direction == 1 else 0)
+            v = y + (1 if direction == 2 else -1 if direction == 3 else 0)
+            if 0 <= u < width and 0 <= v < height and out[v, u]:
+                out[v, u] = False
+                queue[tail] = v * width + u
+                tail += 1
+
+
+@native
+def _grow(allowed: Mask, starts: Ints, opened: Ints, out: Mask, queue: Ints32) -> int:
     """Add to the area `out` what is connected to starts, or has been opened beside it; see `_Area.grow`.
 
     The masks are (height, width), the others row-major indices; `queue` receives the new cells, whose number is

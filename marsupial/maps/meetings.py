@@ -114,14 +114,14 @@ class _Pair:
         """Find the areas with a target that no carrier can explore, or with a rover on the ground, or next to one."""
         seeds = [target.viewpoints[self._rover] for target in self._rover_only()]
         seeds += [robot.cell for robot in self._robots if robot.type == self._rover and robot.cell is not None]
-        queue = np.empty(rover_only.size if seeds else 0, dtype=np.int64)
+        queue = np.empty(rover_only.size if seeds else 0, dtype=np.int32)
         for seed in seeds:
             around = Window.around(seed, seed, 0 if rover_only[seed.y, seed.x] else 1, rover_only.shape)
             for index in around.on_map(np.flatnonzero(rover_only[around.cut]), self._width).tolist():
                 if not self._areas.flat[index]:
                     area = self._areas.flat[index] = len(self._cells_of) + 1
                     queue[0] = index
-                    self._cells_of[area] = queue[: spread(rover_only, self._areas, area, queue, 1)].copy()
+                    self._cells_of[area] = queue[: spread(rover_only, self._areas, area, queue, 1)].astype(np.int64)
 
     def on_borders(self, points: Sequence[MapMeeting]) -> list[MapMeeting]:
         """Return a point for each stretch of border of the rover-only areas that matter."""
@@ -212,7 +212,7 @@ class _Pair:
         return (point.carrier_type, point.rover_type) == (self._carrier, self._rover)
 
     def _point(self, index: int) -> MapMeeting:
-        return self._named(self._cell(index), self._cell(int(self._docking.carrier_at.ravel()[index])))
+        return self._named(self._cell(index), self._cell(int(self._docking.carrier_at(np.array([index]))[0])))
 
     def _named(self, rover_cell: Cell, carrier_cell: Cell) -> MapMeeting:
         return MapMeeting(

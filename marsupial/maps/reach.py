@@ -23,7 +23,7 @@ def parts(mask: Mask) -> tuple[Ints32, int]:
     They count from 1 in the order of the parts' first cells.
     """
     labels = np.zeros(mask.shape, dtype=np.int32)
-    return labels, _label(mask, labels, np.empty(mask.size, dtype=np.int64))
+    return labels, _label(mask, labels, np.empty(mask.size, dtype=np.int32))
 
 
 def groups(cells: Ints, shape: tuple[int, int]) -> list[Ints]:
@@ -99,7 +99,7 @@ def _group(cells: Ints, height: int, width: int, found: Ints, ends: Ints) -> int
 
 
 @native
-def _label(mask: Mask, labels: Ints32, queue: Ints) -> int:
+def _label(mask: Mask, labels: Ints32, queue: Ints32) -> int:
     """Enter labels (height, width) as `parts` returns them; return how many parts there are."""
     height, width = mask.shape
     count = 0
@@ -114,7 +114,7 @@ def _label(mask: Mask, labels: Ints32, queue: Ints) -> int:
 
 
 @native
-def spread(mask: Mask, marks: Mask | Ints32, mark: int, queue: Ints, tail: int) -> int:
+def spread(mask: Mask, marks: Mask | Ints32, mark: int, queue: Ints32, tail: int) -> int:
     """Mark all cells connected within `mask` to those in `queue`, which are marked; return the queue's new length.
 
     Compiled. `mask` and `marks` (height, width); `queue` holds row-major indices up to `tail` and has room for all.

@@ -44,7 +44,8 @@ class _View(NamedTuple):
     intervals
         (4, n): lower and upper slopes of those open in a row, and in the next one.
     stamps
-        (cells,): the number of the last sweep that each cell was seen in.
+        (rows, columns): the number of the last sweep that each cell was seen in, of a window as large as can be seen.
+        On a large map a sweep stays in a processor's cache so.
     seen
         (cells,): receives the cells of a sweep.
     """
@@ -74,9 +75,10 @@ class Sight:
             width=cells.shape[1],
             opaque=opaque,
             intervals=np.empty((4, 2 * max(cells.shape) + 8), dtype=np.float64),
-            stamps=np.zeros(cells.size, dtype=np.int32),
+            stamps=np.zeros((0, 0), dtype=np.int32),
             seen=np.empty(cells.size, dtype=np.int64),
         )
+        self._shape = cells.shape
         self._stamp = 0
 
     def visible(self, cell: Cell, range_cells: float) -> Ints:
@@ -84,6 +86,9 @@ class Sight:
 
         The result is a view that the next call overwrites.
         """
+        rows, columns = (int(min(2 * range_cells + 1, side)) for side in self._shape)
+        if rows > self._view.stamps.shape[0] or columns > self._view.stamps.shape[1]:
+            self._view = self._view._replace(stamps=np.zeros((rows, columns), dtype=np.int32))
         self._stamp += 1
         seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
         return seen
@@ -92,10 +97,13 @@ class Sight:
 @native
 def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
     """Enter what is seen from a cell within `reach` cells in `view.seen`; return how many cells that is."""
-    codes, width, opaque, intervals, stamps, seen = view
+    codes, width, opaque, intervals, window, seen = view
     height = codes.size // width
     here = y * width + x
-    stamps[here] = stamp
+    # the window begins so far to the left and below as one can see, or at the edge of the map
+    stamps, across = window.ravel(), window.shape[1]
+    middle = min(y, int(reach)) * across + min(x, int(reach))
+    stamps[middle] = stamp
     seen[0] = here
     count = np.uint64(1)
     limit = reach * reach + 1e-6
@@ -105,9 +113,10 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
         ahead = (width - 1 - x if fx > 0 else x) if fx else (height - 1 - y if fy > 0 else y)
         low, high, next_low, next_high = intervals[0], intervals[1], intervals[2], intervals[3]
         low[0], high[0], n = 0.0, 1.0, 1
-        apart = sy * width + sx
+        apart, window_apart = sy * width + sx, sy * across + sx
         for k in range(1, min(int(reach), ahead) + 1):
             first, ranging = here + (fy * width + fx) * k, int(np.sqrt(limit - k * k))
+            window_first = middle + (fy * across + fx) * k
             near, far = k - 0.5, k + 0.5
             m = 0
             for i in range(n):
@@ -124,10 +133,12 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
                     while j <= last and j <= beside:
                         index = np.uint64(first + apart * j)
                         closed = opaque[codes[index]] != 0
-                        if j <= ranging and stamps[index] != stamp:
-                            stamps[index] = np.int32(stamp)
-                            seen[count] = index
-                            count += np.uint64(1)
+                        if j <= ranging:
+                            at = np.uint64(window_first + window_apart * j)
+                            if stamps[at] != stamp:
+                                stamps[at] = np.int32(stamp)
+                                seen[count] = index
+                                count += np.uint64(1)
                         if closed:
                             break
                         j += 1

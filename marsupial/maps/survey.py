@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.unseen import UnseenPart
+from marsupial.model.feed import Feed
 from marsupial.model.grid import Cell, code_table
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
 from marsupial.model.robots import RobotType, Role, Routes
@@ -90,14 +92,16 @@ class Surveyor:
         self._reach = self._growing.reach(())
         self._frontiers: Mapping[str, Frontier] = {}
         self._targets: tuple[Target, ...] | None = None
-        memory = SearchMemory(territory.see_through.shape)
-        self._ways = ways_by_type(territory, memory)
-        self._unseen = UnseenPart(territory)
-        terrains = frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values()))
-        self._drivable = code_table(terrains)
-        self._ground_opened: list[Ints] = []
-        self._all_ground = PathSearch(np.zeros_like(territory.see_through), opened=self._ground_opened, memory=memory)
-        self._ground_read = 0
+        self._memory = SearchMemory(territory.see_through.shape)
+        self._ways = ways_by_type(territory, self._memory)
+
+    @cached_property
+    def _all_ground(self) -> _AllGround:
+        return _AllGround(self._territory, self._memory)
+
+    @cached_property
+    def _unseen(self) -> UnseenPart:
+        return UnseenPart(self._territory)
 
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets there are now."""
@@ -263,11 +267,7 @@ class Surveyor:
 
     def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
         """Return the carriers' travel times to all targets over all ground that any type can drive on."""
-        search, codes = self._all_ground, self._territory.grid.cells.ravel()
-        for revealed in self._territory.revealed[self._ground_read :]:
-            self._ground_opened.append(revealed[self._drivable[codes[revealed]]])
-            search.passable.ravel()[self._ground_opened[-1]] = True
-        self._ground_read = len(self._territory.revealed)
+        search = self._all_ground.search()
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
         direct: dict[str, Mapping[str, int]] = {}
         for carrier in situation.of_role(Role.CARRIER):
@@ -282,6 +282,24 @@ class Surveyor:
                 if time != UNREACHABLE
             }
         return direct
+
+
+class _AllGround:
+    """All ground that any robot type can drive on, as far as it is known."""
+
+    def __init__(self, territory: Territory, memory: SearchMemory) -> None:
+        self._codes = territory.grid.cells
+        self._drivable = code_table(frozenset[int]().union(*(kind.terrains for kind in territory.kinds.values())))
+        self._revealed, self._opened = territory.revealed.reader(), Feed()
+        self._search = PathSearch(self._drivable[self._codes], opened=self._opened, memory=memory)
+
+    def search(self) -> PathSearch:
+        """Return what searches on it as it is now."""
+        revealed = self._revealed.cells()
+        opened = revealed[self._drivable[self._codes.ravel()[revealed]]]
+        self._search.passable.ravel()[opened] = True
+        self._opened.add(opened)
+        return self._search
 
 
 class _Shared:

@@ -85,15 +85,17 @@ class TargetFinder:
         hopeful[UNKNOWN] = 0
         self._views = Views(grid.cells, hopeful, UNKNOWN)
         self._drivable = code_table({code for kind in territory.kinds.values() for code in kind.terrains})
-        self._frontier: Ints = np.empty(0, dtype=np.int64)
-        self._read = 0
+        self._frontier = np.flatnonzero(grid.cells != UNKNOWN)
+        self._revealed = territory.revealed.reader()
         self._viewpoints: dict[str, Ints] = {}
-        self._nearest = Nearest(territory.see_through)
+        self._near_cells = {
+            kind.name: 1.1 * kind.radius_m / grid.resolution_m + 2.5 for kind in territory.kinds.values()
+        }
+        self._nearest = Nearest(territory.see_through, max(self._near_cells.values()))
 
     def frontier(self) -> Ints:
         """Return the known cells, ascending, that some type can drive on and that have an unknown neighbour."""
-        news = self._territory.revealed[self._read :]
-        self._read += len(news)
+        news = self._revealed.parts()
         self._views.forget()
         for indices in news:
             self._views.revealed(indices)
@@ -169,8 +171,7 @@ class TargetFinder:
         found = left[_are_viewpoints(left, reach.by_type[name], footprint.standable, footprint.possible)]
         viewpoints = np.unique(found)
         self._viewpoints[name] = viewpoints
-        kind, grid = self._territory.kinds[name], self._territory.grid
-        nearest = self._nearest.once(viewpoints, cells, 1.1 * kind.radius_m / grid.resolution_m + 2.5)
+        nearest = self._nearest.once(viewpoints, cells, self._near_cells[name])
         near = nearest >= 0
         if not near.any():
             return Frontier(cells=viewpoints, viewpoints=viewpoints)

@@ -8,16 +8,16 @@ as cells are revealed and answers for the team's current poses.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from marsupial.arrays import Ints32
-from marsupial.maps.footprint import Footprint
+from marsupial.arrays import Ints
+from marsupial.maps.footprint import Footprint, known_parts
 from marsupial.maps.window import Window
-from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
+from marsupial.model.feed import Feed
+from marsupial.model.grid import Cell, Grid, Mask
 from marsupial.model.robots import RobotType, Role
 
 
@@ -30,12 +30,12 @@ def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) 
 class Docking:
     """Where a rover type may stand to dock with a carrier type.
 
-    `cells` is a mask (height, width) of rover cells; `carrier_at` the row-major index of the carrier's cell for each,
-    -1 elsewhere.
+    `cells` is a mask (height, width) of rover cells; `carrier_at` returns for some of them (n,) the carrier's cell of
+    each, both by row-major index.
     """
 
     cells: Mask
-    carrier_at: Ints32
+    carrier_at: Callable[[Ints], Ints]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,7 +46,7 @@ class Reach:
     """
 
     by_type: Mapping[str, Mask]
-    fresh: Mapping[str, npt.NDArray[np.int64]]
+    fresh: Mapping[str, Ints]
     docking: Mapping[tuple[str, str], Docking]
 
 
@@ -62,11 +62,8 @@ class Territory:
     ----------
     revision
         Goes up whenever something is revealed.
-    revealed
-        Per revision the cells (row-major indices) that were revealed.
-    opened
-        Per revision the cells (row-major indices) where a type can stand from then on, by type; under the empty name
-        those that one can see through.
+    revealed, cleared
+        Hand on the cells (row-major indices) that are revealed, and those of them that one can see through.
     """
 
     def __init__(self, grid: Grid, kinds: Sequence[RobotType]) -> None:
@@ -76,13 +73,13 @@ class Territory:
         self._prints: dict[tuple[float, frozenset[int]], Footprint] = {}
         self.footprints = {kind.name: self._footprint(kind) for kind in kinds}
         self.revision = 0
-        self.revealed: list[npt.NDArray[np.int64]] = []
-        self.opened: list[Mapping[str, Ints32]] = []
+        self.revealed, self.cleared = Feed(), Feed()
         self._opaque = grid.opaque_codes()
         self._lowest, self._highest = Cell(grid.width, grid.height), Cell(-1, -1)
-        self.reveal(np.flatnonzero(grid.cells != UNKNOWN))
+        for cells in known_parts(grid):
+            self.reveal(cells)
 
-    def reveal(self, indices: npt.NDArray[np.int64]) -> None:
+    def reveal(self, indices: Ints) -> None:
         """Take in cells (row-major indices) that were unknown until now."""
         if not len(indices):
             return
@@ -95,9 +92,8 @@ class Territory:
         self._highest = Cell(max(self._highest.x, int(x.max())), max(self._highest.y, top))
         for footprint in self._prints.values():
             footprint.reveal(indices, self.grid.cells)
-        opened = {name: footprint.opened[-1] for name, footprint in self.footprints.items()}
-        self.revealed.append(indices)
-        self.opened.append({"": clear.astype(np.int32)} | opened)
+        self.revealed.add(indices)
+        self.cleared.add(clear)
 
     def _footprint(self, kind: RobotType) -> Footprint:
         """Return the footprint of a type, which is one for all types with the same ground."""

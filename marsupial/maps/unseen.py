@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from marsupial.arrays import Ints
+from marsupial.maps.footprint import known_parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
 from marsupial.model.robots import Role
@@ -34,17 +35,19 @@ class UnseenPart:
 
     def __init__(self, territory: Territory) -> None:
         self._territory = territory
-        self._read = 0
+        self._revealed = territory.revealed.reader()
         grid = territory.grid
         self._side = max(1, round(SIDE_M / grid.resolution_m))
         (rows, of_y), (columns, of_x) = (_ranges(cells, self._side) for cells in (grid.height, grid.width))
         self._unknown = np.outer(rows, columns)
         self._sum_x, self._sum_y = np.outer(rows, of_x), np.outer(of_y, columns)
         self._known_by_code = np.zeros(CODES, dtype=np.int64)
+        for cells in known_parts(grid):
+            self._take_in(cells)
 
     def now(self, targets: Sequence[Target]) -> Unseen:
         """Return what is unseen now, with the positions of the targets there are."""
-        self._take_in()
+        self._take_in(self._revealed.cells())
         resolution = self._territory.grid.resolution_m
         return Unseen(
             squares=self._squares(),
@@ -53,12 +56,7 @@ class UnseenPart:
             speed_mps={kind.name: kind.speed_mps for kind in self._territory.kinds.values()},
         )
 
-    def _take_in(self) -> None:
-        news = self._territory.revealed[self._read :]
-        self._read += len(news)
-        if not news:
-            return
-        cells = np.concatenate(news)
+    def _take_in(self, cells: Ints) -> None:
         self._known_by_code += np.bincount(self._territory.grid.cells.ravel()[cells], minlength=CODES)
         y, x = np.divmod(cells, self._territory.grid.width)
         of_square = y // self._side, x // self._side

@@ -44,6 +44,7 @@ class Executor:
         self._superseded: set[str] = set()
         self._poses: Poses = {}
         self._revision = 0
+        self._changed = True  # since it was last looked whether an action could start
         self.deployments = Deployments()
 
     @property
@@ -74,7 +75,7 @@ class Executor:
 
     def adopt(self, plan: Plan, poses: Poses, revision: int) -> None:
         """Follow `plan` (absolute times) from now on; `poses` says where its places are."""
-        self._poses, self._revision = poses, revision
+        self._poses, self._revision, self._changed = poses, revision, True
         self._queues = {name: deque(plan.of_robot(name)) for name in self._types}
         for name, (_, action) in list(self._running.items()):
             if action.carrier is not None:
@@ -88,12 +89,16 @@ class Executor:
 
     def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
         """Start every action whose robots are all free; return the robots that found their way blocked."""
-        if not any(self._startable(name) for name in self._types):
+        if not self._changed:  # most news is of what was seen
             return ()
+        self._changed = False
         blocked: list[str] = []
         for robot in self._world.robots():
             action = self._startable(robot.name)
-            if action is None or (drives_only and action.carrier is not None):
+            if action is None:
+                continue
+            if drives_only and action.carrier is not None:
+                self._changed = True
                 continue
             if not self._start(robot, action):
                 blocked.append(robot.name)
@@ -106,6 +111,7 @@ class Executor:
             if name not in self._running:
                 continue
             revision, action = self._running.pop(name)
+            self._changed = True
             if action.carrier is None:
                 self._stand(name)
             elif action.carrier == name:
@@ -138,6 +144,7 @@ class Executor:
         revision, action = self._running[name]
         for partner in action.robots:
             self._running.pop(partner, None)
+        self._changed = True
         if action.carrier is None:
             self._stand(name)
         self._superseded.discard(name)

@@ -71,7 +71,8 @@ class OnNews(Lookout):
         if setbacks:
             return setbacks
         explored = {action.place for action in done if action.name is ActionName.EXPLORE}
-        self._known = tuple(target for target in self._known if target.name not in explored)
+        if explored:
+            self._known = tuple(target for target in self._known if target.name not in explored)
         if work.idle:
             return (Trigger(Cause.CARRIED_OUT),)
         free = bool(done) and self._unemployed({robot for action in done for robot in action.robots}, work)

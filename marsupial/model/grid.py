@@ -131,7 +131,8 @@ class Grid:
 
     def solid(self) -> Grid:
         """Return the map as a world: what it does not know is an obstacle."""
-        return replace(self, cells=np.where(self.cells == UNKNOWN, np.uint8(OBSTACLE), self.cells))
+        unknown = self.cells == UNKNOWN
+        return replace(self, cells=np.where(unknown, np.uint8(OBSTACLE), self.cells)) if unknown.any() else self
 
     def opaque_codes(self) -> CellArray:
         """Return a uint8 table of 256: 1 for codes that block sight (unknown included), else 0."""

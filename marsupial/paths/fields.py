@@ -16,7 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from marsupial.arrays import Cells, Floats, Ints, Ints32
+from marsupial.arrays import Cells, Floats, Ints
+from marsupial.model.feed import Feed, Reader
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import SQRT2
 from marsupial.paths.distances import Distances
@@ -57,8 +58,8 @@ class PathSearch:
     diagonal
         The length of a diagonal step in straight ones, 1 to sqrt 2.
     opened
-        Where the mask changes only by cells being opened: lists of them (row-major), which whoever opens them adds to.
-        Then what a call costs does not go with the size of the mask. None if it may change in any way.
+        Where the mask changes only by cells being opened: whoever opens them adds them to it. Then what a call costs
+        does not go with the size of the mask. None if it may change in any way.
     memory
         Shared with others, none of which is used at the same time; None for its own.
     """
@@ -67,14 +68,15 @@ class PathSearch:
         self,
         passable: Mask,
         diagonal: float = SQRT2,
-        opened: Sequence[Ints | Ints32] | None = None,
+        opened: Feed | None = None,
         memory: SearchMemory | None = None,
     ) -> None:
         self.passable = passable
         height, width = passable.shape
         self._memory = memory or SearchMemory((height, width))
-        self._news = opened
-        self._looked = self._framed_upto = -1
+        self._opened = opened
+        self._framed_news: Reader | None = None
+        self._jumps_news: Reader | None = None
         self._diagonal = diagonal
         self._open = self._ragged = 0
         self._distances = Distances(passable, diagonal)
@@ -147,22 +149,22 @@ class PathSearch:
         return route_of(start, self._work.descent(ends[0]))
 
     def _framed(self, cells: Sequence[Cell] | Ints) -> Cells:
-        if self._news is None or self._framed_upto < 0:
-            self._work.load(self.passable)
+        if self._framed_news is not None:
+            self._work.open(self._framed_news.cells())
         else:
-            for opened in self._news[self._framed_upto :]:
-                self._work.open(opened.astype(np.int64))
-        self._framed_upto = len(self._news or ())
+            self._work.load(self.passable)
+            self._framed_news = None if self._opened is None else self._opened.reader()
         return self._work.indices(cells)
 
     def _look(self) -> None:
         """Take in what has changed of the mask."""
-        if self._news is None or self._looked < 0:
-            opened = self._jumps.load(self.passable)
-        else:
-            opened = np.concatenate([np.empty(0, dtype=np.int64), *self._news[self._looked :]])
+        opened: Ints | None
+        if self._jumps_news is not None:
+            opened = self._jumps_news.cells()
             self._jumps.open(opened)
-        self._looked = len(self._news or ())
+        else:
+            opened = self._jumps.load(self.passable)
+            self._jumps_news = None if self._opened is None else self._opened.reader()
         self._distances.opened(opened)
         if opened is None:
             self._open, self._ragged = int(np.count_nonzero(self.passable)), 0

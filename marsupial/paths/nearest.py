@@ -11,15 +11,22 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from marsupial.arrays import Bytes, Floats, Ints, Ints32
+from marsupial.arrays import Bytes, Ints, Ints32
 from marsupial.model.grid import Mask
 from marsupial.model.robots import SQRT2
-from marsupial.native import native
+from marsupial.native import inlined, native
 from marsupial.paths.kernels import TOLERANCE
 
+_ONE = np.uint64(1)
 _NONE: Ints = np.empty(0, dtype=np.int64)
 _QUEUED, _CHANGED = np.uint8(1), np.uint8(2)
+
+MANY = 255
+"""A limit, in cells, from which the steps of a way that goes just beyond it may not fit in half of two bytes each."""
+
+Steps = npt.NDArray[np.uint16] | npt.NDArray[np.uint64]
 
 
 class _State(NamedTuple):
@@ -29,8 +36,9 @@ class _State(NamedTuple):
     ----------
     label
         The index of the nearest source, and one more; 0 where there is none.
-    distance
-        In cells, to that source.
+    steps
+        Of the way to that source: the diagonal ones in the upper half of the bits, the straight ones in the lower. So
+        a cell takes two bytes for them wherever the limit allows it.
     flags
         `_QUEUED` and `_CHANGED` while a search runs.
     queue
@@ -40,7 +48,7 @@ class _State(NamedTuple):
     """
 
     label: Ints32
-    distance: Floats
+    steps: Steps
     flags: Bytes
     queue: Ints32
     changed: Ints32
@@ -64,7 +72,7 @@ class Nearest:
         # nothing is filled: only the pages a search writes to take up memory
         self._state = _State(
             label=np.zeros(size, dtype=np.int32),
-            distance=np.zeros(size, dtype=np.float64),
+            steps=np.zeros(size, np.uint16) if self._limit < MANY else np.zeros(size, np.uint64),
             flags=np.zeros(size, dtype=np.uint8),
             queue=np.empty(size + 1, dtype=np.int32),
             changed=np.empty(size, dtype=np.int32),
@@ -100,15 +108,22 @@ class Nearest:
         return changed
 
 
+@inlined
+def _length(steps: np.uint64, half: np.uint64) -> float:
+    """Return the length in cells of a way of so many diagonal and straight steps, see `_State`."""
+    return SQRT2 * np.int64(steps >> half) + np.int64(steps & (_ONE << half) - _ONE)
+
+
 @native
 def _settle(passable: Mask, sources: Ints, opened: Ints, limit: float, state: _State) -> int:
     """Take in sources and opened cells, see `Nearest.add`; return how many cells have another source now."""
-    label, distance, flags, queue, changed = state
+    label, steps, flags, queue, changed = state
     height, width = passable.shape
+    half = np.uint64(4 * steps.itemsize)
     count = head = tail = 0
     for index in sources:
         if passable[index // width, index % width] and label[index] != index + 1:
-            label[index], distance[index] = index + 1, 0.0
+            label[index], steps[index] = index + 1, 0
             changed[count] = queue[tail] = index
             count += 1
             tail += 1
@@ -127,20 +142,23 @@ def _settle(passable: Mask, sources: Ints, opened: Ints, limit: float, state: _S
         head = head + 1 if head + 1 < queue.size else 0
         flags[cell] &= _CHANGED
         y, x = cell // width, cell % width
+        reached = np.uint64(steps[cell])
         for v in range(max(y - 1, 0), min(y + 2, height)):
             for u in range(max(x - 1, 0), min(x + 2, width)):
                 if not passable[v, u] or not (passable[y, u] and passable[v, x]):
                     continue
-                length = distance[cell] + (SQRT2 if u != x and v != y else 1.0)
+                onward = reached + (_ONE << half if u != x and v != y else _ONE)
+                length = _length(onward, half)
                 near = v * width + u
                 if length > limit or near == cell:
                     continue
                 if label[near]:
-                    if length > distance[near] + TOLERANCE:
+                    known = _length(np.uint64(steps[near]), half)
+                    if length > known + TOLERANCE:
                         continue
-                    if length >= distance[near] - TOLERANCE and label[cell] >= label[near]:
+                    if length >= known - TOLERANCE and label[cell] >= label[near]:
                         continue
-                label[near], distance[near] = label[cell], length
+                label[near], steps[near] = label[cell], onward
                 if not flags[near] & _CHANGED:
                     changed[count] = near
                     count += 1

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from marsupial.arrays import Floats, Ints, Ints32
+from marsupial.arrays import Floats, Ints
+from marsupial.model.feed import Feed
 from marsupial.model.grid import Cell, Mask
 from marsupial.model.robots import RobotType, Routes
 from marsupial.paths.energy import EnergySearch, costs_of
@@ -42,7 +43,7 @@ class ShortestWays:
         self,
         passable: Mask,
         diagonal: float,
-        opened: Sequence[Ints | Ints32] | None = None,
+        opened: Feed | None = None,
         memory: SearchMemory | None = None,
     ) -> None:
         self.passable = passable
@@ -65,7 +66,7 @@ def ways_of(
     kind: RobotType,
     passable: Mask,
     resolution_m: float,
-    opened: Sequence[Ints | Ints32] | None = None,
+    opened: Feed | None = None,
     memory: SearchMemory | None = None,
 ) -> Ways:
     """Return what finds the ways of a robot type; `opened` and `memory` are told at `PathSearch`.

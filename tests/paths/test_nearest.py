@@ -3,12 +3,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from at_once import grow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths_grids import drawn, masks
 
 from marsupial.model.grid import Mask
+from marsupial.model.robots import SQRT2
 from marsupial.paths.nearest import Nearest
 
 EVERY = np.arange(100, dtype=np.int64)
@@ -37,6 +39,17 @@ def test_a_door_that_opens_lets_distances_through() -> None:
     nearest.add(at(0))
     passable[0, 2] = True
     assert sorted(nearest.add(at(), at(2)).tolist()) == [2, 3, 4]
+
+
+@pytest.mark.parametrize("limit", [254.5, 255.0, 300.0, math.inf])
+def test_a_way_may_take_hundreds_of_steps_of_either_kind(limit: float) -> None:
+    corridor = Nearest(np.ones((1, 400), dtype=np.bool_), limit)
+    corridor.add(at(0))
+    assert (corridor.origins(np.arange(400)) == 0).tolist() == [steps <= limit for steps in range(400)]
+    square = Nearest(np.ones((300, 300), dtype=np.bool_), limit)
+    square.add(at(0))
+    reached = square.origins(np.arange(300) * 301) == 0
+    assert reached.tolist() == [SQRT2 * steps <= limit for steps in range(300)]
 
 
 def test_asking_once_leaves_nothing_behind() -> None:

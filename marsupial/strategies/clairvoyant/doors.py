@@ -42,7 +42,7 @@ def _spread(ground: Ground, carrier: str, rover: str, points: Sequence[MapMeetin
         n = int(np.argmax(apart))
         if apart[n] * ground.territory.grid.resolution_m < APART_M:
             break
-        here, there = ground.cell(cells[n]), ground.cell(int(docking.carrier_at.ravel()[cells[n]]))
+        here, there = ground.cell(cells[n]), ground.cell(int(docking.carrier_at(cells[n : n + 1])[0]))
         apart = np.minimum(apart, np.hypot(x - here.x, y - here.y))
         found.append(
             MapMeeting(
