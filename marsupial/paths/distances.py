@@ -44,7 +44,7 @@ class Distances:
         if cells is None:
             self._cells, self._table = self._cells[:0], self._table[:0, :0]
             self._opened.clear()
-        elif cells.size:
+        elif cells.size and self._cells.size:  # else there is nothing that they could make shorter
             self._opened.append(cells)
 
     def between(self, cells: Ints, search: Callable[[int, Ints], Floats]) -> Floats:
