@@ -158,19 +158,24 @@ class _Code(NullCache):
         part.replace(path)
 
 
-@cache
 def _usual_processor() -> Processor | None:
-    """Return the one that code is precompiled for, if this machine can run that and no other processor is asked for."""
+    """Return the processor of precompiled code, if this process may use that: it can be told another one."""
     processor = PROCESSORS.get(_architecture())
-    if processor is None or (processor.name, "") == (config.CPU_NAME, config.CPU_FEATURES):
-        return processor
-    if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
+    if processor is None:
         return None
+    if _Ahead.folder is not None:
+        return processor if processor.name == config.CPU_NAME and not config.CPU_FEATURES else None
+    unasked = config.CPU_NAME is None and config.CPU_FEATURES is None
+    return processor if unasked and _features() >= processor.features else None
+
+
+@cache
+def _features() -> frozenset[str]:
+    """Return what this machine's processor has, in LLVM's words."""
     try:
-        present = llvm.get_host_cpu_features()
+        return frozenset(name for name, there in llvm.get_host_cpu_features().items() if there)
     except RuntimeError:  # LLVM can't tell
-        return None
-    return processor if all(present.get(name) for name in processor.features) else None
+        return frozenset()
 
 
 @cache
