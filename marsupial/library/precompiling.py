@@ -79,4 +79,5 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--job"]:
         compile_here(int(sys.argv[2]), Path(sys.argv[3]))
     else:
+        print("precompiling, for half a minute to a minute ...", flush=True)
         print(f"{precompile(Path(sys.argv[1]) if sys.argv[1:] else PRECOMPILED)} functions precompiled")
