@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test slow trial check lint types contract clean
+.PHONY: demo test slow trial check lint types contract wheel clean
 
 demo: $(STAMP)
 	@$(BIN)/marsupial demo --out demo
@@ -31,11 +31,16 @@ types: $(STAMP)
 contract: $(STAMP)
 	$(BIN)/lint-imports
 
+# With precompiled code for this operating system, architecture and Python; `python -m build` makes one without.
+wheel: $(STAMP)
+	HATCH_BUILD_HOOKS_ENABLE=true $(BIN)/python -m build --wheel
+
 $(STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	@$(BIN)/python -m marsupial.library.precompiling
 	@touch $(STAMP)
 
 clean:
-	rm -rf $(VENV) build dist demo .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) build dist demo marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

@@ -2,35 +2,27 @@
 
 numba knows kept code by the file of the function that Python calls. What that calls in other files becomes part of the
 code, but a change there goes unnoticed (https://numba.readthedocs.io/en/stable/user/jit.html#cache), up to memory being
-written to where it should not, after an upgrade. So code is kept by all the sources it may be made of.
-
-It is kept beside the sources, or where numba keeps the user's. Where neither folder can be written to, as in a
-read-only container, a temporary one is used, or nothing is kept if there is none; either is logged in one line.
+written to where it should not, after an upgrade. So code is kept by all the sources it may be made of; where it is kept
+is told in `marsupial.keeping`.
 """
 
 from __future__ import annotations
 
-import atexit
 import hashlib
-import logging
-import os
-import shutil
-import tempfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import cache
 from pathlib import Path
-from stat import S_IMODE, S_ISDIR
 from typing import Any, TypeVar
 
-from numba import config, njit
+from numba import njit
 from numba.core import event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
 from numba.types import unliteral
 
-_LOG = logging.getLogger(__name__)
+from marsupial.keeping import keep
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -151,49 +143,10 @@ def native(function: F) -> F:
     folders = sorted({Path(each.__code__.co_filename).parent for each in made})
     digest = hashlib.sha256(b"".join(map(_digest, folders))).hexdigest()
     function.__qualname__ += f"-{digest[:16]}"
-    compiled = _compiled(function)
+    compiled: CPUDispatcher = njit(nogil=True, no_cfunc_wrapper=True)(function)
+    keep(compiled)
     _natives.append(compiled)
     return compiled
-
-
-def _compiled(function: F) -> Any:
-    options = {"nogil": True, "no_cfunc_wrapper": True}
-    try:
-        return njit(cache=True, **options)(function)
-    except RuntimeError:  # there is no folder to keep it in
-        folder = _temporary_folder()
-    if folder is None:
-        return njit(**options)(function)
-    os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
-    return njit(cache=True, **options)(function)
-
-
-@cache
-def _temporary_folder() -> str | None:
-    """Return a folder for compiled code that nobody else can write to: the user's, or one for this process alone.
-
-    There is none where no folder for temporary files can be written to.
-    """
-    try:
-        return _made_temporary_folder()
-    except OSError:
-        _LOG.warning("compiled code is not kept: there is no folder that can be written to")
-        return None
-
-
-def _made_temporary_folder() -> str:
-    folder = Path(tempfile.gettempdir(), f"marsupial-{os.getuid()}")
-    try:
-        folder.mkdir(mode=0o700, exist_ok=True)
-        found = folder.lstat()
-        ours = S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not S_IMODE(found.st_mode) & 0o077
-    except OSError:
-        ours = False
-    if not ours:
-        folder = Path(tempfile.mkdtemp(prefix="marsupial-"))
-        atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    _LOG.warning("compiled code is kept in %s: the folders for it can't be written to", folder)
-    return str(folder)
 
 
 @cache

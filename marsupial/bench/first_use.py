@@ -1,7 +1,7 @@
-"""What a command takes the first time on a machine, with nothing compiled, beside the times after it.
+"""What a command takes the first time on a machine, with no compiled code kept, beside the times after it.
 
-Each use is a process of its own; its compiled code is kept in a folder that is empty before the first one. Counted are
-the process and those it waited for.
+Each use is a process of its own; its compiled code is kept in a folder that is empty before the first one. Precompiled
+code is used where it came with the package, as by everybody. Counted are the process and those it waited for.
 """
 
 from __future__ import annotations
@@ -76,9 +76,9 @@ def bench_first_use(
         with tempfile.TemporaryDirectory(prefix="marsupial-") as folder:
             place = Path(folder)
             (place / SITUATION).write_text(situation_to_json(INSTANCES[INSTANCE].situation()), encoding="utf-8")
-            tell(f"{name}, nothing compiled")
+            tell(f"{name}, nothing kept")
             first = use(COMMANDS[name], place)
-            tell(f"{name}, compiled")
+            tell(f"{name}, again")
             later = [use(COMMANDS[name], place) for _ in range(repeats)]
         yield FirstUseRow(
             name=name,
@@ -110,7 +110,7 @@ def use(command: Iterable[str], folder: Path) -> Use:
 def table(rows: Sequence[FirstUseRow]) -> str:
     """Write rows as text."""
     lines = [
-        "the first use of a command with nothing compiled, and the median of those after it; a ratio is of CPU times",
+        "the first use of a command with no code kept, and the median of those after it; a ratio is of CPU times",
         f"{'first CPU s':>12}{'wall s':>8}{'later CPU s':>13}{'wall s':>8}{'ratio':>8}  command",
     ]
     for row in rows:

@@ -18,6 +18,7 @@ import numpy as np
 from marsupial import native
 from marsupial.arrays import Ints
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.keeping import is_lasting
 from marsupial.library.missions import simulate
 from marsupial.model.objective import ObjectiveName
 from marsupial.model.planning import NO_PLANNER, Budget, Engine
@@ -112,7 +113,7 @@ class _Told:
     def __call__(self, name: str, done: int, most: int) -> None:
         now = time.monotonic()
         if self._said_s is None:
-            self._say("compiling, which is done once on a machine ...")
+            self._say("compiling, which is done once on a machine ..." if is_lasting() else "compiling ...")
         elif now - self._said_s < SAY_EVERY_S:
             return
         else:

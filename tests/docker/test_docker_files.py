@@ -2,17 +2,15 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 from dataclasses import fields
 from fnmatch import fnmatch
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
+from marsupial.library import precompiling
 from marsupial_service.operations.settings import PREFIX, ServiceLimits
 
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -79,7 +77,6 @@ def test_health_is_asked_of_the_service(service: Any) -> None:
     assert "/healthz" in (DOCKER / "health.py").read_text()
     assert any(name == "HEALTHCHECK" and "health.py" in rest for name, rest in final_stage())
     assert os.access(DOCKER / "health.py", os.X_OK)
-    assert os.access(DOCKER / "entrypoint.sh", os.X_OK)
 
 
 def test_jobs_fit_into_the_memory_of_the_container(service: Any) -> None:
@@ -120,32 +117,9 @@ def test_what_is_copied_is_there_and_not_ignored() -> None:
         assert any(fnmatch(source, pattern) for pattern in let_in), source
 
 
-def test_what_is_imported_to_compile_kernels_is_there() -> None:
-    text = " ".join(rest for name, rest in instructions() if name == "RUN")
-    names = re.findall(r"from (marsupial_service[\w.]*) import (\w+)", text)
-    assert names
-    assert all(find_spec(f"{package}.{module}") for package, module in names)
-    loaded = {module: import_module(f"{package}.{module}") for package, module in names}
-    calls = re.findall(r"(\w+)\.(\w+)\(\)", text)
-    assert {module for module, _ in calls} == set(loaded)
-    assert all(callable(getattr(loaded[module], function)) for module, function in calls)
-
-
-def test_the_entrypoint_puts_the_kernels_where_they_can_be_written(tmp_path: Path) -> None:
-    script = (DOCKER / "entrypoint.sh").read_text().replace("/opt/marsupial/kernels", str(tmp_path / "built"))
-    (tmp_path / "built").mkdir()
-    (tmp_path / "built" / "kernel.nbc").write_text("code")
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin" / "marsupial").write_text('#!/bin/sh\necho "$@"\n')
-    (tmp_path / "bin" / "marsupial").chmod(0o755)
-    path = f"{tmp_path / 'bin'}:{os.environ['PATH']}"
-    for _ in range(2):
-        done = subprocess.run(
-            ["sh", "-c", script, "entrypoint.sh", "serve", "--port", "0"],
-            env={"PATH": path, "NUMBA_CACHE_DIR": str(tmp_path / "kernels")},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        assert done.stdout == "serve --port 0\n"
-        assert [file.name for file in (tmp_path / "kernels").iterdir()] == ["kernel.nbc"]
+def test_the_module_that_compiles_is_run_on_what_is_installed() -> None:
+    """In the folder with the sources it would compile for those."""
+    before = [(name, rest) for name, rest in instructions() if name in ("WORKDIR", "RUN")]
+    (at,) = [i for i, (name, rest) in enumerate(before) if name == "RUN" and "precompiling" in rest]
+    assert before[at - 1] == ("WORKDIR", "/")
+    assert before[at][1].split() == ["/opt/marsupial/bin/python", "-m", precompiling.__name__]

@@ -4,12 +4,16 @@ import json
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from marsupial import native
+from marsupial.library import first_use
 from marsupial.library.first_use import prepare_planner, try_planner
+from marsupial.library.precompiling import precompile
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.planning import engines
@@ -89,18 +93,51 @@ print(json.dumps({"for_mission": said[:for_mission], "for_planner": said[for_mis
 """
 
 
+def told(program: str, **environment: str) -> dict[str, Any]:
+    """Return what a process of its own says, with these variables set."""
+    where = os.environ | environment
+    done = subprocess.run([sys.executable, "-c", program], env=where, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
 def test_all_is_compiled_before_a_budget_counts_and_nothing_is_said_where_it_was_compiled_before(
     tmp_path: Path,
 ) -> None:
-    def told() -> dict[str, Any]:
-        where = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-        done = subprocess.run([sys.executable, "-c", FRESH], env=where, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        found: dict[str, Any] = json.loads(done.stdout)
-        return found
-
-    cold, warm = told(), told()
+    own_code = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic"}  # no precompiled one is for that
+    cold, warm = told(FRESH, **own_code), told(FRESH, **own_code)
     assert cold["late"] == []
     assert cold["for_mission"][0] == cold["for_planner"][0] == "compiling, which is done once on a machine ..."
     assert all("functions done, of" in text for text in cold["for_mission"][1:])
     assert warm == {"for_mission": [], "for_planner": [], "late": []}
+
+
+@pytest.mark.slow
+def test_nothing_is_left_to_compile_of_what_missions_and_planners_use_where_it_was_precompiled(tmp_path: Path) -> None:
+    assert precompile(tmp_path) > 40
+    found = f"import pathlib; from marsupial import keeping; keeping.PRECOMPILED = pathlib.Path({str(tmp_path)!r})"
+    cold = told(found + FRESH, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
+    assert cold == {"for_mission": [], "for_planner": [], "late": []}
+
+
+@pytest.mark.parametrize(
+    ("lasting", "said"), [(True, "compiling, which is done once on a machine ..."), (False, "compiling ...")]
+)
+def test_compiling_is_called_done_once_only_where_code_is_kept(
+    monkeypatch: pytest.MonkeyPatch, lasting: bool, said: str
+) -> None:
+    monkeypatch.setattr(first_use, "is_lasting", lambda: lasting)
+    monkeypatch.setattr(native, "watched", Compiles)
+    monkeypatch.setattr(engines, "ENGINES", {"watched": lambda: Watched([])})
+    heard: list[str] = []
+    prepare_planner("watched", heard.append)()
+    assert heard == [said]
+
+
+class Compiles(nullcontext[None]):
+    """Tells of one function that is compiled, as `native.watched` does."""
+
+    def __init__(self, tell: native.Compiling) -> None:
+        super().__init__()
+        tell("function", 0, 1)

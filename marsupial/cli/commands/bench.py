@@ -105,7 +105,7 @@ def first_use(
     repeats: Annotated[int, typer.Option(min=1, help="How often the second use is timed; the median counts.")] = 3,
     json: Rows = None,
 ) -> None:
-    """The first use of a command, with nothing compiled, beside the ones after it.
+    """The first use of a command, with no compiled code kept, beside the ones after it.
 
     Example: marsupial bench first-use run
     """

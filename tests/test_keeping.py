@@ -1,0 +1,157 @@
+"""Compiled code is kept where it can be, and taken from the package where it is right."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from marsupial.keeping import processor_environment
+
+SOURCE = """
+from marsupial.native import native
+
+@native
+def add(number):
+    return number + {summand}
+"""
+
+CALL = "from near.sums import add; print(add(1), sum(add.stats.cache_hits.values()))"
+"""Says the sum and how often code was loaded."""
+
+UNWRITABLE = {"HOME": "/proc/none", "XDG_CACHE_HOME": "/proc/none"}
+
+
+def write(folder: Path, summand: int) -> None:
+    (folder / "near").mkdir(exist_ok=True)
+    (folder / "near" / "sums.py").write_text(SOURCE.format(summand=summand))
+
+
+def run(folder: Path, code: str = CALL, **environment: str) -> tuple[str, str]:
+    """Run code beside the package in a process of its own; return what it says on both outputs."""
+    inherited = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_C")}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env=inherited | environment,
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    return done.stdout.strip(), done.stderr.strip()
+
+
+@pytest.fixture
+def read_only(tmp_path: Path) -> Path:
+    """Return where the package is, in a folder that code can't be kept in."""
+    write(tmp_path, 10)
+    (tmp_path / "near" / "__pycache__").touch()
+    return tmp_path
+
+
+def test_what_can_be_kept_nowhere_else_is_kept_in_a_temporary_folder_and_said_so_once(read_only: Path) -> None:
+    temporary = read_only / "temporary"
+    temporary.mkdir()
+    where = {**UNWRITABLE, "TMPDIR": str(temporary)}
+    told = f"compiled code is kept in {temporary / f'marsupial-{os.getuid()}'}: the folders for it can't be written to"
+    assert run(read_only, **where) == ("11 0", told)
+    assert run(read_only, **where) == ("11 1", "")
+
+
+def test_where_nothing_can_be_written_compiled_code_is_not_kept_and_that_is_said_once(read_only: Path) -> None:
+    told = "compiled code is not kept: there is no folder that can be written to"
+    code = f"import tempfile; tempfile.tempdir = '/proc/none'; {CALL}; add(1.5)"
+    assert run(read_only, code, **UNWRITABLE) == ("11 0", told)
+
+
+def test_a_temporary_folder_that_others_can_write_to_is_not_used(read_only: Path) -> None:
+    folder = read_only / "temporary" / f"marsupial-{os.getuid()}"
+    folder.mkdir(parents=True)
+    folder.chmod(0o777)
+    assert run(read_only, **UNWRITABLE, TMPDIR=str(folder.parent))[0] == "11 0"
+    assert list(folder.parent.iterdir()) == [folder]
+    assert not list(folder.iterdir())
+
+
+def test_a_full_disk_is_said_once_and_ends_nothing(tmp_path: Path) -> None:
+    write(tmp_path, 10)
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"
+    said, told = run(tmp_path, f"{full}; {CALL}; add(1.5)", PYTHONDONTWRITEBYTECODE="1")
+    assert (said, told) == ("11 0", "compiled code is not kept: File too large")
+
+
+def test_kept_code_that_is_damaged_is_compiled_anew(tmp_path: Path) -> None:
+    write(tmp_path, 10)
+    run(tmp_path)
+    (kept,) = (tmp_path / "near" / "__pycache__").glob("*.nbc")
+    kept.write_bytes(kept.read_bytes()[:100])
+    assert [run(tmp_path)[0], run(tmp_path)[0]] == ["11 0", "11 1"]
+
+
+@pytest.fixture(scope="module")
+def precompiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return where the package is, with its precompiled code in a folder beside it."""
+    folder = tmp_path_factory.mktemp("precompiled")
+    (folder / "code").mkdir()
+    write(folder, 10)
+    environment = processor_environment()
+    if not environment:
+        pytest.skip("there is no processor that code is precompiled for here")
+    into = (
+        "import pathlib; from marsupial.keeping import precompile_into; precompile_into(pathlib.Path('code').resolve())"
+    )
+    assert run(folder, f"{into}; {CALL}", **environment) == ("11 0", "")
+    return folder
+
+
+def run_precompiled(folder: Path, kept: Path, change: str = "", **environment: str) -> str:
+    """Run with the precompiled code of this folder, and an empty one for what is compiled now; return what it says."""
+    found = (
+        f"import pathlib; from marsupial import keeping; keeping.PRECOMPILED = pathlib.Path({str(folder)!r}, 'code')"
+    )
+    said, told = run(kept, f"{found}\n{change}\n{CALL}", NUMBA_CACHE_DIR=str(kept), **environment)
+    assert not told
+    return said
+
+
+def test_precompiled_code_is_loaded_wherever_the_package_is(precompiled: Path, tmp_path: Path) -> None:
+    write(tmp_path, 10)
+    assert run_precompiled(precompiled, tmp_path) == "11 1"
+    assert not list(tmp_path.rglob("*.nbc"))
+
+
+def test_precompiled_code_of_other_sources_is_not_used(precompiled: Path, tmp_path: Path) -> None:
+    write(tmp_path, 200)
+    assert run_precompiled(precompiled, tmp_path) == "201 0"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "from types import SimpleNamespace as N; keeping.numba = N(__version__='0.1')",
+        "from types import SimpleNamespace as N; keeping.np = N(__version__='99.0')",
+        "from types import SimpleNamespace as N; keeping.sys = N(implementation=N(cache_tag='x'), abiflags='')",
+        "from dataclasses import replace as r; from marsupial.keeping import PROCESSORS as ps;"
+        "ps.update((name, r(p, features=frozenset({'no such'}))) for name, p in ps.items())",
+    ],
+    ids=["numba", "numpy", "python", "processor"],
+)
+def test_precompiled_code_is_not_used_by_another(precompiled: Path, tmp_path: Path, change: str) -> None:
+    write(tmp_path, 10)
+    assert run_precompiled(precompiled, tmp_path, change) == "11 0"
+
+
+def test_precompiled_code_is_not_used_where_another_processor_is_asked_for(precompiled: Path, tmp_path: Path) -> None:
+    write(tmp_path, 10)
+    assert run_precompiled(precompiled, tmp_path, NUMBA_CPU_NAME="generic") == "11 0"
+
+
+def test_precompiled_code_that_is_damaged_is_not_used(precompiled: Path, tmp_path: Path) -> None:
+    write(tmp_path, 10)
+    (tmp_path / "code").mkdir()
+    (file,) = (precompiled / "code").iterdir()
+    (tmp_path / "code" / file.name).write_bytes(file.read_bytes()[:100])
+    assert run_precompiled(tmp_path, tmp_path) == "11 0"
