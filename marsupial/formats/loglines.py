@@ -3,8 +3,8 @@
 A line is `{"event": tag, ...}` with the fields of that event's class in their declared order, so the same events
 are always the same bytes; the first line says which format and version it is. What was seen is gathered in one line
 until something else happens, its cells as texts (`marsupial.formats.strips`); of a plan, what stood in the plan before
-just the same is only named. What tells of a map that changes is of version 3, and says so itself. Reading is driven by the type hints of the event classes. The format for other programs:
-``docs/mission-log.md``.
+just the same is only named. What tells of a map that changes is of version 3, and says so itself. Reading is driven by
+the type hints of the event classes. The format for other programs: ``docs/mission-log.md``.
 """
 
 from __future__ import annotations

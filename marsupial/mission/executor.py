@@ -92,7 +92,7 @@ class Executor:
         self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
 
     def stop_blocked(self, standing: Standing) -> tuple[str, ...]:
-        """Stop who drives where he can't stand any more; return these robots and those who could not go where they are to.
+        """Stop who drives where he can't stand any more; return these robots and those who are to go to such a place.
 
         Drives that are superseded stop anyway. A robot that stands where it can't is let go on: away from there.
         """
@@ -241,7 +241,7 @@ class Executor:
 
 
 def _passed(way: Sequence[Cell]) -> Iterator[Cell]:
-    """Yield the cells after the first one of a way, and those beside its diagonal steps, whose corners may not be cut."""
+    """Yield the cells after the first one of a way, and those beside its diagonal steps: no corner is cut."""
     for a, b in pairwise(way):
         yield b
         if a.x != b.x and a.y != b.y:

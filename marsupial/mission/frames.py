@@ -15,7 +15,6 @@ from marsupial.model import mission as log
 from marsupial.model.frames import FrameShift
 
 
-
 def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent, ...]:
     """Return the events with all cells in the last frame, without those that tell of its growth."""
     mission = events[0]
@@ -71,7 +70,7 @@ def moved_plan(plan: log.Planned, shift: FrameShift) -> log.Planned:
 
 
 def moved_runs(runs: Sequence[int], shift: FrameShift) -> tuple[int, ...]:
-    """Return runs (start, length, code) of cells in a frame that has grown; one over the end of a row becomes several."""
+    """Return runs (start, length, code) in a frame that has grown; one over the end of a row becomes several."""
     table = np.array(runs, dtype=np.int64).reshape(-1, 3)
     starts, ends, width = table[:, 0], table[:, 0] + table[:, 1], shift.width_before
     first = starts // width
@@ -81,5 +80,3 @@ def moved_runs(runs: Sequence[int], shift: FrameShift) -> tuple[int, ...]:
     begin, end = np.maximum(starts[of], row * width), np.minimum(ends[of], (row + 1) * width)
     pieces = np.stack((shift.indices(begin), end - begin, table[of, 2]), axis=1)
     return tuple(pieces.ravel().tolist())
-
-

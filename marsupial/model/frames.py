@@ -80,4 +80,6 @@ class FrameShift:
 
     def then(self, later: FrameShift) -> FrameShift:
         """Return this shift and a later one as one."""
-        return FrameShift(Cell(self.by.x + later.by.x, self.by.y + later.by.y), self.width_before, later.width, later.height)
+        return FrameShift(
+            Cell(self.by.x + later.by.x, self.by.y + later.by.y), self.width_before, later.width, later.height
+        )

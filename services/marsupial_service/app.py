@@ -90,6 +90,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         store,
         MissionSettings(
             missions=limits.missions,
+            cells=limits.cells,
             backlog=limits.backlog,
             memory_bytes=limits.memory_bytes,
             retention_s=limits.retention_s,

@@ -95,7 +95,7 @@ class Covering:
         return {name: goal for name, goal in closest.items() if goal is not None}
 
     def _fitting(self, guess: CellArray) -> _Ways | None:
-        """Return the ways that were made before, unless the frame of the map has grown since: their cells are others."""
+        """Return the ways that were made before, unless the frame of the map has grown: their cells are others now."""
         return None if self._ways is None or self._ways.guess.shape != guess.shape else self._ways
 
     def _is_overtaken(self, ways: _Ways, view: FrontierView, guess: CellArray) -> bool:

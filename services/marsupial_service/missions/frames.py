@@ -55,10 +55,8 @@ class Frame:
         return replace(grid, cells=cells, origin_m=origin_m)
 
 
-def frame_at(
-    grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None
-) -> Frame | None:
-    """Return the frame of that size whose lower left corner is at a pose, None if it is turned against the mission's."""
+def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None) -> Frame | None:
+    """Return the frame of that size with its lowest corner at a pose, None if it is turned against the mission's."""
     if origin_m is None:
         return Frame(0, 0, width, height)
     turned = math.remainder(origin_m[2] - grid.origin_m[2], math.tau)

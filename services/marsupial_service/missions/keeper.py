@@ -62,9 +62,9 @@ class Keeper:
         self._memory_bytes = memory_bytes
         self._came = asyncio.Event()
 
-    def came(self) -> None:
-        """Say that another input is stored."""
-        self.inputs += 1
+    def came(self, inputs: int = 1) -> None:
+        """Say that more inputs are stored."""
+        self.inputs += inputs
         self._came.set()
 
     async def keep(self) -> None:

@@ -67,5 +67,6 @@ class MissionSettings(EntrySettings):
     """What missions may use, by the words of `ServiceLimits`."""
 
     missions: int = 20
+    cells: int = 4_000_000
     backlog: int = 1000
     kept: int = 1000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 
@@ -13,7 +13,7 @@ from marsupial_service.entries.records import Created, TooMany
 from marsupial_service.entries.service import Entries
 from marsupial_service.missions import host, table
 from marsupial_service.missions.keeper import Keeper
-from marsupial_service.missions.ledger import Conflict, Ledger
+from marsupial_service.missions.ledger import Conflict, Ledger, new_reports
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
@@ -71,7 +71,11 @@ class Missions(Entries[MissionRecord]):
 
         Raises Conflict (also where the mission is over), TooMany, StoreError.
         """
-        return await asyncio.shield(asyncio.ensure_future(self._report(record, report, digest)))
+        return await self.reports(record, [(report, digest)])
+
+    async def reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
+        """Take reports in, with their digests: all of them, or none. Raises as `report` does, and says which it is."""
+        return await asyncio.shield(asyncio.ensure_future(self._reports(record, sent)))
 
     async def wish(self, record: MissionRecord, wish: Wish) -> MissionRecord:
         """Pause, resume or cancel a mission; asking twice is asking once.
@@ -81,7 +85,7 @@ class Missions(Entries[MissionRecord]):
         return await asyncio.shield(asyncio.ensure_future(self._wish(record.id, wish)))
 
     async def log(self, record: MissionRecord) -> str:
-        """Return the mission log as far as there is one; where the map changed, of the time since."""
+        """Return the mission log as far as there is one."""
         lines = await self.read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
@@ -100,21 +104,25 @@ class Missions(Entries[MissionRecord]):
             self._open(created.record, new.brief, Ledger(new.brief))
         return created
 
-    async def _report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
+    async def _reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
         keeper = self._keepers.get(record.id)
         if keeper is None:
-            if (await self.ledger(record)).is_repeat(report.n, digest):
+            ledger = await self.ledger(record)
+            if all(ledger.is_repeat(report.n, digest, report.robot) for report, digest in sent):
                 return record
             raise Conflict(table.over(await self._existing(record.id)))
         async with keeper.lock:
-            if keeper.ledger.is_repeat(report.n, digest):
+            ledger = keeper.ledger.copy() if len(sent) > 1 else keeper.ledger
+            new = new_reports(ledger, sent, self._settings.cells)
+            if not new:
                 return await self._existing(record.id)
             if keeper.inputs - keeper.turns >= self._settings.backlog:
                 raise TooMany(f"{self._settings.backlog} reports wait for the planner")
-            keeper.ledger.check(report)
-            stored = await self.write(lambda tx: table.add_report(tx, record.id, report, digest, self.now_ms()))
-            keeper.ledger.take(report, digest)
-            keeper.came()
+            stored = await self.write(lambda tx: table.add_reports(tx, record.id, new, self.now_ms()))
+            if len(sent) == 1:
+                ledger.take(*new[0])
+            keeper.ledger = ledger
+            keeper.came(len(new))
             return stored
 
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
@@ -57,13 +57,20 @@ def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: 
     return MISSIONS.create(tx, new, add)
 
 
-def add_report(tx: Transaction, mission: str, report: Report, digest: bytes, now_ms: int) -> MissionRecord:
-    """Store a report. Raises Conflict if the mission has ended."""
+def add_reports(tx: Transaction, mission: str, reports: Sequence[tuple[Report, bytes]], now_ms: int) -> MissionRecord:
+    """Store reports and their digests, all or none. Raises Conflict if the mission has ended."""
     record = MISSIONS.existing(tx, mission)
     if record.state is MissionPhase.ENDED:
         raise Conflict(over(record))
-    _add_input(tx, record, report, digest, now_ms)
-    MISSIONS.change(tx, record.number, n=report.n, t_ms=report.t_ms)
+    for report, digest in reports:
+        _add_input(tx, record, report, digest, now_ms)
+        record = replace(
+            record,
+            inputs=record.inputs + 1,
+            n=record.n if report.robot is not None else report.n,
+            t_ms=max(record.t_ms, report.t_ms),
+        )
+    MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms)
     return MISSIONS.existing(tx, mission)
 
 
@@ -141,7 +148,7 @@ def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
 
 
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
-    """Return the lines of the mission's log; where it was restarted, since then."""
+    """Return the lines of the mission's log; where an earlier version began it anew, since then."""
     lines = [event.data for event in _events(reader, record.number, "AND type = 'log' ORDER BY seq")]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()
