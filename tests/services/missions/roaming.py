@@ -58,16 +58,15 @@ class Rover:
 class RoamingTeam:
     """Does what it is commanded; `report` returns what one of its robots, or the team, says next."""
 
-    def __init__(self, brief: Brief, truth: CellArray, corner: Cell, seed: int, *, flips: bool = True) -> None:
+    def __init__(self, brief: Brief, truth: CellArray, corner: Cell, seed: int) -> None:
         self.draw = random.Random(seed)
         self.brief = brief
-        self.flips = flips
         self.truth, self.corner = truth, corner
         self.slam = truth.copy()
         self.ledger = Ledger(brief)
         self.robots = {robot.name: Rover(robot.cell) for robot in brief.robots}
         self.kinds = {robot.name: next(k for k in brief.kinds if k.name == robot.type) for robot in brief.robots}
-        self.handovers: dict[int, Mapping[str, Any]] = {}
+        self.handovers: dict[int, tuple[str, str, Cell | None]] = {}
         self.frame = Frame.of(brief.grid)
         self.now_ms = self.n = 0
 
@@ -88,7 +87,9 @@ class RoamingTeam:
             robot.way = [Cell(x + frame.x, y + frame.y) for x, y in command["route"]]
             assert robot.way[0] == robot.at
         else:
-            self.handovers[command["id"]] = command
+            frame, cell = self.ledger.frame, command.get("cell")
+            put = None if cell is None else Cell(cell[0] + frame.x, cell[1] + frame.y)
+            self.handovers[command["id"]] = (command["robot"], command["carrier"], put)
 
     def driving(self) -> Iterator[tuple[str, Rover]]:
         """Yield who drives on, not told to stop."""
@@ -111,8 +112,8 @@ class RoamingTeam:
         finished: list[int] = []
         for name in names:
             finished += self._get_on(name)
-        if self.flips and self.n and self.draw.random() < 0.3:
-            self._flip()
+        if self.n and self.draw.random() < 0.3:
+            self._flip(self.robots[names[0]])
         seen = [(name, self._view(self.robots[name].at)) for name in names if self.robots[name].at is not None]
         frame = self._frame_for([cells for _, cells in seen])
         notes = tuple(self._note(name, frame) for name in names if self.robots[name].at is not None)
@@ -141,20 +142,20 @@ class RoamingTeam:
             if robot.stopped or len(robot.way) == 1:
                 over.append(robot.drive)
                 robot.drive = None
-        for number, command in list(self.handovers.items()):
-            if name in (command["robot"], command["carrier"]) and self.draw.random() < 0.5:
+        for number, (rover, carrier, put) in list(self.handovers.items()):
+            if name in (rover, carrier) and self.draw.random() < 0.5:
                 over.append(number)
                 del self.handovers[number]
-                rover, frame = self.robots[command["robot"]], self.ledger.frame
-                rover.at = None
-                if command["name"] == "undock":
-                    rover.at = Cell(command["cell"][0] + frame.x, command["cell"][1] + frame.y)
+                self.robots[rover].at = put
         return over
 
-    def _flip(self) -> None:
-        """Let some cells of the map be something else, or what they are again."""
+    def _flip(self, teller: Rover) -> None:
+        """Let some cells of the map be something else, or what they are again; often ahead of who tells of it."""
         height, width = self.slam.shape
-        y, x = self.draw.randrange(height), self.draw.randrange(width)
+        x, y = self.draw.randrange(width), self.draw.randrange(height)
+        if teller.drive is not None and self.draw.random() < 0.5:
+            ahead = self.draw.choice(teller.way[:SIGHT])
+            x, y = max(0, ahead.x + self.corner.x), max(0, ahead.y + self.corner.y)
         part = slice(y, y + self.draw.randint(1, 3)), slice(x, x + self.draw.randint(1, 3))
         code = self.draw.choice([OBSTACLE, FLOOR, UNKNOWN, None, None])
         self.slam[part] = self.truth[part] if code is None else code
@@ -175,7 +176,6 @@ class RoamingTeam:
         """Return what the map shows in a window, and what it doesn't show any more, in a frame."""
         cells = np.full((view.height, view.width), OBSTACLE, dtype=np.uint8)
         x, y = view.x + self.corner.x, view.y + self.corner.y
-        height, width = self.slam.shape
         low, left = max(0, y), max(0, x)
         part = self.slam[low : max(low, y + view.height), left : max(left, x + view.width)]
         cells[low - y : low - y + part.shape[0], left - x : left - x + part.shape[1]] = part
