@@ -9,6 +9,7 @@ import json
 import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -98,11 +99,15 @@ class RoamingTeam:
                 yield name, robot
 
     def barred(self, name: str) -> bool:
-        """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell."""
+        """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell.
+
+        Both cells beside a diagonal step count.
+        """
         frame, way = self.ledger.frame, self.robots[name].way[1:]
         grid = frame.grid(self.brief.grid, self.ledger.cells)
-        ahead = [Cell(x - frame.x, y - frame.y) for x, y in way[1:]]
-        return not fits(grid, self.kinds[name], *ahead)
+        corners = [(a.x, b.y) for a, b in pairwise(way)] + [(b.x, a.y) for a, b in pairwise(way)]
+        ahead = [Cell(x, y) for x, y in {*way[1:], *corners} - set(way[:1])]
+        return not fits(grid, self.kinds[name], *(Cell(x - frame.x, y - frame.y) for x, y in ahead))
 
     def report(self) -> Report:
         """Let a robot, or now and then the team, get on for a moment, and return what it says."""
