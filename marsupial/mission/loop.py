@@ -257,7 +257,8 @@ class Mission:
     def _overtaken(self) -> Triggers:
         """Return what has happened while a plan was being made that asks for another one."""
         setbacks, self._meanwhile = self._meanwhile, ()
-        if not setbacks and self._executor.idle:
+        waits = self._patience is not None and self._patience.waits
+        if not setbacks and self._executor.idle and not waits:
             return (Trigger(Cause.OVERTAKEN),)
         return setbacks
 

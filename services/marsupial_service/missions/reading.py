@@ -38,7 +38,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     grid, types = _field(body)
     notes = Notes()
     entries = entries_of(body.team, types, grid, notes.below("team"))
-    _check_starts(entries, types, grid)
+    _check_starts(entries, body, types, grid)
     members = [entry.member for entry in entries]
     brief = Brief(
         name=body.name,
@@ -67,20 +67,16 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     return brief
 
 
-def _check_starts(entries: Sequence[MemberEntry], types: Types, grid: Grid) -> None:
+def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Types, grid: Grid) -> None:
     """Note robots on ground that is known to be none for them; where it is unknown, the mission waits for a map."""
     for kind in types.values():
-        hopeful = np.where(grid.cells == UNKNOWN, np.uint8(min(kind.terrains)), grid.cells)
-        for entry in entries:
-            member = entry.member
-            if (
-                member.type == kind.name
-                and member.start is not None
-                and not fits(replace(grid, cells=hopeful), kind, member.start)
-            ):
-                x, y = member.start
-                fault = standing_fault(grid, kind, member.start)
-                entry.notes.wrong("", f"a {kind.name} can't stand at [{x}, {y}]: {fault}")
+        hopeful = replace(grid, cells=np.where(grid.cells == UNKNOWN, np.uint8(min(kind.terrains)), grid.cells))
+        for entry, sent in zip(entries, body.team, strict=True):
+            start = entry.member.start
+            if entry.member.type == kind.name and start is not None and not fits(hopeful, kind, start):
+                fault = standing_fault(grid, kind, start)
+                key = "cell" if sent.pose_m is None else "pose_m"
+                entry.notes.wrong(key, f"a {kind.name} can't stand at [{start.x}, {start.y}]: {fault}")
 
 
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
