@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from itertools import zip_longest
 
 import numpy as np
 import numpy.typing as npt
@@ -106,10 +106,18 @@ class Report:
     robot: str | None = None
     frame: Frame | None = None
 
+    def __getstate__(self) -> list[object]:
+        """Return what is stored; maps are long runs of few codes, and are stored as short as that makes them."""
+        packed = None if self.map is None else (self.map.shape, zlib.compress(self.map.tobytes(), 1))
+        return [packed if one.name == "map" else getattr(self, one.name) for one in fields(self)]
+
     def __setstate__(self, state: Sequence[object]) -> None:
-        """Take up what is stored: reports of earlier versions say nothing of the last fields."""
-        for one, value in zip_longest(fields(self), state, fillvalue=None):
-            object.__setattr__(self, one.name, value)  # type: ignore[union-attr]
+        """Take up what is stored: reports of earlier versions hold maps as they are, and nothing of the last fields."""
+        for i, one in enumerate(fields(self)):
+            value = state[i] if i < len(state) else None
+            if isinstance(value, tuple) and one.name == "map":
+                value = np.frombuffer(zlib.decompress(value[1]), dtype=np.uint8).reshape(value[0])
+            object.__setattr__(self, one.name, value)
 
 
 class Wish(StrEnum):

@@ -106,8 +106,7 @@ def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | Non
         try:
             given[one.name] = int(text) if one.type == "int" else float(text)
         except ValueError:
-            kind = "a whole number" if one.type == "int" else "a number"
-            raise UsageError(f"{said}: must be {kind}, got {text!r}") from None
+            raise UsageError(f"{said}: must be a number, got {text!r}") from None
         fault = _fault(one, given[one.name])
         if fault is not None:
             raise UsageError(f"{said}: {fault}")
