@@ -32,14 +32,15 @@ def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent,
             shift = shifts.pop()
             later = shift if later is None else shift.then(later)
         else:
-            found.append(event if later is None else _moved(event, later))
+            found.append(event if later is None else moved_event(event, later))
     started = found[-1]
     assert isinstance(started, log.MissionStarted)
     found[-1] = replace(started, origin_m=origin_m)
     return tuple(reversed(found))
 
 
-def _moved(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
+def moved_event(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
+    """Return an event as it is called in a frame that has grown."""
     match event:
         case log.MissionStarted():
             robots = tuple(replace(r, cell=None if r.cell is None else shift.cell(r.cell)) for r in event.robots)

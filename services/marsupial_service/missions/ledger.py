@@ -107,7 +107,7 @@ class Ledger:
             self.n = report.n
         else:
             self._told_ms[report.robot] = report.t_ms
-        self._draw(report)
+        self.draw(report)
         for number in report.finished:
             order = self._open.pop(number)
             if len(order.robots) == 2:
@@ -122,7 +122,7 @@ class Ledger:
         """Return the frame of the mission after a report."""
         return self.frame if report.frame is None else self.frame.grown(report.frame)
 
-    def _draw(self, report: Report) -> None:
+    def draw(self, report: Report) -> None:
         """Enter what a report says of the map."""
         before, self.frame = self.frame, self._frame_with(report)
         self.cells = laid_out(self.cells, before, self.frame)

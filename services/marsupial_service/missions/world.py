@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from marsupial.errors import InternalError
 from marsupial.mission.loop import homes_of
-from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import ActionEnd, PlacedRobot
 from marsupial.model.plan import ActionName
@@ -26,6 +25,7 @@ from marsupial.model.world import Manoeuvres, News, RobotReport
 from marsupial.paths.headings import Odometer
 from marsupial.paths.routes import passing_times_ms
 from marsupial_service.missions.frames import Frame, laid_out, placed
+from marsupial_service.missions.gathered import Gathered
 from marsupial_service.missions.values import Brief, Input, Report, RobotNote, Wish, expand
 
 MOST_FAILURES = 3
@@ -114,43 +114,6 @@ class _Robot:
             order.passed += 1
 
 
-Seen = tuple[str, npt.NDArray[np.int64]]
-"""A robot and cells, by row-major indices."""
-
-
-@dataclass(slots=True)
-class _Gathered:
-    """News in the making."""
-
-    revealed: list[Seen] = field(default_factory=list)
-    changed: list[Seen] = field(default_factory=list)
-    moved: FrameShift | None = None
-    partial: bool = False
-    finished: list[str] = field(default_factory=list)
-    failed: list[tuple[str, str]] = field(default_factory=list)
-    lost: list[tuple[str, str]] = field(default_factory=list)
-
-    def move(self, shift: FrameShift) -> None:
-        """Call all cells as they are called now that the frame has grown."""
-        self.moved = shift if self.moved is None else self.moved.then(shift)
-        self.revealed = [(name, shift.indices(cells)) for name, cells in self.revealed]
-        self.changed = [(name, shift.indices(cells)) for name, cells in self.changed]
-
-    def at(self, t_ms: int, codes: CellArray) -> News:
-        """Return the news of a moment at which the cells (flat) have these codes."""
-        known = [(name, cells[codes[cells] != UNKNOWN]) for name, cells in self.revealed]
-        return News(
-            t_ms=t_ms,
-            revealed=tuple((name, cells) for name, cells in known if len(cells)),
-            changed=tuple(self.changed),
-            moved=self.moved,
-            partial=self.partial,
-            finished=tuple(self.finished),
-            failed=tuple(self.failed),
-            lost=tuple(self.lost),
-        )
-
-
 class RemoteWorld:
     """A `World` made of reports.
 
@@ -173,7 +136,7 @@ class RemoteWorld:
         self._count = 0
         self._now_ms = 0
         self._paused = self._begun = False
-        self._gathered = _Gathered()
+        self._gathered = Gathered()
         self._redraw(next(iter(self._robots)), brief.grid.cells)
         self.cancelled = False
         self.homes = homes_of(self.robots(), kinds)
@@ -253,7 +216,7 @@ class RemoteWorld:
         self._next(until_ms)
         while not self.cancelled and (self._paused or not self._begun):
             self._next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
-        news, self._gathered = self._gathered.at(self._now_ms, self._cells.reshape(-1)), _Gathered()
+        news, self._gathered = self._gathered.at(self._now_ms, self._cells.reshape(-1)), Gathered()
         return news
 
     def stop_all(self, *, halted: bool = False) -> None:
@@ -345,17 +308,11 @@ class RemoteWorld:
         self._see(name, indices, flat[indices])
 
     def _see(self, name: str, indices: npt.NDArray[np.int64], codes: npt.NDArray[np.uint8]) -> None:
-        """Take in cells: news are those that were unknown at the last news, and those that were known otherwise."""
-        flat, gathered = self._cells.reshape(-1), self._gathered
+        """Take in cells by their row-major indices."""
+        flat = self._cells.reshape(-1)
         before = flat[indices]
         flat[indices] = codes
-        new, other = (before == UNKNOWN) & (codes != UNKNOWN), (before != UNKNOWN) & (before != codes)
-        if other.any():
-            cells = _without(indices[other], gathered.revealed)
-            gathered.changed += [(name, cells)] if len(cells) else []
-        if new.any():
-            cells = _without(indices[new], gathered.changed)
-            gathered.revealed += [(name, cells)] if len(cells) else []
+        self._gathered.see(name, indices, before, codes)
 
     def _note(self, robot: _Robot, note: RobotNote, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"
@@ -423,8 +380,3 @@ class RemoteWorld:
         for rider, other in self._robots.items():
             if other.carrier == name:
                 self._lose(rider, f"aboard {name}, which is lost")
-
-
-def _without(cells: npt.NDArray[np.int64], told: Sequence[Seen]) -> npt.NDArray[np.int64]:
-    """Return the cells that are not among those that were told of before."""
-    return cells[~np.isin(cells, np.concatenate([seen for _, seen in told]))] if told else cells

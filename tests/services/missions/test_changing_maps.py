@@ -63,5 +63,5 @@ def told_map(team: RoamingTeam, inputs: list[Report | Wish]) -> np.ndarray:  # t
     ledger = Ledger(team.brief)
     for one in inputs:
         if isinstance(one, Report):
-            ledger._draw(one)
+            ledger.draw(one)
     return ledger.cells
