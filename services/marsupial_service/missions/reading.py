@@ -21,7 +21,14 @@ from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, te
 from marsupial_service.missions.frames import Frame, frame_at
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
 from marsupial_service.operations.settings import ServiceLimits
-from marsupial_service.schemas.missions import MissionBody, ReportBody, ReportFrameBody, ReportsBody, RobotNoteBody
+from marsupial_service.schemas.missions import (
+    BatchBody,
+    MissionBody,
+    ReportBody,
+    ReportFrameBody,
+    ReportsBody,
+    RobotNoteBody,
+)
 
 DEFAULT_BUDGET_S = 1.0
 
@@ -164,12 +171,20 @@ def reports_of(body: ReportsBody, brief: Brief, frame: Frame, limits: ServiceLim
     """Return the reports of one request; see `report_of`. Cells of each are of the frame that those before it leave."""
     if isinstance(body.root, ReportBody):
         return [report_of(body.root, brief, frame, limits)]
+    _check_maps(body.root, frame, limits)
     reports: list[Report] = []
     for i, one in enumerate(body.root.reports):
         with within_batch(i):
             reports.append(report_of(one, brief, frame, limits))
         frame = frame.grown(reports[-1].frame or frame)
     return reports
+
+
+def _check_maps(batch: BatchBody, frame: Frame, limits: ServiceLimits) -> None:
+    """Raise HttpProblem if the maps of a batch have more cells in all than one may have: few runs make many cells."""
+    frames = [one.frame for one in batch.reports if one.map is not None]
+    cells = sum(frame.size if told is None else told.width * told.height for told in frames)
+    check_count("reports", cells if len(frames) > 1 else 0, limits.cells, "cells in their maps")
 
 
 @contextmanager

@@ -112,8 +112,11 @@ class Missions(Entries[MissionRecord]):
                 return record
             raise Conflict(table.over(await self._existing(record.id)))
         async with keeper.lock:
-            ledger = keeper.ledger.copy() if len(sent) > 1 else keeper.ledger
-            new = new_reports(ledger, sent, self._settings.cells)
+            ledger = keeper.ledger if len(sent) == 1 else keeper.ledger.copy()
+            if len(sent) == 1:
+                new = new_reports(ledger, sent, self._settings.cells)
+            else:
+                new = await asyncio.to_thread(new_reports, ledger, sent, self._settings.cells)
             if not new:
                 return await self._existing(record.id)
             if keeper.inputs - keeper.turns >= self._settings.backlog:

@@ -85,6 +85,9 @@ def test_a_batch_is_taken_as_a_whole_or_not_at_all_and_once(server: Server, miss
         assert (status, [one["n"] for one in taken["reports"]]) == (200, [1, 1, 2, 2, *(one["n"] for one in more)])
     assert server.ask("POST", path, batch[1])[0] == 200
     assert server.ask("GET", mission)[2]["n"] == 3
+    wide = {"n": 9, "t_ms": 9, "frame": {"width": 2000, "height": 2000}, "map": {"runs": []}}
+    status, _, problem = server.ask("POST", path, {"reports": [wide, wide]})
+    assert (status, pointers(problem)) == (413, ["/reports"])
     assert server.ask("POST", path, {"reports": []})[0] == 422
     assert pointers(server.ask("POST", path, {})[2]) == ["/n"]
 
