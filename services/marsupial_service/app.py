@@ -10,13 +10,13 @@ from typing import Any
 
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
+from fastapi.responses import HTMLResponse, JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import InputError, MarsupialError, Problem
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
-from marsupial_service.http import openapi
+from marsupial_service.http import docspage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.pointers import of_location, of_path
 from marsupial_service.http.problems import KINDS, HttpProblem, answer, kind_of
@@ -29,6 +29,7 @@ from marsupial_service.operations.keys import KeyFile, KeyRow
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
+from marsupial_service.schemas.base import NONE_OF
 from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError, open_store
 
@@ -49,6 +50,7 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         description=DESCRIPTION,
         lifespan=_running,
         openapi_url=None,
+        docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
         generate_unique_id_function=lambda route: route.name,
@@ -62,6 +64,8 @@ def create_app(settings: ServiceSettings) -> FastAPI:
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
     app.add_api_route("/openapi.json", lambda: JSONResponse(document), include_in_schema=False)
+    page = docspage.page_of(document)
+    app.add_api_route("/docs", lambda: HTMLResponse(page, headers=docspage.HEADERS), include_in_schema=False)
     for error in _PROBLEMS:
         app.add_exception_handler(error, _respond)
     app.add_middleware(Edge, state=app.state.service)
@@ -93,6 +97,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         store,
         MissionSettings(
             missions=limits.missions,
+            cells=limits.cells,
             backlog=limits.backlog,
             memory_bytes=limits.memory_bytes,
             retention_s=limits.retention_s,
@@ -137,6 +142,8 @@ def _misshaped(request: Request, error: RequestValidationError) -> HttpProblem:
 def _detail(error: dict[str, Any], body: object) -> ProblemDetailAnswer:
     place, *location = error["loc"]
     text = str(error["msg"])
+    if error["type"] == NONE_OF:
+        location.append(error["ctx"]["keys"].split()[0])  # the field that is most likely meant
     if place == "body":
         return ProblemDetailAnswer(pointer=of_location(location, body), detail=text)
     name = str(location[0]) if location else ""

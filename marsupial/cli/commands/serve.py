@@ -65,7 +65,7 @@ def run(
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.interrupt import Interrupted
     from marsupial_service.http.openapi import kept_text
-    from marsupial_service.operations.settings import PREFIX, ServiceLimits, ServiceSettings, limits_from
+    from marsupial_service.operations.settings import ServiceLimits, ServiceSettings, limits_from
     from marsupial_service.server import serve as run_server
 
     if openapi:
@@ -73,9 +73,9 @@ def run(
         return
     if log_level.lower() not in ("debug", "info", "warning", "error"):
         raise UsageError(f"--log-level: must be debug, info, warning or error, got {log_level!r}")
-    given = {PREFIX + name.upper(): number for name, number in _pairs("--limit", limit)}
+    given = dict(_pairs("--limit", limit))
     names = {one.name for one in fields(ServiceLimits)}
-    for name, _ in _pairs("--limit", limit):
+    for name in given:
         if name not in names:
             raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
     settings = ServiceSettings(
@@ -84,7 +84,7 @@ def run(
         host=host,
         port=port,
         keys=require_keys,
-        limits=limits_from({**os.environ, **given}),
+        limits=limits_from(os.environ, given),
         planners={name: f"cmd:{command}" for name, command in _pairs("--planner", planner)},
     )
     try:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from marsupial_service.entries.table import Reader
 from marsupial_service.missions.ledger import Ledger
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Brief, Event, EventType, Report
+from marsupial_service.missions.values import Brief, Event, EventType
 from marsupial_service.store import kept
 
 _MOST_CELLS = 200_000_000
@@ -61,17 +61,16 @@ class Ledgers:
         self._forget()
         return known.ledger
 
-    def take(self, record: MissionRecord, report: Report, digest: bytes) -> Callable[[], None]:
-        """Enter a report, the last input of `record`, in a ledger that is up to date but for it.
+    def replace(self, record: MissionRecord, ledger: Ledger) -> Callable[[], None]:
+        """Let `ledger`, which has taken in all inputs of `record`, stand for the one there is.
 
         Returns
         -------
         callable
-            To be called if the report is not stored after all.
+            To be called if they are not stored after all.
         """
         known = self._known[record.id]
-        known.ledger.take(report, digest)
-        known.inputs = record.inputs
+        known.ledger, known.inputs = ledger, record.inputs
         return lambda: self.drop(record.id)
 
     def drop(self, mission: str) -> None:

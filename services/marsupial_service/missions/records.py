@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from marsupial_service.entries.records import EntrySettings, StoredEntry
+from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.values import Wish
 
 
@@ -49,6 +50,8 @@ class MissionRecord(StoredEntry):
         How much went in, and how many answers came out: an answer to the brief and then one to each input.
     events
         How many there are in those answers.
+    frame
+        That of the map after the last report; None: the one it was created with.
     term
         Counts the servers that have held it, see `marsupial_service.store.tables`.
     """
@@ -65,6 +68,7 @@ class MissionRecord(StoredEntry):
     inputs: int
     turns: int
     events: int
+    frame: Frame | None
     term: int
 
 
@@ -73,5 +77,6 @@ class MissionSettings(EntrySettings):
     """What missions may use, by the words of `ServiceLimits`."""
 
     missions: int = 20
+    cells: int = 4_000_000
     backlog: int = 1000
     kept: int = 1000

@@ -5,15 +5,16 @@ from __future__ import annotations
 import asyncio
 import threading
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
-from marsupial.model.grid import CellArray
+from marsupial.model.grid import CellArray, Grid
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.missions import host, table
+from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledgers import Ledgers, brief
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
@@ -76,7 +77,11 @@ class Missions(Entries[MissionRecord]):
 
         Raises Conflict (also where the mission is over), TooMany, StoreError.
         """
-        return await asyncio.shield(asyncio.ensure_future(self._report(record, report, digest)))
+        return await self.reports(record, [(report, digest)])
+
+    async def reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
+        """Take reports in, with their digests: all of them, or none. Raises as `report` does, and says which it is."""
+        return await asyncio.shield(asyncio.ensure_future(self._reports(record, sent)))
 
     async def wish(self, record: MissionRecord, wish: Wish) -> MissionRecord:
         """Pause, resume or cancel a mission; asking twice is asking once.
@@ -86,18 +91,20 @@ class Missions(Entries[MissionRecord]):
         return await asyncio.shield(asyncio.ensure_future(self._wish(record.id, wish)))
 
     async def log(self, record: MissionRecord) -> str:
-        """Return the mission log as far as there is one; where the map changed, of the time since."""
+        """Return the mission log as far as there is one."""
         lines = await self.read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
-    async def known(self, record: MissionRecord) -> CellArray:
-        """Return what is known of the map after the last report."""
+    async def known(self, record: MissionRecord) -> Grid:
+        """Return the map after the last report."""
 
-        def cells(reader: Connection) -> CellArray:
+        def found(reader: Connection) -> tuple[Frame, CellArray]:
             with self._showing:
-                return self._shown.ledger(reader, MISSIONS.existing(reader, record.id)).cells.copy()
+                ledger = self._shown.ledger(reader, MISSIONS.existing(reader, record.id))
+                return ledger.frame, ledger.cells.copy()
 
-        return await self.read(cells)
+        frame, cells = await self.read(found)
+        return frame.grid((await self.brief(record)).grid, cells)
 
     async def counts(self) -> dict[MissionPhase, int]:
         """Return how many missions there are by state."""
@@ -109,11 +116,9 @@ class Missions(Entries[MissionRecord]):
             self._open(created.record, new.brief)
         return created
 
-    async def _report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
-        ledgers, most = self._ledgers, self._settings.backlog
-        return await self.write(
-            lambda tx: table.add_report(tx, ledgers, record.id, report, digest, most, self.now_ms())
-        )
+    async def _reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
+        ledgers, settings = self._ledgers, self._settings
+        return await self.write(lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms()))
 
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
         return await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))

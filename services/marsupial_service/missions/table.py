@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import EntryTable, Reader, made_of
 from marsupial_service.missions import documents
-from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.frames import Frame
+from marsupial_service.missions.ledger import Conflict, new_reports
 from marsupial_service.missions.ledgers import Ledgers, events
 from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
@@ -19,7 +21,8 @@ from marsupial_service.store.engine import Row
 
 
 def _record(row: Row) -> MissionRecord:
-    return made_of(MissionRecord, row, state=MissionPhase(row["state"]))
+    frame = None if row["frame"] is None else Frame.from_text(row["frame"])
+    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame)
 
 
 MISSIONS = EntryTable(
@@ -61,27 +64,44 @@ def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: 
     return MISSIONS.create(tx, new, add)
 
 
-def add_report(
-    tx: Transaction, ledgers: Ledgers, mission: str, report: Report, digest: bytes, backlog: int, now_ms: int
+def add_reports(
+    tx: Transaction,
+    ledgers: Ledgers,
+    mission: str,
+    sent: Sequence[tuple[Report, bytes]],
+    settings: MissionSettings,
+    now_ms: int,
 ) -> MissionRecord:
-    """Judge and store a report; one that was taken before changes nothing.
+    """Judge reports and store them with their digests, all or none; those that were taken before change nothing.
 
-    Raises Conflict (also where the mission has ended), TooMany if `backlog` reports wait, UnknownEntry.
+    Raises Conflict (also where the mission has ended), TooMany if too many wait, UnknownEntry.
     """
     record = MISSIONS.held(tx, mission)
     ledger = ledgers.ledger(tx, record)
-    if ledger.is_repeat(report.n, digest):
-        return record
     if record.state is MissionPhase.ENDED:
+        if all(ledger.is_repeat(report.n, digest, report.robot) for report, digest in sent):
+            return record
         raise Conflict(over(record))
-    if record.inputs + 1 - record.turns > backlog:
-        raise TooMany(f"{backlog} reports wait for the planner")
-    ledger.check(report)
-    _add_input(tx, record, report, digest, now_ms)
-    MISSIONS.change(tx, record.number, n=report.n, t_ms=report.t_ms)
-    stored = MISSIONS.existing(tx, mission)
-    tx.undone.append(ledgers.take(stored, report, digest))
-    return stored
+    tried = ledger if len(sent) == 1 else ledger.copy()
+    new = new_reports(tried, sent, settings.cells)
+    if not new:
+        return record
+    if record.inputs - record.turns >= settings.backlog:
+        raise TooMany(f"{settings.backlog} reports wait for the planner")
+    for report, digest in new:
+        _add_input(tx, record, report, digest, now_ms)
+        record = replace(
+            record,
+            inputs=record.inputs + 1,
+            n=record.n if report.robot is not None else report.n,
+            t_ms=max(record.t_ms, report.t_ms),
+        )
+    if len(sent) == 1:
+        tried.take(*new[0])
+    frame = None if tried.frame == tried.first_frame else tried.frame.text
+    MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
+    tx.undone.append(ledgers.replace(record, tried))
+    return MISSIONS.existing(tx, mission)
 
 
 def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionRecord:
@@ -172,7 +192,7 @@ def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
 
 
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
-    """Return the lines of the mission's log; where it was restarted, since then."""
+    """Return the lines of the mission's log; where an earlier version began it anew, since then."""
     lines = [event.data for event in events(reader, record.number, "AND type = 'log' ORDER BY seq")]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()

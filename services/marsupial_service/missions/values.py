@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
 
 import numpy as np
@@ -14,9 +15,10 @@ from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial_service.missions.frames import Frame
 
 Runs = tuple[int, ...]
-"""Cells of the map: (start, length, code) three by three as in mission logs, in ascending order."""
+"""Cells of the map: (start, length, code) three by three, cells numbered row by row, in ascending order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,13 +82,17 @@ class Report:
     Parameters
     ----------
     n
-        Counts the reports of a mission, from 1.
+        Counts the reports of a mission, or those of `robot`, from 1.
     revealed
-        (robot, cells it has seen).
+        (robot, cells it has seen); code 255 for those that are not known any more.
     map
         A whole new map, shape (height, width), instead.
     finished, failed
         Commands by their ids; with the reason.
+    robot
+        Who reports by its own count; None if the team does.
+    frame
+        The frame that all cells of the report are of; None for the one that the mission was created with.
     """
 
     n: int
@@ -97,6 +103,21 @@ class Report:
     finished: tuple[int, ...] = ()
     failed: tuple[tuple[int, str], ...] = ()
     lost: tuple[tuple[str, str], ...] = ()
+    robot: str | None = None
+    frame: Frame | None = None
+
+    def __getstate__(self) -> list[object]:
+        """Return what is stored; maps are long runs of few codes, and are stored as short as that makes them."""
+        packed = None if self.map is None else (self.map.shape, zlib.compress(self.map.tobytes(), 1))
+        return [packed if one.name == "map" else getattr(self, one.name) for one in fields(self)]
+
+    def __setstate__(self, state: Sequence[object]) -> None:
+        """Take up what is stored: reports of earlier versions hold maps as they are, and nothing of the last fields."""
+        for i, one in enumerate(fields(self)):
+            value = state[i] if i < len(state) else None
+            if isinstance(value, tuple) and one.name == "map":
+                value = np.frombuffer(zlib.decompress(value[1]), dtype=np.uint8).reshape(value[0])
+            object.__setattr__(self, one.name, value)
 
 
 class Wish(StrEnum):
@@ -111,13 +132,14 @@ Input = Report | Wish
 
 
 class EventType(StrEnum):
-    """What an event tells: a line of the mission log, a decision, commands, the state, or the end."""
+    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown."""
 
     LOG = "log"
     DECISION = "decision"
     COMMANDS = "commands"
     STATE = "state"
     END = "end"
+    FRAME = "frame"
 
 
 @dataclass(frozen=True, slots=True)

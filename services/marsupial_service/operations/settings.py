@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from marsupial.errors import UsageError
 
@@ -54,9 +54,9 @@ class ServiceLimits:
 
     def __post_init__(self) -> None:
         for one in fields(self):
-            value = getattr(self, one.name)
-            if not (math.isfinite(value) and value >= one.metadata["at_least"]):
-                raise UsageError(f"{one.name}: must be {one.metadata['at_least']} or more, got {value}")
+            fault = _fault(one, getattr(self, one.name))
+            if fault is not None:
+                raise UsageError(f"{one.name}: {fault}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,17 +101,30 @@ class ServiceSettings:
         return self.keys or not self.is_loopback
 
 
-def limits_from(environment: Mapping[str, str]) -> ServiceLimits:
-    """Return the limits that environment variables set, the others as they are by default.
+def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | None = None) -> ServiceLimits:
+    """Return the limits that environment variables and options (``--limit``, by name) set, the others by default.
 
-    Raises UsageError naming the first variable that holds no such number.
+    Raises UsageError naming the first option or variable that holds no such number.
     """
     given: dict[str, float] = {}
     for one in fields(ServiceLimits):
-        text = environment.get(PREFIX + one.name.upper())
-        if text is not None:
-            try:
-                given[one.name] = int(text) if one.type == "int" else float(text)
-            except ValueError:
-                raise UsageError(f"{PREFIX}{one.name.upper()}: must be a number, got {text!r}") from None
+        said, text = f"--limit {one.name}", (options or {}).get(one.name)
+        if text is None:
+            said, text = PREFIX + one.name.upper(), environment.get(PREFIX + one.name.upper())
+        if text is None:
+            continue
+        try:
+            given[one.name] = int(text) if one.type == "int" else float(text)
+        except ValueError:
+            raise UsageError(f"{said}: must be a number, got {text!r}") from None
+        fault = _fault(one, given[one.name])
+        if fault is not None:
+            raise UsageError(f"{said}: {fault}")
     return ServiceLimits(**given)  # type: ignore[arg-type]
+
+
+def _fault(one: Field[Any], value: float) -> str | None:
+    """Return what is wrong with the value of a limit, or None."""
+    if math.isfinite(value) and value >= one.metadata["at_least"]:
+        return None
+    return f"must be {one.metadata['at_least']} or more, got {value}"

@@ -12,7 +12,8 @@ from marsupial_service.http.answers import json_answer, mission_answer, mission_
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
-from marsupial_service.missions.reading import brief_of, report_of
+from marsupial_service.missions.frames import Frame
+from marsupial_service.missions.reading import brief_of, reports_of
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.operations.keys import Scope
@@ -29,7 +30,7 @@ from marsupial_service.routes.parameters import (
 )
 from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.schemas.missions import BatchBody, MissionBody, ReportsBody
 
 
 class MissionRoute(Route):
@@ -88,15 +89,23 @@ async def get_mission(mission: MissionOfPath) -> Response:
 
 @router.post(
     "/{mission}/reports",
-    response_model=answers.TakenAnswer,
+    response_model=answers.TakenAnswer | answers.AllTakenAnswer,
     responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
 )
-async def report(state: Service, mission: MissionOfPath, sent: Json, body: ReportBody) -> Response:
-    """Store a report of what has happened. Sending it again changes nothing; nor does a report that is refused."""
+async def report(state: Service, mission: MissionOfPath, sent: Json, body: ReportsBody) -> Response:
+    """Store a report of what has happened, or several. Sending it again changes nothing.
+
+    Nor does a report that is refused; of several, all are refused then. A batch is answered by a batch.
+    """
     missions = state.flying()
-    read = await asyncio.to_thread(report_of, body, await missions.brief(mission))
-    taken = await missions.report(mission, read, digest_of(sent))
-    return json_answer(answers.TakenAnswer.of(read, revision=taken.revision))
+    brief = await missions.brief(mission)
+    frame = mission.frame or Frame.of(brief.grid)
+    read = await asyncio.to_thread(reports_of, body, brief, frame, state.settings.limits)
+    is_batch = isinstance(body.root, BatchBody)
+    digests = map(digest_of, sent["reports"] if is_batch else [sent])
+    taken = await missions.reports(mission, list(zip(read, digests, strict=True)))
+    told = [answers.TakenAnswer.of(one, revision=taken.revision) for one in read]
+    return json_answer(answers.AllTakenAnswer(reports=told) if is_batch else told[0])
 
 
 @router.post(
@@ -140,16 +149,15 @@ async def follow_mission(
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
 async def get_log(state: Service, mission: MissionOfPath) -> Response:
-    """Return the mission log so far, as `marsupial replay` reads it. If the map changed, it begins at the change."""
+    """Return the mission log so far, as `marsupial replay` reads it."""
     return LogAnswer(await state.flying().log(mission), headers={"Cache-Control": "no-store"})
 
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
-    missions = state.flying()
-    grid, cells = (await missions.brief(mission)).grid, await missions.known(mission)
-    return json_answer(answers.KnownMapAnswer.of(grid, runs=runs_in(cells)))
+    grid = await state.flying().known(mission)
+    return json_answer(answers.KnownMapAnswer.of(grid, runs=runs_in(grid.cells)))
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:
