@@ -76,6 +76,11 @@ class Entries(Generic[E]):
                 if not batch.events:
                     await bell.wait()
 
+    async def is_told(self, entry: str, after: int) -> bool:
+        """Say whether nothing comes after event number `after`, nor ever will."""
+        batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
+        return not batch.events and not batch.is_open
+
     async def _existing(self, entry: str) -> E:
         """Return an entry of any owner. Raises UnknownEntry."""
         return await self.read(lambda reader: self._table.existing(reader, entry))

@@ -17,9 +17,13 @@ from marsupial_service.schemas.base import Answer
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response with a JSON body."""
+    return text_answer(line(body.model_dump()).encode(), status, headers)
+
+
+def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    """Return a response whose body is JSON text already."""
     fixed = {"Cache-Control": "no-store", **(headers or {})}
-    text = line(body.model_dump())
-    return Response(text.encode(), status_code=status, headers=fixed, media_type="application/json")
+    return Response(text, status_code=status, headers=fixed, media_type="application/json")
 
 
 def plan_answer(record: PlanRecord) -> PlanAnswer:

@@ -11,8 +11,12 @@ from marsupial.formats.fields import Notes
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
-from marsupial_service.intake.situations import budget_of, check_count, refuse
+from marsupial_service.intake import counts
+from marsupial_service.intake.counts import check_count
+from marsupial_service.intake.reading import Digested, Reading
+from marsupial_service.intake.situations import budget_of, refuse
 from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
 from marsupial_service.operations.settings import ServiceLimits
@@ -26,11 +30,9 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
 
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
-    check_count("team", len(body.team), limits.robots, "robots")
-    check_count("robot_types", len(body.robot_types), limits.robots, "robot types")
-    check_count("frame", body.frame.width * body.frame.height, limits.cells, "cells")
+    check_count("/frame", body.frame.width * body.frame.height, limits.cells, "cells")
     budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
-    grid, types = _field(body)
+    grid, types = _field(body, limits)
     notes = Notes()
     members = [entry.member for entry in entries_of(body.team, types, grid, notes.below("team"))]
     brief = Brief(
@@ -68,12 +70,12 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     return commands.get(body.planner, body.planner)
 
 
-def _field(body: MissionBody) -> tuple[Grid, Types]:
+def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
     """Return the map as far as it is known, and the robot types for it."""
     notes, frame = Notes(), body.frame
     size = frame.width * frame.height
     terrains = terrains_of(body.terrains, notes)
-    types = types_of(body.robot_types, terrains, frame.resolution_m, notes)
+    types = types_of(body.robot_types, terrains, Extent(size, frame.resolution_m), limits, notes)
     _check_runs(frame.known, size, {terrain.code for terrain in terrains}, "frame.known", notes)
     _check_runs(body.area or (), size, range(256), "area", notes)
     notes.check(ScenarioError)
@@ -161,3 +163,27 @@ def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotNote:
         distance_m=body.distance_m,
         driving_ms=body.driving_ms,
     )
+
+
+def _mission_of(
+    body: MissionBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
+) -> tuple[Brief, bytes]:
+    return brief_of(body, limits, commands), sent.digest
+
+
+def _report_of(body: ReportBody, sent: Digested, brief: Brief, limits: ServiceLimits) -> tuple[Report, bytes]:
+    for i, seen in enumerate(body.revealed):
+        check_count(f"/revealed/{i}/runs", _told(seen.runs), brief.grid.cells.size, "cells")
+    told = sum(_told(seen.runs) for seen in body.revealed)
+    check_count("/revealed", told, max(limits.cells, brief.grid.cells.size), "cells")
+    return report_of(body, brief), sent.digest
+
+
+def _told(runs: Runs) -> int:
+    """Return how many cells runs tell of."""
+    return sum(runs[1::3])
+
+
+MISSIONS = Reading(model=MissionBody, counts=counts.MISSION, make=_mission_of)
+REPORTS = Reading(model=ReportBody, counts=counts.REPORT, make=_report_of)
+"""How the bodies of missions and reports are read: to what they mean, and the digest of what was sent."""

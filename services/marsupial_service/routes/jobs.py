@@ -2,44 +2,35 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import logging
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Body, Query, Response
 
-from marsupial.model.planning import EngineInfo
-from marsupial.model.situation import Situation
 from marsupial_service.http.answers import job_answer, job_path, json_answer, plan_answer, summary_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.maps import map_state_of
-from marsupial_service.intake.situations import budget_of, refuse, situation_of
-from marsupial_service.jobs.records import JobRequest, JobState, MapTask
-from marsupial_service.operations.settings import ServiceSettings
-from marsupial_service.planners import planner_info, planner_names
+from marsupial_service.intake.jobs import JOBS
+from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.jobs.records import JobState
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     JobOfPath,
-    Json,
+    KeyHolds,
     LastEventId,
     Owner,
     PageLimit,
     Prefer,
     Service,
-    digest_of,
     older_than,
     wait_seconds,
 )
 from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
-
-DEFAULT_BUDGET_S = 5.0
+from marsupial_service.schemas.requests import JobBody
 
 log = logging.getLogger("marsupial.service")
 
@@ -55,13 +46,12 @@ router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
 async def submit_job(
     state: Service,
     owner: Owner,
-    sent: Json,
-    body: JobBody,
+    sent: Annotated[Sent, Body(), shaped(JobBody)],
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
-    request = await asyncio.to_thread(_request, body.root, sent, state.settings)
+    request = await read(state, sent, JOBS, state.settings.limits, state.settings.planners)
     created = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
     job, headers = created.record, headers_of(created, job_path(created.record.id))
     log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})
@@ -70,32 +60,6 @@ async def submit_job(
         job = await state.running().wait(job.id, seconds)
         headers["Preference-Applied"] = f"wait={seconds:g}"
     return json_answer(job_answer(job), 202 if job.finished_at_ms is None else 200, headers)
-
-
-def _request(
-    body: SituationJobBody | MapStateJobBody, sent: Mapping[str, Any], settings: ServiceSettings
-) -> JobRequest:
-    """Read the body; in a thread of its own, as maps may be large."""
-    info = _planner(body.planner, settings)
-    budget = budget_of(body.budget, settings.limits, DEFAULT_BUDGET_S)
-    if budget.steps is not None and not info.deterministic_steps:
-        raise refuse("budget.steps", f"planner {body.planner} can't count steps: give it a budget in seconds")
-    task: Situation | MapTask
-    if isinstance(body, SituationJobBody):
-        task = situation_of(body.situation, settings.limits)
-    else:
-        task = map_state_of(body.map_state, settings.limits)
-    return JobRequest(planner=body.planner, budget=budget, task=task, digest=digest_of(sent), source=sent)
-
-
-def _planner(name: str, settings: ServiceSettings) -> EngineInfo:
-    names = planner_names(settings.planners)
-    if name not in names:
-        raise refuse("planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
-    info = planner_info(name, settings.planners)
-    if info.missing is not None:
-        raise refuse("planner", f"{name} can't be used here: {info.missing}")
-    return info
 
 
 @router.get("", response_model=answers.JobListAnswer, responses=errors())
@@ -137,12 +101,15 @@ async def list_plans(state: Service, job: JobOfPath) -> Response:
     response_class=EventStream,
     responses={
         **errors("not-found", "too-many"),
+        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
         200: {"description": "Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."},
     },
 )
-async def follow_job(state: Service, owner: Owner, job: JobOfPath, last_event_id: LastEventId = None) -> Response:
+async def follow_job(
+    state: Service, owner: Owner, holds: KeyHolds, job: JobOfPath, last_event_id: LastEventId = None
+) -> Response:
     """Stream the events of a job as they come, the stored ones first."""
-    return stream(state, owner, state.running(), job.id, last_event_id)
+    return await stream(state, owner, holds, state.running(), job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Annotated
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
 from marsupial_service.http.answers import json_answer, mission_answer, mission_path
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
-from marsupial_service.missions.reading import brief_of, report_of
+from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.missions.reading import MISSIONS, REPORTS
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Wish, runs_in
 from marsupial_service.operations.keys import Scope
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
-    Json,
+    KeyHolds,
     LastEventId,
     MissionOfPath,
     Owner,
     PageLimit,
     Service,
-    digest_of,
     older_than,
 )
 from marsupial_service.routes.stored import headers_of, page, stored
@@ -56,12 +55,15 @@ router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missi
     ),
 )
 async def create_mission(
-    state: Service, owner: Owner, sent: Json, body: MissionBody, idempotency_key: IdempotencyKey = None
+    state: Service,
+    owner: Owner,
+    sent: Annotated[Sent, Body(), shaped(MissionBody)],
+    idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
-    brief = await asyncio.to_thread(brief_of, body, settings.limits, settings.planners)
-    created = await state.flying().create(brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key)
+    brief, digest = await read(state, sent, MISSIONS, settings.limits, settings.planners)
+    created = await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key)
     record, replayed = created
     return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(created, mission_path(record.id)))
 
@@ -91,12 +93,12 @@ async def get_mission(mission: MissionOfPath) -> Response:
     response_model=answers.TakenAnswer,
     responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
 )
-async def report(state: Service, mission: MissionOfPath, sent: Json, body: ReportBody) -> Response:
+async def report(state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), shaped(ReportBody)]) -> Response:
     """Store a report of what has happened. Sending it again changes nothing; nor does a report that is refused."""
     missions = state.flying()
-    read = await asyncio.to_thread(report_of, body, await missions.brief(mission))
-    taken = await missions.report(mission, read, digest_of(sent))
-    return json_answer(answers.TakenAnswer.of(read, revision=taken.revision))
+    told, digest = await read(state, sent, REPORTS, await missions.brief(mission), state.settings.limits)
+    taken = await missions.report(mission, told, digest)
+    return json_answer(answers.TakenAnswer.of(told, revision=taken.revision))
 
 
 @router.post(
@@ -128,14 +130,15 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     response_class=EventStream,
     responses={
         **errors("not-found", "too-many"),
+        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
         200: {"description": "Events `log`, `decision`, `commands`, `state` and `end`, with ids from 1."},
     },
 )
 async def follow_mission(
-    state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None
+    state: Service, owner: Owner, holds: KeyHolds, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the commands and decisions of a mission as they come, stored ones first, up to the event `end`."""
-    return stream(state, owner, state.flying(), mission.id, last_event_id)
+    return await stream(state, owner, holds, state.flying(), mission.id, last_event_id)
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
