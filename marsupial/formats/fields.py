@@ -234,7 +234,10 @@ def shown(value: object) -> str:
         return "true" if value else "false"
     if value is None:
         return "nothing"
-    text = _SHORT.repr(value)
+    try:
+        text = _SHORT.repr(value)
+    except ValueError:  # YAML makes whole numbers of more digits than Python writes
+        return "a number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."
 
 

@@ -23,6 +23,9 @@ class Size:
     meaning: str
 
 
+MOST_TYPES = 60
+"""Robot types: which of them can explore what is kept in the bits of a number."""
+
 SIZES: Mapping[str, Size] = {
     # 2 m on a map of 1 cm cells
     "radius_cells": Size(200, "cells in a robot's radius"),

@@ -22,7 +22,7 @@ from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Grid, Terrain
 from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
-from marsupial.model.sizes import Extent, ground_faults, radius_fault
+from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
 
 try:
     from yaml import CSafeLoader as SafeLoader
@@ -152,7 +152,9 @@ def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) ->
     parts = top.parts("robot_types")
     if top.data.get("robot_types") == []:
         top.wrong("robot_types", "must not be empty")
-    for fields in parts:
+    if len(parts) > MOST_TYPES:
+        top.wrong("robot_types", f"has {len(parts)} robot types, more than the limit of {MOST_TYPES}")
+    for fields in parts[:MOST_TYPES]:
         before = len(top.problems)
         kind = _read_type(fields, terrains)
         fault = None if extent is None else radius_fault(kind.radius_m, extent)

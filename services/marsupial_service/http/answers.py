@@ -14,6 +14,9 @@ from marsupial_service.schemas import answers
 from marsupial_service.schemas.answers import JobAnswer, JobSummaryAnswer, MissionAnswer, PlanAnswer
 from marsupial_service.schemas.base import Answer
 
+UNKEPT = {"Cache-Control": "no-store"}
+"""Headers of answers that nobody on the way is to keep."""
+
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response with a JSON body."""
@@ -22,8 +25,7 @@ def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | No
 
 def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response whose body is JSON text already."""
-    fixed = {"Cache-Control": "no-store", **(headers or {})}
-    return Response(text, status_code=status, headers=fixed, media_type="application/json")
+    return Response(text, status_code=status, headers={**UNKEPT, **(headers or {})}, media_type="application/json")
 
 
 def plan_answer(record: PlanRecord) -> PlanAnswer:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from marsupial.model.grid import UNKNOWN
+from marsupial.model.sizes import MOST_TYPES
 from marsupial_service.http.pointers import pointer
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.operations.settings import ServiceLimits
@@ -44,7 +45,7 @@ _MAP_STATE = (
     _at("map_state.map.mask.greys", _TERRAINS, "terrains"),
     _at("map_state.map.mask.greys.*", 256, "greys"),
     _at("map_state.terrains", _TERRAINS, "terrains"),
-    _at("map_state.robot_types", "robots", "robot types"),
+    _at("map_state.robot_types", MOST_TYPES, "robot types"),
     _at("map_state.robot_types.*.terrains", _TERRAINS, "terrains"),
     _at("map_state.robots", "robots", "robots"),
     _at("map_state.meetings", "places", "meeting points"),
@@ -68,7 +69,7 @@ MISSION = (
     _at("frame.known", "runs", "numbers"),
     _at("area", "runs", "numbers"),
     _at("terrains", _TERRAINS, "terrains"),
-    _at("robot_types", "robots", "robot types"),
+    _at("robot_types", MOST_TYPES, "robot types"),
     _at("robot_types.*.terrains", _TERRAINS, "terrains"),
     _at("team", "robots", "robots"),
 )

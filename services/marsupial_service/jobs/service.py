@@ -100,6 +100,10 @@ class Jobs(Entries[JobRecord]):
         """Return every revision, the first one first."""
         return await self.read(lambda reader: lookup.plans(reader, job))
 
+    async def plan_text(self, job: str, revision: int) -> str:
+        """Return a revision as JSON text. Raises UnknownEntry."""
+        return await self.read(lambda reader: lookup.plan_text(reader, job, revision))
+
     async def analysis(self, job: str) -> Analysed | None:
         """Return what was found on the map, or None (not yet, or a ready situation was sent)."""
         return await self.read(lambda reader: lookup.analysis(reader, job))

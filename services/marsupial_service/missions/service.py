@@ -12,7 +12,7 @@ from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created, TooMany
 from marsupial_service.entries.service import Entries
 from marsupial_service.intake import analyses, jobs
-from marsupial_service.missions import host, reading, table
+from marsupial_service.missions import host, reading, table, telling
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
@@ -21,7 +21,7 @@ from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store, kept
 
-PRELOAD = (load_analysis, host.load_missions, reading, jobs, analyses)
+PRELOAD = (load_analysis, host.load_missions, reading, telling, jobs, analyses)
 
 
 class Missions(Entries[MissionRecord]):

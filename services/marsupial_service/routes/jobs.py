@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import json
 import logging
+from collections.abc import AsyncIterator
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Response
+from fastapi.responses import StreamingResponse
 
-from marsupial_service.http.answers import job_answer, job_path, json_answer, plan_answer, summary_answer
+from marsupial_service.http.answers import UNKEPT, job_answer, job_path, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.jobs import JOBS
-from marsupial_service.intake.reading import Sent, read, shaped
-from marsupial_service.jobs.records import JobState
+from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
+from marsupial_service.jobs.records import JobRecord, JobState
+from marsupial_service.jobs.service import Jobs
+from marsupial_service.jobs.telling import situation_text, tell_situation
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     JobOfPath,
@@ -92,8 +95,15 @@ async def cancel_job(state: Service, job: JobOfPath) -> Response:
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
 async def list_plans(state: Service, job: JobOfPath) -> Response:
     """Return every plan found so far, each better than the one before."""
-    found = await state.running().plans(job.id)
-    return json_answer(answers.PlansAnswer(plans=[plan_answer(plan) for plan in found]))
+    return StreamingResponse(_plans(state.running(), job), headers=UNKEPT, media_type="application/json")
+
+
+async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
+    """Yield the text of all plans piece by piece: there may be hundreds, each of thousands of actions."""
+    yield b'{"plans":['
+    for revision in range(1, job.plans + 1):
+        yield b"," * (revision > 1) + (await jobs.plan_text(job.id, revision)).encode()
+    yield b"]}"
 
 
 @router.get(
@@ -117,9 +127,17 @@ async def get_situation(state: Service, job: JobOfPath) -> Response:
     """Return what the planner is asked; for a map state once that has been analysed."""
     analysis = await state.running().analysis(job.id)
     if analysis is not None:
-        found = {"situation": json.loads(analysis.situation), "places": json.loads(analysis.places)}
-        return json_answer(answers.JobSituationAnswer.model_validate(found))
-    sent = json.loads(await state.running().source(job.id) or "{}")
-    if "situation" not in sent:
+        return text_answer(f'{{"situation":{analysis.situation},"places":{analysis.places}}}'.encode())
+    text = await state.running().source(job.id) or "{}"
+    limits = state.settings.limits
+    if len(text) <= INLINE_BYTES:
+        found: object = situation_text(text)
+    else:
+        async with state.readers:
+            found = await state.supervised.value_of(
+                tell_situation, text, seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
+            )
+    if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
-    return json_answer(answers.JobSituationAnswer(situation=sent["situation"], places=None))
+    assert isinstance(found, bytes)
+    return text_answer(found)
