@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from marsupial.errors import InternalError
@@ -17,11 +18,15 @@ _TRIES = 3
 
 _RETRY_S = 2
 
+_MOST = 16
+"""At a time. Their threads are their own: while processes are still being made ready, others have work to do."""
+
 
 class Supervised:
     """Such processes; `leave` ends all there are and will be."""
 
     def __init__(self) -> None:
+        self._threads = ThreadPoolExecutor(_MOST, "supervised")
         self._lock = threading.Lock()
         self._runs: set[processes.JobRun] = set()
         self._leaving = False
@@ -31,7 +36,7 @@ class Supervised:
     ) -> object:
         """Return the first value of a top-level `function`. Raises HttpProblem if there is none within the limits."""
         job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
-        return await asyncio.to_thread(self._first, job)
+        return await asyncio.get_running_loop().run_in_executor(self._threads, self._first, job)
 
     def leave(self) -> None:
         """End them all; returns at once."""
