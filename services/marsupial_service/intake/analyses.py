@@ -31,5 +31,5 @@ def _cells(body: AnalysisBody) -> int:
     return image_cells(body.map_state.map)
 
 
-ANALYSES = Reading(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells)
-VALIDATIONS = Reading(model=ValidationBody, counts=counts.VALIDATION, make=verdict_of)
+ANALYSIS_READING = Reading(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells)
+VALIDATION_READING = Reading(model=ValidationBody, counts=counts.VALIDATION, make=verdict_of)

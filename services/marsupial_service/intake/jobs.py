@@ -49,4 +49,4 @@ def _cells(body: JobBody) -> int:
     return image_cells(body.root.map_state.map) if isinstance(body.root, MapStateJobBody) else 0
 
 
-JOBS = Reading(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)
+JOB_READING = Reading(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)

@@ -184,6 +184,6 @@ def _told(runs: Runs) -> int:
     return sum(runs[1::3])
 
 
-MISSIONS = Reading(model=MissionBody, counts=counts.MISSION, make=_mission_of)
-REPORTS = Reading(model=ReportBody, counts=counts.REPORT, make=_report_of)
+MISSION_READING = Reading(model=MissionBody, counts=counts.MISSION, make=_mission_of)
+REPORT_READING = Reading(model=ReportBody, counts=counts.REPORT, make=_report_of)
 """How the bodies of missions and reports are read: to what they mean, and the digest of what was sent."""

@@ -12,7 +12,7 @@ from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.analyses import ANALYSES, VALIDATIONS
+from marsupial_service.intake.analyses import ANALYSIS_READING, VALIDATION_READING
 from marsupial_service.intake.reading import Sent, read, shaped
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
@@ -25,7 +25,7 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 async def analyse(state: Service, sent: Annotated[Sent, Body(), shaped(AnalysisBody)]) -> Response:
     """Find targets, meeting points, reach and costs on a map, as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
-    task, include = await read(state, sent, ANALYSES, limits)
+    task, include = await read(state, sent, ANALYSIS_READING, limits)
     if state.analyses.locked():
         raise TooMany(f"at most {limits.analyses} at a time")
     async with state.analyses:
@@ -44,5 +44,5 @@ async def analyse(state: Service, sent: Annotated[Sent, Body(), shaped(AnalysisB
 @router.post("/validations", response_model=answers.VerdictAnswer, responses=errors(body=True))
 async def validate(state: Service, sent: Annotated[Sent, Body(), shaped(ValidationBody)]) -> Response:
     """Say whether a plan can be carried out and reaches the goal, or what is wrong with it first."""
-    verdict = await read(state, sent, VALIDATIONS, state.settings.limits)
+    verdict = await read(state, sent, VALIDATION_READING, state.settings.limits)
     return json_answer(verdict)

@@ -14,7 +14,7 @@ from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.jobs import JOBS
+from marsupial_service.intake.jobs import JOB_READING
 from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
 from marsupial_service.jobs.records import JobRecord, JobState
 from marsupial_service.jobs.service import Jobs
@@ -54,7 +54,7 @@ async def submit_job(
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
-    request = await read(state, sent, JOBS, state.settings.limits, state.settings.planners)
+    request = await read(state, sent, JOB_READING, state.settings.limits, state.settings.planners)
     created = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
     job, headers = created.record, headers_of(created, job_path(created.record.id))
     log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})

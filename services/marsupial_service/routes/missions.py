@@ -14,7 +14,7 @@ from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
 from marsupial_service.intake.reading import Sent, read, shaped
-from marsupial_service.missions.reading import MISSIONS, REPORTS
+from marsupial_service.missions.reading import MISSION_READING, REPORT_READING
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.telling import changes_in, known_map_text, tell_known_map
 from marsupial_service.missions.values import Wish
@@ -68,7 +68,7 @@ async def create_mission(
 ) -> Response:
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
-    brief, digest = await read(state, sent, MISSIONS, settings.limits, settings.planners)
+    brief, digest = await read(state, sent, MISSION_READING, settings.limits, settings.planners)
     created = await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key)
     record, replayed = created
     return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(created, mission_path(record.id)))
@@ -102,7 +102,7 @@ async def get_mission(mission: MissionOfPath) -> Response:
 async def report(state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), shaped(ReportBody)]) -> Response:
     """Store a report of what has happened. Sending it again changes nothing; nor does a report that is refused."""
     missions = state.flying()
-    told, digest = await read(state, sent, REPORTS, await missions.brief(mission), state.settings.limits)
+    told, digest = await read(state, sent, REPORT_READING, await missions.brief(mission), state.settings.limits)
     taken = await missions.report(mission, told, digest)
     return json_answer(answers.TakenAnswer.of(told, revision=taken.revision))
 
