@@ -29,10 +29,11 @@ def disc(radius_cells: float) -> Ints:
 
     The cell itself is always among them.
     """
-    span = np.arange(-int(radius_cells + 1), int(radius_cells + 1) + 1)
-    dx, dy = np.meshgrid(span, span)
-    touched = (np.hypot(dx, dy) < radius_cells - 1e-9) | ((dx == 0) & (dy == 0))
-    return np.stack([dx[touched], dy[touched]], axis=1).astype(np.int64)
+    reach = int(radius_cells + 1)
+    span = np.arange(-reach, reach + 1)
+    touched = np.hypot(span[None, :], span[:, None]) < radius_cells - 1e-9
+    touched[reach, reach] = True
+    return np.ascontiguousarray(np.argwhere(touched)[:, ::-1] - reach)
 
 
 def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from typing import Any
@@ -14,12 +14,11 @@ from fastapi.responses import HTMLResponse, JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from marsupial.errors import InputError, MarsupialError, Problem
+from marsupial.errors import MarsupialError
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.http import docspage, openapi
 from marsupial_service.http.edge import Edge
-from marsupial_service.http.pointers import of_location, of_path
-from marsupial_service.http.problems import KINDS, HttpProblem, answer, kind_of
+from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.ledger import Conflict
@@ -29,7 +28,6 @@ from marsupial_service.operations.keys import KeyFile, KeyRow
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
-from marsupial_service.schemas.base import NONE_OF
 from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError, open_store
 
@@ -57,7 +55,10 @@ def create_app(settings: ServiceSettings) -> FastAPI:
     )
     limits = settings.limits
     app.state.service = State(
-        settings=settings, keys=KeyFile(settings.data), analyses=asyncio.Semaphore(limits.analyses)
+        settings=settings,
+        keys=KeyFile(settings.data),
+        analyses=asyncio.Semaphore(limits.analyses),
+        readers=asyncio.Semaphore(limits.readers),
     )
     for router in (*(room.router for room in (jobs, missions, analyses, catalogue, operations)), operations.admin):
         app.include_router(router)
@@ -119,36 +120,16 @@ def _respond(request: Request, error: Exception) -> Response:
     return answer(problem, request.url.path)
 
 
-def _refused(request: Request, error: MarsupialError) -> HttpProblem:
-    """Return the problem for what the library raises; input is the body of the request."""
-    kind = kind_of(error)
-    if KINDS[kind].status >= 500:
-        raise error
-    details = _details(error.problems, request) if isinstance(error, InputError) else ()
-    return HttpProblem(kind, "" if details else str(error), errors=details)
-
-
-def _details(problems: Iterable[Problem], request: Request) -> list[ProblemDetailAnswer]:
-    body = getattr(request.state, "json", None)
-    return [ProblemDetailAnswer(pointer=of_path(problem.path, body), detail=problem.message) for problem in problems]
-
-
 def _misshaped(request: Request, error: RequestValidationError) -> HttpProblem:
-    """Return the problem for what pydantic finds wrong."""
-    body = getattr(request.state, "json", None)
-    return HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()])
+    """Return the problem for what pydantic finds wrong in anything but a body."""
+    return HttpProblem("invalid", errors=[_detail(one) for one in error.errors()])
 
 
-def _detail(error: dict[str, Any], body: object) -> ProblemDetailAnswer:
+def _detail(error: dict[str, Any]) -> ProblemDetailAnswer:
     place, *location = error["loc"]
-    text = str(error["msg"])
-    if error["type"] == NONE_OF:
-        location.append(error["ctx"]["keys"].split()[0])  # the field that is most likely meant
-    if place == "body":
-        return ProblemDetailAnswer(pointer=of_location(location, body), detail=text)
     name = str(location[0]) if location else ""
     where = place if place in ("query", "header", "path") else "query"
-    return ProblemDetailAnswer.model_validate({where: name, "detail": text})
+    return ProblemDetailAnswer.model_validate({where: name, "detail": str(error["msg"])})
 
 
 def _http(request: Request, error: HTTPException) -> HttpProblem:
@@ -174,10 +155,10 @@ def _later(kind: str, said: str, seconds: int) -> HttpProblem:
 
 _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     HttpProblem: lambda _, error: error,
-    MarsupialError: _refused,
+    MarsupialError: lambda _, error: problem_of(error, None),
     RequestValidationError: _misshaped,
     HTTPException: _http,
-    Conflict: lambda request, error: HttpProblem("conflict", errors=_details(error.problems, request)),
+    Conflict: lambda _, error: problem_of_all("conflict", error.problems, None),
     UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),
     TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
     KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),

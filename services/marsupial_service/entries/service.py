@@ -81,6 +81,11 @@ class Entries(Generic[E]):
         """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
         return self._bells.bell(topic)
 
+    async def is_told(self, entry: str, after: int) -> bool:
+        """Say whether nothing comes after event number `after`, nor ever will."""
+        batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
+        return not batch.events and not batch.is_open
+
     async def _existing(self, entry: str) -> E:
         """Return an entry of any owner. Raises UnknownEntry."""
         return await self.read(lambda reader: self._table.existing(reader, entry))

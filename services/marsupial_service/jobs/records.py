@@ -103,6 +103,17 @@ class JobRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PackedRequest:
+    """A job to be done as it is stored: `task` pickled, `source` as compressed JSON text."""
+
+    planner: str
+    budget: Budget
+    digest: bytes
+    task: bytes
+    source: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRecord:
     """A revision of a job's plan, counted from 1, each better than the last and accepted by the checker.
 

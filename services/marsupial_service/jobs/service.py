@@ -7,10 +7,8 @@ a running job in a thread per slot, planning in processes of its own.
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import uuid
-import zlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -24,10 +22,20 @@ from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed
-from marsupial_service.jobs.records import JobOutcome, JobRecord, JobRequest, JobSettings, JobState, Metrics, PlanRecord
+from marsupial_service.jobs.packing import pack
+from marsupial_service.jobs.records import (
+    JobOutcome,
+    JobRecord,
+    JobRequest,
+    JobSettings,
+    JobState,
+    Metrics,
+    PackedRequest,
+    PlanRecord,
+)
 from marsupial_service.jobs.warm import load_planners
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, StoreError, kept
+from marsupial_service.store import Store, StoreError
 
 PRELOAD = (*engines.PRELOAD, work, load_planners)
 """What all workers need, loaded before they are forked."""
@@ -70,14 +78,15 @@ class Jobs(Entries[JobRecord]):
         self._threads.shutdown(wait=False)
 
     async def submit(
-        self, request: JobRequest, *, owner: str, idempotency_key: str | None = None
+        self, request: JobRequest | PackedRequest, *, owner: str, idempotency_key: str | None = None
     ) -> Created[JobRecord]:
         """Store a job; what is returned is committed. Raises TooMany, KeyReused, StoreError."""
         if self._storing >= self._settings.queue:
             raise table.queue_full(_BUSY_RETRY_S)
         self._storing += 1
         try:
-            job = await asyncio.to_thread(_packed, request, owner, idempotency_key)
+            packed = request if isinstance(request, PackedRequest) else await asyncio.to_thread(pack, request)
+            job = _new(packed, owner, idempotency_key)
             submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms()))
         finally:
             self._storing -= 1
@@ -86,6 +95,10 @@ class Jobs(Entries[JobRecord]):
     async def plans(self, job: str) -> tuple[PlanRecord, ...]:
         """Return every revision, the first one first."""
         return await self.read(lambda reader: lookup.plans(reader, job))
+
+    async def plan_text(self, job: str, revision: int) -> str:
+        """Return a revision as JSON text. Raises UnknownEntry."""
+        return await self.read(lambda reader: lookup.plan_text(reader, job, revision))
 
     async def analysis(self, job: str) -> Analysed | None:
         """Return what was found on the map, or None (not yet, or a ready situation was sent)."""
@@ -183,7 +196,7 @@ def _failed(error: Exception) -> Closed:
     return Closed(outcome=JobOutcome.ENGINE_FAILED, detail=f"internal error ({type(error).__name__})")
 
 
-def _packed(request: JobRequest, owner: str, key: str | None) -> table.NewJob:
+def _new(request: PackedRequest, owner: str, key: str | None) -> table.NewJob:
     return table.NewJob(
         id=uuid.uuid4().hex,
         owner=owner,
@@ -191,6 +204,6 @@ def _packed(request: JobRequest, owner: str, key: str | None) -> table.NewJob:
         digest=request.digest,
         planner=request.planner,
         budget=request.budget,
-        task=kept.dumps(request.task),
-        source=zlib.compress(json.dumps(request.source).encode(), 1),
+        task=request.task,
+        source=request.source,
     )

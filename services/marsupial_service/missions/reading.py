@@ -15,8 +15,12 @@ from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
-from marsupial_service.intake.situations import budget_of, check_count, refuse
+from marsupial_service.intake import counts
+from marsupial_service.intake.counts import check_count
+from marsupial_service.intake.reading import Digested, Reading, digest_of
+from marsupial_service.intake.situations import budget_of, refuse
 from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
 from marsupial_service.missions.frames import Frame, frame_at
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
@@ -38,11 +42,9 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
 
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
-    check_count("team", len(body.team), limits.robots, "robots")
-    check_count("robot_types", len(body.robot_types), limits.robots, "robot types")
-    check_count("frame", body.frame.width * body.frame.height, limits.cells, "cells")
+    check_count("/frame", body.frame.width * body.frame.height, limits.cells, "cells")
     budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
-    grid, types = _field(body)
+    grid, types = _field(body, limits)
     notes = Notes()
     entries = entries_of(body.team, types, grid, notes.below("team"))
     _check_starts(entries, body, types, grid)
@@ -94,12 +96,12 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     return commands.get(body.planner, body.planner)
 
 
-def _field(body: MissionBody) -> tuple[Grid, Types]:
+def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
     """Return the map as far as it is known, and the robot types for it."""
     notes, frame = Notes(), body.frame
     size = frame.width * frame.height
     terrains = terrains_of(body.terrains, notes)
-    types = types_of(body.robot_types, terrains, frame.resolution_m, notes)
+    types = types_of(body.robot_types, terrains, Extent(size, frame.resolution_m), limits, notes)
     _check_runs(frame.known, size, {terrain.code for terrain in terrains}, "frame.known", notes)
     _check_runs(body.area or (), size, range(256), "area", notes)
     notes.check(ScenarioError)
@@ -184,7 +186,7 @@ def _check_maps(batch: BatchBody, frame: Frame, limits: ServiceLimits) -> None:
     """Raise HttpProblem if the maps of a batch have more cells in all than one may have: few runs make many cells."""
     frames = [one.frame for one in batch.reports if one.map is not None]
     cells = sum(frame.size if told is None else told.width * told.height for told in frames)
-    check_count("reports", cells if len(frames) > 1 else 0, limits.cells, "cells in their maps")
+    check_count("/reports", cells if len(frames) > 1 else 0, limits.cells, "cells in their maps")
 
 
 @contextmanager
@@ -249,3 +251,31 @@ def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotNote:
         distance_m=body.distance_m,
         driving_ms=body.driving_ms,
     )
+
+
+def _mission_of(
+    body: MissionBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
+) -> tuple[Brief, bytes]:
+    return brief_of(body, limits, commands), sent.digest
+
+
+def _reports_of(
+    body: ReportsBody, sent: Digested, brief: Brief, frame: Frame, limits: ServiceLimits
+) -> tuple[list[tuple[Report, bytes]], bool]:
+    """Return the reports of a request with their digests, and whether it is a batch."""
+    is_batch = isinstance(body.root, BatchBody)
+    bodies = body.root.reports if isinstance(body.root, BatchBody) else [body.root]
+    told = sum(_told(seen.runs) for one in bodies for seen in one.revealed)
+    check_count("/reports" if is_batch else "/revealed", told, max(limits.cells, frame.size), "cells")
+    digests = map(digest_of, sent.document["reports"]) if is_batch else [sent.digest]
+    return list(zip(reports_of(body, brief, frame, limits), digests, strict=True)), is_batch
+
+
+def _told(runs: Runs) -> int:
+    """Return how many cells runs tell of."""
+    return sum(runs[1::3])
+
+
+MISSION_READING = Reading(model=MissionBody, counts=counts.MISSION, make=_mission_of)
+REPORT_READING = Reading(model=ReportsBody, counts=counts.REPORTS, make=_reports_of)
+"""How the bodies of missions and reports are read: to what they mean, and the digest of what was sent."""

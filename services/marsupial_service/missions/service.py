@@ -13,7 +13,8 @@ from marsupial.model.grid import CellArray, Grid
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
-from marsupial_service.missions import host, table
+from marsupial_service.intake import analyses, jobs
+from marsupial_service.missions import host, reading, table, telling
 from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledgers import Ledgers, brief
@@ -24,7 +25,7 @@ from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store, StoreError, kept
 from marsupial_service.store.engine import Connection
 
-PRELOAD = (load_analysis, host.load_missions)
+PRELOAD = (load_analysis, host.load_missions, reading, telling, jobs, analyses)
 _AT_A_TIME = 4
 
 

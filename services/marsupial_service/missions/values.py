@@ -173,8 +173,12 @@ def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
     """Return the row-major indices of the cells in `runs`, and their codes."""
     table = np.array(runs, dtype=np.int64).reshape(-1, 3)
     lengths = table[:, 1]
-    offsets = np.arange(int(lengths.sum())) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    return np.repeat(table[:, 0], lengths) + offsets, np.repeat(table[:, 2], lengths).astype(np.uint8)
+    indices = np.ones(int(lengths.sum()), dtype=np.int64)
+    if len(table):  # one more than the cell before, but for the first of each run
+        indices[0] = table[0, 0]
+        indices[np.cumsum(lengths)[:-1]] = table[1:, 0] - (table[:-1, 0] + lengths[:-1]) + 1
+        np.cumsum(indices, out=indices)
+    return indices, np.repeat(table[:, 2].astype(np.uint8), lengths)
 
 
 def runs_in(cells: CellArray) -> Runs:

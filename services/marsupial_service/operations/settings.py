@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from marsupial.errors import UsageError
+from marsupial.model.sizes import SIZES
 
 PREFIX = "MARSUPIAL_"
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
@@ -31,11 +32,27 @@ class ServiceLimits:
     """What one request, one key and the whole service may ask for. Raises UsageError if one is too small."""
 
     body_bytes: int = _limit(16_000_000, 1000, "bytes of a request's body")
-    body_s: float = _limit(30.0, 0.1, "seconds within which a request's body has to arrive")
+    body_s: float = _limit(10.0, 0.1, "seconds a request's body may take to arrive, besides those its bytes take")
+    body_rate: int = _limit(50_000, 1, "bytes a second at which a body has to arrive, at least")
+    bodies_bytes: int = _limit(128_000_000, 1000, "bytes of all bodies that are being received and read")
+    readers: int = _limit(2, 1, "processes that read large bodies, at a time")
+    read_s: float = _limit(30.0, 0.1, "seconds a large body may take to be read")
+    read_memory_bytes: int = _limit(1 << 30, 1 << 26, "bytes of memory a large body may take to be read")
+    answer_bytes: int = _limit(32_000_000, 1000, "bytes of an analysis")
+    connections: int = _limit(1000, 1, "connections open at a time")
+    address_connections: int = _limit(500, 1, "connections open at a time, of one address")
+    header_s: float = _limit(10.0, 0.1, "seconds within which a request's headers have to arrive")
+    stall_s: float = _limit(30.0, 0.1, "seconds after which a client that takes nothing of its answer is given up")
     cells: int = _limit(4_000_000, 1, "cells of a map")
     robots: int = _limit(200, 1, "robots of a team")
     targets: int = _limit(1000, 1, "targets of a situation")
     places: int = _limit(2000, 1, "places of a situation")
+    actions: int = _limit(100_000, 1, "actions of a plan, and commands of a report")
+    plan_bytes: int = _limit(10_000_000, 1, "characters of a plan as text")
+    runs: int = _limit(3_000_000, 3, "numbers of cells given as runs")
+    radius_cells: float = _limit(SIZES["radius_cells"].most, 1, SIZES["radius_cells"].meaning)
+    footprint_cells: float = _limit(2e11, 1, SIZES["footprint_cells"].meaning)
+    layers: float = _limit(2e8, 1, SIZES["layers"].meaning)
     budget_s: float = _limit(300.0, 0.01, "seconds a planner may be given")
     budget_steps: int = _limit(10_000_000, 1, "steps a planner may be given")
     steps_s: float = _limit(300.0, 0.01, "seconds after which a budget in steps ends all the same")
@@ -57,6 +74,11 @@ class ServiceLimits:
             fault = _fault(one, getattr(self, one.name))
             if fault is not None:
                 raise UsageError(f"{one.name}: {fault}")
+
+    @property
+    def sizes(self) -> Mapping[str, float]:
+        """The limits on sizes that follow from several numbers (`marsupial.model.sizes`)."""
+        return {name: getattr(self, name) for name in SIZES}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

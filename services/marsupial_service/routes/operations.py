@@ -9,7 +9,6 @@ from importlib.metadata import version
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
-from marsupial_service.analyses.supervised import value_of
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
@@ -61,7 +60,7 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     begun = time.monotonic()
     limits = state.settings.limits
     try:
-        planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
+        planned = await state.supervised.value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except Exception as error:
         return f"planning fails: {error}"
     if planned is not True:

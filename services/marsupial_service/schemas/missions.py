@@ -24,7 +24,9 @@ from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, 
 from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
-RunsBody = Annotated[tuple[int, ...], made_of(list[Annotated[int, within("cell")]], tuple)]
+RunsBody = Annotated[
+    tuple[int, ...], made_of(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
+]
 """(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
 
 Side = Annotated[int, within("side")]
