@@ -4,8 +4,7 @@ The fields are those of the service's OpenAPI document, which a test holds them 
 mean. `JobDocument` and `MissionDocument` are what `Job` and `Mission` stand for. Map states and situations have formats
 of their own and are plain dicts here.
 """
-
-from __future__ import annotations
+# Annotations are evaluated here: written as texts, they would hide from tools at run time which fields are required.
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NotRequired, TypedDict
