@@ -154,17 +154,15 @@ class _Tries:
         now = transport.now()
         self._until = now + patience_s if self._until is None else self._until
         left_s = self._until - now
-        asked_s = error.retry_after_s if isinstance(error, Busy) else None
-        if left_s <= 0 or (asked_s is not None and asked_s > left_s):
+        asked_s = (error.retry_after_s or 0.0) if isinstance(error, Busy) else 0.0
+        if left_s <= 0 or asked_s > left_s:
             if isinstance(error, Refused):
                 raise error
             said = str(error) or type(error).__name__
             raise Unreachable(f"{self._conversation.url} can't be reached: {said}") from error
-        if asked_s is None:
-            longest_s = min(LONGEST_PAUSE_S, FIRST_PAUSE_S * 2**self._failures)
-            asked_s = random.uniform(longest_s / 2, longest_s)
+        longest_s = min(LONGEST_PAUSE_S, FIRST_PAUSE_S * 2**self._failures)
         self._failures += 1
-        await transport.pause(min(asked_s, left_s))
+        await transport.pause(min(left_s, max(asked_s, random.uniform(longest_s / 2, longest_s))))
 
 
 def _check(response: httpx2.Response, path: str) -> None:

@@ -6,14 +6,14 @@ wait for anybody, so `finish` runs them to their end in one go.
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import time
 from collections.abc import AsyncGenerator, Awaitable
-from contextlib import AbstractAsyncContextManager
+from contextlib import AbstractAsyncContextManager, aclosing
 from types import TracebackType
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, cast
 
-import anyio
 import httpx2
 
 T = TypeVar("T")
@@ -64,7 +64,7 @@ class Transport(Protocol):
 
 
 class Waiting:
-    """Awaits, in asyncio or trio."""
+    """Awaits, in asyncio."""
 
     def __init__(self, http: httpx2.AsyncClient) -> None:
         self.http = http
@@ -85,13 +85,14 @@ class Waiting:
 
     async def frames(self, response: httpx2.Response) -> AsyncGenerator[httpx2.ServerSentEvent, None]:
         """Yield the events of a stream."""
-        async for frame in httpx2.EventSource(response, _LONGEST_EVENT_BYTES):
-            yield frame
+        events = aiter(httpx2.EventSource(response, _LONGEST_EVENT_BYTES))
+        async with aclosing(cast(AsyncGenerator[httpx2.ServerSentEvent, None], events)):
+            async for frame in events:
+                yield frame
 
     async def release(self, response: httpx2.Response) -> None:
-        """Let go of a stream, even while it is being cancelled."""
-        with anyio.CancelScope(shield=True):
-            await response.aclose()
+        """Let go of a stream."""
+        await response.aclose()
 
     def now(self) -> float:
         """Return the time."""
@@ -99,11 +100,11 @@ class Waiting:
 
     async def pause(self, seconds: float) -> None:
         """Let others go on meanwhile."""
-        await anyio.sleep(seconds)
+        await asyncio.sleep(seconds)
 
     def lock(self) -> AbstractAsyncContextManager[object]:
         """Return a lock for tasks."""
-        return anyio.Lock()
+        return asyncio.Lock()
 
     async def close(self) -> None:
         """Close all connections."""

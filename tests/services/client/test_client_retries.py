@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import aclosing
 from typing import Any
 
 import httpx2
@@ -90,6 +92,13 @@ def test_retry_after_is_waited_for() -> None:
     transport = Scripted(busy, busy, OK)
     finish(service(transport).ask("GET", "/v1/limits"))
     assert transport.pauses == [7.0, 7.0]
+
+
+def test_one_who_is_busy_and_asks_to_be_asked_at_once_is_not_asked_without_pause() -> None:
+    busy = httpx2.Response(503, headers={"Retry-After": "0"})
+    transport = Scripted(*[busy] * 9, OK)
+    finish(service(transport).ask("GET", "/v1/limits"))
+    assert sum(transport.pauses) > 3.0
 
 
 def test_one_who_is_busy_for_longer_than_patience_is_told_at_once() -> None:
@@ -272,3 +281,31 @@ def test_a_report_whose_task_is_cancelled_is_sent_again_before_the_next_one() ->
 
     in_loop(answer, work)
     assert seen == [(5, 10), (5, 10), (6, 20), (7, 30)]
+
+
+def test_a_loop_over_plans_that_is_left_lets_go_of_its_stream() -> None:
+    closed: list[bool] = []
+
+    class Endless(httpx2.AsyncByteStream):
+        async def __aiter__(self) -> AsyncIterator[bytes]:
+            for number in itertools.count(1):
+                yield f'id: {number}\nevent: plan\ndata: {{"revision":{number}}}\n\n'.encode()
+
+        async def aclose(self) -> None:
+            closed.append(True)
+
+    async def answer(request: httpx2.Request) -> httpx2.Response:
+        if request.url.path.endswith("/events"):
+            return httpx2.Response(200, stream=Endless(), headers={"Content-Type": "text/event-stream"})
+        return httpx2.Response(200, json={"id": "j", "links": {"events": "/v1/jobs/j/events"}})
+
+    async def work(client: AsyncClient) -> list[int]:
+        found = []
+        async with aclosing((await client.job("j")).plans()) as plans:
+            async for plan in plans:
+                found.append(plan["revision"])
+                if len(found) == 3:
+                    break
+        return found
+
+    assert (in_loop(answer, work), closed) == ([1, 2, 3], [True])
