@@ -11,8 +11,8 @@
 
 Whatever breaks on the way is tried again, and nothing is lost or done twice: jobs and missions are sent with keys of
 their own, reports are numbered and sent until they are acknowledged, streams go on after the last event that came.
-`AsyncClient` is the same for asyncio. What is sent and answered are typed dicts, word for word the JSON of
-the service (`marsupial_client.documents`); refusals are exceptions (`marsupial_client.errors`).
+`AsyncClient` is the same for asyncio. What is sent and answered are typed dicts, word for word the JSON of the service
+(`marsupial_client.documents` and `mission_documents`); refusals are exceptions (`marsupial_client.errors`).
 """
 
 from marsupial_client.blocking import Client, Job, Mission

@@ -12,19 +12,15 @@ from marsupial_client.core import AsyncJob, AsyncMission, Service, uses_environm
 from marsupial_client.documents import (
     ActionsPlan,
     Analysis,
-    Brief,
     JobDocument,
     JobRequest,
-    KnownMap,
-    MissionDocument,
-    News,
     PlanFound,
     Ready,
-    Taken,
     TextPlan,
     Verdict,
 )
 from marsupial_client.events import JobEvent, MissionEvent
+from marsupial_client.mission_documents import Brief, KnownMap, MissionDocument, News, Taken
 from marsupial_client.transports import Blocking, finish
 
 T = TypeVar("T")

@@ -13,20 +13,16 @@ from marsupial_client.conversation import Conversation
 from marsupial_client.documents import (
     ActionsPlan,
     Analysis,
-    Brief,
     JobDocument,
     JobRequest,
-    KnownMap,
-    MissionDocument,
-    News,
     PlanFound,
     Ready,
-    Taken,
     TextPlan,
     Verdict,
 )
 from marsupial_client.errors import Busy, Conflict, Refused
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, Event, JobEvent, MissionEvent, Readers
+from marsupial_client.mission_documents import Brief, KnownMap, MissionDocument, News, Taken
 from marsupial_client.transports import Transport
 
 

@@ -9,15 +9,8 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, Literal, NamedTuple, TypeAlias, TypeVar
 
-from marsupial_client.documents import (
-    Commands,
-    Decision,
-    JobEnded,
-    JobMoved,
-    MissionEnded,
-    MissionMoved,
-    PlanFound,
-)
+from marsupial_client.documents import JobEnded, JobMoved, PlanFound
+from marsupial_client.mission_documents import Commands, Decision, MissionEnded, MissionMoved
 
 K = TypeVar("K")
 D = TypeVar("D")

@@ -11,7 +11,7 @@ from undisturbed import STEPS, LogLines, undisturbed
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import Client, Mission
-from marsupial_client.documents import Brief
+from marsupial_client.mission_documents import Brief
 from marsupial_service.missions.driving import simulate_by
 from trial.rows import TrialRow, none_of
 

@@ -11,7 +11,7 @@ import pytest
 from mission_house import body, team
 from servers import Server
 
-from marsupial_client import Client, documents
+from marsupial_client import Client, documents, mission_documents
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS
 from marsupial_service.http.openapi import kept_text
 from marsupial_service.jobs.records import JobEventType
@@ -65,7 +65,8 @@ ONE_TYPE: Mapping[str, str] = {"ActionBody": "Action", "SecondsBudget": "Budget"
 
 
 def typed_dicts() -> dict[str, Any]:
-    return {name: value for name, value in vars(documents).items() if is_typeddict(value)}
+    both = {**vars(documents), **vars(mission_documents)}
+    return {name: value for name, value in both.items() if is_typeddict(value)}
 
 
 def of_type(hint: Any) -> Any:
@@ -137,7 +138,7 @@ def test_a_job_request_has_the_fields_of_both_its_schemas() -> None:
 
 
 def test_the_phases_of_missions_and_the_types_of_events_are_those_of_the_service() -> None:
-    assert set(get_args(documents.MissionPhase)) == set(MissionPhase)
+    assert set(get_args(mission_documents.MissionPhase)) == set(MissionPhase)
     assert (set(JOB_EVENTS), set(MISSION_EVENTS)) == (set(JobEventType), set(EventType))
 
 
