@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
 
 from marsupial.model.grid import Grid
 from marsupial.model.mission import FrameGrown, Status
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import Decision, PlanningReport
+from marsupial.model.strategy import Decision
 from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
-from marsupial_service.missions.values import Event, EventType, Wish
+from marsupial_service.missions.values import Event, EventType, Wish, planning_of
 from marsupial_service.missions.world import RobotCommand
 
 
@@ -57,13 +55,7 @@ def decision(decision: Decision) -> str:
 def decision_of(text: str) -> Decision:
     """Return the decision whose document this is."""
     fields = json.loads(text)
-    return Decision(plan=plan_of(line(fields["actions"])), report=report_of(fields))
-
-
-def report_of(fields: dict[str, Any]) -> PlanningReport:
-    """Return how a decision was found, from its document."""
-    report = {key: value for key, value in fields.items() if key != "actions"}
-    return PlanningReport(**{**report, "outcome": Outcome(fields["outcome"])})
+    return Decision(plan=plan_of(line(fields["actions"])), report=planning_of(fields))
 
 
 def state(wish: Wish, t_ms: int) -> str:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.planning import Budget
+from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.strategy import PlanningReport
 from marsupial_service.missions.frames import Frame
 
 Runs = tuple[int, ...]
@@ -167,6 +169,12 @@ class Next:
 
     input: Input | None
     decisions: tuple[str, ...] = ()
+
+
+def planning_of(document: Mapping[str, Any]) -> PlanningReport:
+    """Return how a decision was found, from its document."""
+    report = {key: value for key, value in document.items() if key != "actions"}
+    return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
 
 
 def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
