@@ -11,7 +11,7 @@
         ├── Conflict            409: what was sent contradicts what is known
         ├── TooLarge            413
         ├── ServiceFailed       500: a bug of the service
-        └── Busy                408, 429, 502, 503, 504, for longer than the client's patience
+        └── Busy                408, 429, 502, 503, 504, 507, for longer than the client's patience
 """
 
 from __future__ import annotations
@@ -110,6 +110,7 @@ REFUSALS: Mapping[int, type[Refused]] = {
     502: Busy,
     503: Busy,
     504: Busy,
+    507: Busy,
 }
 """What each status is raised as; any other is plainly `Refused`. Proxies answer 502 and 504 while a server is away."""
 

@@ -16,6 +16,7 @@ from starlette.routing import Match
 
 from marsupial.errors import MarsupialError
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
 from marsupial_service.http import docspage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
@@ -89,6 +90,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             queue=limits.queue,
             retention_s=limits.retention_s,
             kept=limits.kept_jobs,
+            store_bytes=limits.store_bytes,
             memory_bytes=limits.memory_bytes,
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
@@ -103,6 +105,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             memory_bytes=limits.memory_bytes,
             retention_s=limits.retention_s,
             kept=limits.kept_missions,
+            store_bytes=limits.store_bytes,
         ),
     )
     try:
@@ -160,6 +163,7 @@ _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     HTTPException: _http,
     Conflict: lambda _, error: problem_of_all("conflict", error.problems, None),
     UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),
+    StoreFull: lambda _, error: _later("store-full", str(error), RETRY_AFTER_S),
     TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
     KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
     StoreError: lambda _, error: _later("not-ready", str(error), _STORE_RETRY_S),

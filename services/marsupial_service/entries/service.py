@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 from marsupial.processes import launcher as processes
 from marsupial_service.entries.bells import Bells
 from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
+from marsupial_service.entries.room import Room, stored_bytes
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
@@ -39,6 +40,7 @@ class Entries(Generic[E]):
         self._store = store
         self._table = table
         self._kept = settings
+        self._room = Room(settings.store_bytes)
         self.now_ms = now_ms
         self._bells = Bells()
         self._stop = asyncio.Event()
@@ -132,11 +134,18 @@ class Entries(Generic[E]):
                         await bell.wait()
 
     async def _sweep(self) -> None:
-        """Remove old entries now and then."""
+        """Remove old entries now and then, and give their space back: little by little, as others write."""
+        settled = True
         while not self.stopping:
             removed = await self.surely(lambda tx: self._table.remove_old(tx, self._kept, self.now_ms()))
-            if not removed:
-                await self._pause(_SWEEP_S)
+            more = await self.surely(lambda tx: tx.shrink())
+            settled = settled and not removed and not more
+            if removed or more:
+                continue
+            if not settled:
+                await asyncio.to_thread(self._store.settle)
+                settled = True
+            await self._pause(_SWEEP_S)
 
     async def surely(self, write: Callable[[Transaction], T]) -> T | None:
         """Write, again and again while the disk refuses; None if that goes on until `stop`."""
@@ -153,6 +162,10 @@ class Entries(Generic[E]):
         with suppress(TimeoutError):
             async with asyncio.timeout(seconds):
                 await self._stop.wait()
+
+    async def sizes(self) -> tuple[int, int]:
+        """Return how many bytes all entries take, and how many the store does on the disk."""
+        return await self.read(stored_bytes), await asyncio.wrap_future(self._store.disk_bytes())
 
     def write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
         """Run `write` in a transaction; its result comes once that is on disk."""

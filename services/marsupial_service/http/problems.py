@@ -50,6 +50,7 @@ KINDS: Mapping[str, Kind] = {
     "too-many": Kind(429, "Too many at a time"),
     "internal": Kind(500, "Something went wrong in the service"),
     "not-ready": Kind(503, "The service is not ready"),
+    "store-full": Kind(507, "The store is full"),
 }
 
 ERROR_KINDS: Mapping[type[MarsupialError], str] = {

@@ -87,7 +87,7 @@ class Jobs(Entries[JobRecord]):
         try:
             packed = request if isinstance(request, PackedRequest) else await asyncio.to_thread(pack, request)
             job = _new(packed, owner, idempotency_key)
-            submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms()))
+            submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._room))
         finally:
             self._storing -= 1
         return submitted

@@ -14,6 +14,7 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import made_of
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
@@ -21,6 +22,7 @@ from marsupial_service.jobs.messages import Analysed, Closed, Found
 from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, JobRecord, JobSettings, JobState
 from marsupial_service.moments import timestamp
 from marsupial_service.store import Transaction
+from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
 QUEUE = "queue"
 """The topic of jobs that wait to be claimed."""
@@ -53,10 +55,13 @@ class Claim:
     start: Plan | None
 
 
-def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> Created[JobRecord]:
-    """Store a job, or find the one that the same request made before. Raises KeyReused, TooMany."""
+def insert(
+    tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int, room: Room = BOUNDLESS
+) -> Created[JobRecord]:
+    """Store a job, or find the one that the same request made before. Raises KeyReused, StoreFull, TooMany."""
 
     def add() -> None:
+        room.check(tx)
         _find_room(tx, settings)
         number = JOBS.add(
             tx,
@@ -67,6 +72,7 @@ def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> 
             seconds=job.budget.seconds,
             steps=job.budget.steps,
             queued_ms=now_ms,
+            bytes=ENTRY_BYTES + ROW_BYTES + len(job.task) + len(job.source),
         )
         tx.insert("payloads", job=number, task=job.task, source=job.source)
         _tell_state(tx, number, now_ms)
@@ -124,6 +130,7 @@ def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
         return False
     sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
     tx.execute(sql, (analysed.situation, analysed.places, claim.number))
+    _grow(tx, claim.number, len(analysed.situation) + len(analysed.places or ""))
     return True
 
 
@@ -149,6 +156,7 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
         actions=found.actions,
         ipc=found.ipc,
     )
+    _grow(tx, claim.number, ROW_BYTES + len(found.actions) + len(found.ipc))
     data = plan_event(revision, found.makespan_ms, after_ms, now_ms, found.actions)
     JOBS.tell(tx, claim.number, JobEventType.PLAN, data, now_ms)
     return True
@@ -219,7 +227,9 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:
     bound_ms = closed.lower_bound_ms
     if not JOBS.move(tx, number, state, now_ms, outcome=closed.outcome, detail=detail, lower_bound_ms=bound_ms):
         return False
+    (task,) = tx.execute("SELECT coalesce(length(task), 0) FROM payloads WHERE job = ?", (number,)).fetchone()
     tx.execute("UPDATE payloads SET task = NULL WHERE job = ?", (number,))
+    _grow(tx, number, -task)
     (plans,) = tx.execute("SELECT plans FROM jobs WHERE number = ?", (number,)).fetchone()
     end = {
         "state": state,
@@ -231,6 +241,10 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:
     }
     JOBS.tell(tx, number, JobEventType.END, line(end), now_ms)
     return True
+
+
+def _grow(tx: Transaction, number: int, more: int) -> None:
+    tx.execute("UPDATE jobs SET bytes = bytes + ? WHERE number = ?", (more, number))
 
 
 def _tell_state(tx: Transaction, number: int, now_ms: int) -> None:

@@ -14,7 +14,7 @@ from concurrent.futures import Executor, Future
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial_service.entries.service import Entries
-from marsupial_service.missions import table
+from marsupial_service.missions import rows, table
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn
@@ -158,7 +158,7 @@ class Keeper:
         """Return an input, None if it has not come. Raises Dismissed."""
         if table.of_term(reader, self.id, self._term) is None:
             raise Dismissed
-        return table.input_at(reader, self._number, number)
+        return rows.input_at(reader, self._number, number)
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
         if number >= self._turns:
@@ -166,7 +166,7 @@ class Keeper:
         return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
 
     async def _stored(self, number: int) -> tuple[Event, ...]:
-        return await self._missions.read(lambda source: table.turn_at(source, self._number, number))
+        return await self._missions.read(lambda source: rows.events_of_turn(source, self._number, number))
 
 
 def _close(starting: Future[processes.JobRun]) -> None:

@@ -22,7 +22,7 @@ from marsupial_service.missions.records import MissionPhase, MissionRecord, Miss
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, StoreError, kept
+from marsupial_service.store import Store, StoreError, kept, packing
 from marsupial_service.store.engine import Connection
 
 PRELOAD = (load_analysis, host.load_missions, reading, telling, jobs, analyses)
@@ -62,7 +62,7 @@ class Missions(Entries[MissionRecord]):
 
         Raises TooMany, KeyReused, StoreError.
         """
-        packed = await asyncio.to_thread(kept.dumps, brief)
+        packed = await asyncio.to_thread(lambda: packing.pack(kept.dumps(brief)))
         new = table.NewMission(
             id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=brief, packed=packed
         )
@@ -112,14 +112,16 @@ class Missions(Entries[MissionRecord]):
         return await self.read(lambda reader: MISSIONS.counts(reader, "state", MissionPhase))
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
-        created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms()))
+        created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room))
         if not created.replayed:
             self._open(created.record, new.brief)
         return created
 
     async def _reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
-        ledgers, settings = self._ledgers, self._settings
-        return await self.write(lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms()))
+        ledgers, settings, room = self._ledgers, self._settings, self._room
+        return await self.write(
+            lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms(), room)
+        )
 
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
         return await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))

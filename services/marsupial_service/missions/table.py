@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import islice
+from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import EntryTable, Reader, made_of
-from marsupial_service.missions import documents
+from marsupial_service.missions import documents, rows
 from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.ledger import Conflict, new_reports
-from marsupial_service.missions.ledgers import Ledgers, events
+from marsupial_service.missions.ledgers import Ledgers
 from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
-from marsupial_service.store import Transaction, kept
+from marsupial_service.store import Transaction
 from marsupial_service.store.engine import Row
+from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
 
 def _record(row: Row) -> MissionRecord:
@@ -25,7 +30,22 @@ def _record(row: Row) -> MissionRecord:
     return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame)
 
 
-MISSIONS = EntryTable(
+class MissionTable(EntryTable[MissionRecord]):
+    """The table of missions, whose events are stored by turns."""
+
+    def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: Any) -> None:
+        """Add the next event of a mission, of the turn `turn`."""
+        rows.add_events(tx, number, more["turn"], [Event(EventType(kind), data)], now_ms)
+
+    def _stored_events(self, reader: Reader, number: int, after: int, limit: int) -> Iterator[tuple[int, str, str]]:
+        for seq, event in islice(rows.events_after(reader, number, after, limit), limit):
+            yield seq, event.type, event.data
+
+    def _empty(self, tx: Transaction, number: int, most: int) -> int:
+        return rows.remove(tx, number, most)
+
+
+MISSIONS = MissionTable(
     name="missions",
     events_name="mission_events",
     noun="mission",
@@ -39,25 +59,29 @@ MISSIONS = EntryTable(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewMission(NewEntry):
-    """A mission to be stored; `packed` is the pickled brief."""
+    """A mission to be stored; `packed` is the brief as it is kept."""
 
     brief: Brief
     packed: bytes
 
 
-def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int) -> Created[MissionRecord]:
+def insert(
+    tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int, room: Room = BOUNDLESS
+) -> Created[MissionRecord]:
     """Store a mission, which is this server's, or find the one that the same request made before.
 
-    Raises KeyReused, TooMany.
+    Raises KeyReused, StoreFull, TooMany.
     """
 
     def add() -> None:
+        room.check(tx)
         (count,) = tx.execute("SELECT count(*) FROM missions WHERE finished_ms IS NULL").fetchone()
         if count >= settings.missions:
             raise TooMany(f"there are {count} open missions, more are not allowed at a time")
         brief = new.brief
         described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
-        number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described)
+        size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
+        number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
         MISSIONS.take_over(tx, number)
 
@@ -71,10 +95,11 @@ def add_reports(
     sent: Sequence[tuple[Report, bytes]],
     settings: MissionSettings,
     now_ms: int,
+    room: Room = BOUNDLESS,
 ) -> MissionRecord:
     """Judge reports and store them with their digests, all or none; those that were taken before change nothing.
 
-    Raises Conflict (also where the mission has ended), TooMany if too many wait, UnknownEntry.
+    Raises Conflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
     record = MISSIONS.held(tx, mission)
     ledger = ledgers.ledger(tx, record)
@@ -88,6 +113,7 @@ def add_reports(
         return record
     if record.inputs - record.turns >= settings.backlog:
         raise TooMany(f"{settings.backlog} reports wait for the planner")
+    room.check(tx, of_reports=True)
     for report, digest in new:
         _add_input(tx, record, report, digest, now_ms)
         record = replace(
@@ -124,8 +150,7 @@ def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, 
         return False
     revision = max((documents.revision_of(event) for event in turn.events), default=0)
     MISSIONS.change(tx, record.number, turns=number + 1, revision=max(record.revision, revision))
-    for event in turn.events:
-        MISSIONS.tell(tx, record.number, event.type, event.data, now_ms, turn=number)
+    rows.add_events(tx, record.number, number, turn.events, now_ms)
     if turn.over:
         end = json.loads(turn.events[-1].data)
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
@@ -176,32 +201,16 @@ def inputs_of(mission: str) -> str:
     return f"{mission}/inputs"
 
 
-def input_at(reader: Reader, number: int, seq: int) -> Input | None:
-    """Return an input of the mission with that number, or None if it has not come."""
-    sql = "SELECT data FROM mission_inputs WHERE mission = ? AND seq = ?"
-    row = reader.execute(sql, (number, seq)).fetchone()
-    if row is None:
-        return None
-    found: Input = kept.loads(row["data"])
-    return found
-
-
-def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
-    """Return the events of a turn of the mission with that number."""
-    return tuple(events(reader, number, "AND turn = ? ORDER BY seq", turn))
-
-
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
     """Return the lines of the mission's log; where an earlier version began it anew, since then."""
-    lines = [event.data for event in events(reader, record.number, "AND type = 'log' ORDER BY seq")]
+    events = rows.events_after(reader, record.number)
+    lines = [event.data for _, event in events if event.type is EventType.LOG]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()
 
 
 def _add_input(tx: Transaction, record: MissionRecord, data: Input, digest: bytes | None, now_ms: int) -> None:
-    packed, seq = kept.dumps(data), record.inputs + 1
-    tx.insert("mission_inputs", mission=record.number, seq=seq, digest=digest, data=packed, at_ms=now_ms)
-    MISSIONS.change(tx, record.number, inputs=seq)
+    rows.add_input(tx, record.number, record.inputs + 1, data, digest, now_ms)
     tx.news.add(inputs_of(record.id))
 
 

@@ -23,6 +23,8 @@ class HttpMetrics:
         self._missions = Gauge("marsupial_missions", "Missions kept, by state.", ("state",), registry=own)
         self._slots = Gauge("marsupial_slots", "Jobs that can run at a time.", registry=own)
         self._slots_used = Gauge("marsupial_slots_in_use", "Jobs that run.", registry=own)
+        self._stored = Gauge("marsupial_store_bytes", "Bytes of jobs and missions.", registry=own)
+        self._disk = Gauge("marsupial_store_disk_bytes", "Bytes that the store takes on the disk.", registry=own)
         self._streams = Gauge("marsupial_event_streams", "Open event streams.", registry=own)
 
     def request(self, method: str, route: str, status: int, seconds: float) -> None:
@@ -30,7 +32,9 @@ class HttpMetrics:
         self._requests.labels(method=method, route=route, status=str(status)).inc()
         self._seconds.labels(route=route).observe(seconds)
 
-    def text(self, jobs: Metrics, missions: Mapping[MissionPhase, int], streams: int) -> bytes:
+    def text(
+        self, jobs: Metrics, missions: Mapping[MissionPhase, int], streams: int, stored: int, on_disk: int
+    ) -> bytes:
         """Return everything in Prometheus' text format."""
         for state, count in jobs.states.items():
             self._jobs.labels(state=state.value).set(count)
@@ -41,4 +45,6 @@ class HttpMetrics:
         self._slots.set(jobs.slots)
         self._slots_used.set(jobs.slots_in_use)
         self._streams.set(streams)
+        self._stored.set(stored)
+        self._disk.set(on_disk)
         return generate_latest(self._registry)

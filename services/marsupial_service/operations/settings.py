@@ -68,6 +68,7 @@ class ServiceLimits:
     missions: int = _limit(20, 1, "missions open at a time")
     backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")
+    store_bytes: int = _limit(10_000_000_000, 0, "bytes of the store beyond which no job or mission is taken")
 
     def __post_init__(self) -> None:
         for one in fields(self):

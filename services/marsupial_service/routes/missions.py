@@ -97,7 +97,7 @@ async def get_mission(mission: MissionOfPath) -> Response:
 @router.post(
     "/{mission}/reports",
     response_model=answers.TakenAnswer | answers.AllTakenAnswer,
-    responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
+    responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def report(
     state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), shaped(ReportsBody)]

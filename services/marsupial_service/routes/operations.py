@@ -50,9 +50,10 @@ async def readyz(state: Service) -> Response:
 @admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
 async def metrics(state: Service) -> Response:
     """Return counts for Prometheus."""
-    text = state.metrics.text(
-        await state.running().metrics(), await state.flying().counts(), sum(state.streams.values())
-    )
+    jobs, missions = state.running(), state.flying()
+    stored, on_disk = await jobs.sizes()
+    streams = sum(state.streams.values())
+    text = state.metrics.text(await jobs.metrics(), await missions.counts(), streams, stored, on_disk)
     return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
 
 
