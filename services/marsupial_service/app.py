@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from importlib.metadata import version
@@ -19,6 +20,7 @@ from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.http import docspage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
+from marsupial_service.http.routing import LOCAL_OWNER
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.ledger import Conflict
@@ -87,6 +89,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         JobSettings(
             slots=limits.slots,
             queue=limits.queue,
+            key_queue=limits.key_queue if state.settings.needs_keys else limits.queue,
             retention_s=limits.retention_s,
             kept=limits.kept_jobs,
             memory_bytes=limits.memory_bytes,
@@ -98,6 +101,11 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         store,
         MissionSettings(
             missions=limits.missions,
+            key_missions=limits.key_missions if state.settings.needs_keys else limits.missions,
+            idle_s=limits.idle_s,
+            may_go_on=lambda owner: (
+                not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.knows(owner, time.time())
+            ),
             cells=limits.cells,
             backlog=limits.backlog,
             memory_bytes=limits.memory_bytes,

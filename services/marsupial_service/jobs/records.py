@@ -195,6 +195,7 @@ class JobSettings(EntrySettings):
 
     slots: int = 2
     queue: int = 100
+    key_queue: int = 100
     max_attempts: int = 3
     steps_limit_s: float = 60.0
     commands: Mapping[str, str] = field(default_factory=dict)

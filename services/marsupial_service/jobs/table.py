@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from marsupial.model.objective import Value
@@ -57,7 +58,7 @@ def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> 
     """Store a job, or find the one that the same request made before. Raises KeyReused, TooMany."""
 
     def add() -> None:
-        _find_room(tx, settings)
+        _find_room(tx, job.owner, settings)
         number = JOBS.add(
             tx,
             job,
@@ -75,13 +76,13 @@ def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> 
     return JOBS.create(tx, job, add)
 
 
-def _find_room(tx: Transaction, settings: JobSettings) -> None:
-    waiting, mean_s = tx.execute(
-        "SELECT count(*), avg(seconds) FROM jobs WHERE state = ? AND finished_ms IS NULL", (JobState.QUEUED,)
-    ).fetchone()
-    if waiting >= settings.queue:
-        retry_s = math.ceil((mean_s or settings.steps_limit_s) / settings.slots)
-        raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)))
+def _find_room(tx: Transaction, owner: str, settings: JobSettings) -> None:
+    sql = "SELECT count(*), avg(seconds) FROM jobs WHERE state = ? AND finished_ms IS NULL"
+    for more, values, most in (("", (), settings.queue), (" AND owner = ?", (owner,), settings.key_queue)):
+        waiting, mean_s = tx.execute(sql + more, (JobState.QUEUED, *values)).fetchone()
+        if waiting >= most:
+            retry_s = math.ceil((mean_s or settings.steps_limit_s) / settings.slots)
+            raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)), yours=bool(more))
 
 
 def cancelled(job: str) -> str:
@@ -89,25 +90,26 @@ def cancelled(job: str) -> str:
     return f"{job}/cancelled"
 
 
-def queue_full(retry_after_s: int) -> TooMany:
-    """Return why a job is not taken."""
-    return TooMany(f"the queue is full, try again in {retry_after_s} s", retry_after_s)
+def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
+    """Return why a job is not taken: too many wait in all, or of this owner."""
+    whose = "your part of the queue" if yours else "the queue"
+    return TooMany(f"{whose} is full, try again in {retry_after_s} s", retry_after_s)
 
 
 def claim(tx: Transaction, now_ms: int) -> Claim | None:
-    """Take the job that has waited longest, if there is one: it is running from now on."""
-    head = tx.execute(
-        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL ORDER BY number LIMIT 1" + tx.skip_locked,
-        (JobState.QUEUED,),
-    ).fetchone()
-    if head is None:
+    """Take a job, if one waits: it is running from now on.
+
+    It is the one that has waited longest, of the owner of whom the fewest run, and of those the one served longest ago.
+    """
+    number = next((found for owner in _waiting(tx) if (found := _first_of(tx, owner)) is not None), None)
+    if number is None:
         return None
     row = tx.execute(
         "SELECT number, id, planner, seconds, steps, attempts, started_ms, task FROM jobs JOIN payloads ON job = number"
         " WHERE number = ?",
-        (head["number"],),
+        (number,),
     ).fetchone()
-    number, attempt = row["number"], row["attempts"] + 1
+    attempt = row["attempts"] + 1
     started_ms = now_ms if row["started_ms"] is None else row["started_ms"]
     JOBS.move(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
     term = JOBS.take_over(tx, number)
@@ -116,6 +118,37 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
     budget = Budget(seconds=row["seconds"], steps=row["steps"])
     start = None if best is None else plan_of(best[1])
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
+
+
+def _waiting(tx: Transaction) -> Sequence[str]:
+    """Return the owners of jobs that wait, the one first that is to be served next."""
+    counts = "SELECT owner, min(number) AS first, count(*) AS jobs FROM jobs WHERE state = ? AND finished_ms IS NULL"
+    rows = tx.execute(
+        f"SELECT waits.owner FROM ({counts} GROUP BY owner) AS waits"
+        f" LEFT JOIN ({counts} GROUP BY owner) AS runs ON runs.owner = waits.owner"
+        " LEFT JOIN owners ON owners.name = waits.owner"
+        " ORDER BY coalesce(runs.jobs, 0), coalesce(owners.served, 0), waits.first",
+        (JobState.QUEUED, JobState.RUNNING),
+    )
+    return [row["owner"] for row in rows]
+
+
+def _first_of(tx: Transaction, owner: str) -> int | None:
+    """Return the job of an owner that has waited longest, and enter that they are served with it."""
+    row = tx.execute(
+        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
+        + tx.skip_locked,
+        (JobState.QUEUED, owner),
+    ).fetchone()
+    if row is None:
+        return None
+    tx.execute(
+        "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
+        " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
+        (owner,),
+    )
+    number: int = row["number"]
+    return number
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -74,9 +74,18 @@ class MissionRecord(StoredEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """What missions may use, by the words of `ServiceLimits`."""
+    """What missions may use, by the words of `ServiceLimits`.
+
+    Parameters
+    ----------
+    may_go_on
+        Whether an owner still may have missions.
+    """
 
     missions: int = 20
+    key_missions: int = 20
+    idle_s: float = 86400.0
+    may_go_on: Callable[[str], bool] = lambda owner: True
     cells: int = 4_000_000
     backlog: int = 1000
     kept: int = 1000

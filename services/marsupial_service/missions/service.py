@@ -8,6 +8,7 @@ import uuid
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 
 from marsupial.model.grid import CellArray, Grid
 from marsupial_service.analyses.analysis import load_analysis
@@ -125,9 +126,22 @@ class Missions(Entries[MissionRecord]):
         return await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))
 
     async def _take_up(self) -> None:
+        await self._call_off()
         while found := await self.write(lambda tx: table.take_up(tx, _AT_A_TIME)):
             for record in found:
                 self._open(record, await self.brief(record))
+
+    async def _call_off(self) -> None:
+        """Cancel missions that nobody reports to any more, or nobody may."""
+        settings, now_ms = self._settings, self.now_ms()
+        for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, settings.idle_s, now_ms)):
+            if not settings.may_go_on(owner):
+                reason = "its key has expired or was revoked"
+            elif is_idle:
+                reason = f"no report came for {settings.idle_s:g} s"
+            else:
+                continue
+            await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: Brief) -> None:
         keeper = Keeper(record, brief, self, self._threads, self._settings.memory_bytes)

@@ -52,9 +52,13 @@ def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: 
     """
 
     def add() -> None:
-        (count,) = tx.execute("SELECT count(*) FROM missions WHERE finished_ms IS NULL").fetchone()
+        sql = "SELECT count(*) FROM missions WHERE finished_ms IS NULL"
+        (count,) = tx.execute(sql).fetchone()
         if count >= settings.missions:
             raise TooMany(f"there are {count} open missions, more are not allowed at a time")
+        (count,) = tx.execute(f"{sql} AND owner = ?", (new.owner,)).fetchone()
+        if count >= settings.key_missions:
+            raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
         described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
         number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described)
@@ -136,9 +140,31 @@ def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> 
     """End a mission that can't go on, unless it has ended or is another server's by now."""
     record = _held(tx, mission, term)
     if record is not None:
-        MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=Status.FAILED, reason=reason)
-        data = documents.end(Status.FAILED, reason, record.t_ms)
-        MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
+        _end(tx, record, Status.FAILED, reason, now_ms)
+
+
+def abandoned(reader: Reader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
+    """Return the id and owner of every open mission, and whether nothing was put into it for so long."""
+    last = "SELECT at_ms FROM mission_inputs WHERE mission = number ORDER BY seq DESC LIMIT 1"
+    rows = reader.execute(
+        f"SELECT id, owner, coalesce(({last}), created_ms) AS last_ms FROM missions WHERE finished_ms IS NULL"
+    )
+    return tuple((row["id"], row["owner"], row["last_ms"] < now_ms - 1000 * idle_s) for row in rows)
+
+
+def call_off(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
+    """Cancel a mission without its stop report, unless it has ended: nobody is there to do what it commands."""
+    record = MISSIONS.held(tx, mission)
+    if _end(tx, record, Status.CANCELLED, reason, now_ms):
+        tx.news.add(inputs_of(mission))
+
+
+def _end(tx: Transaction, record: MissionRecord, status: Status, reason: str, now_ms: int) -> bool:
+    if not MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=status, reason=reason):
+        return False
+    data = documents.end(status, reason, record.t_ms)
+    MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
+    return True
 
 
 def of_term(reader: Reader, mission: str, term: int) -> MissionRecord | None:

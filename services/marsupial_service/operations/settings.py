@@ -59,6 +59,7 @@ class ServiceLimits:
     memory_bytes: int = _limit(2 << 30, 1 << 26, "bytes of memory all processes of one job may take")
     slots: int = _limit(max(1, os.cpu_count() or 1), 1, "jobs that run at a time")
     queue: int = _limit(1000, 0, "jobs that wait")
+    key_queue: int = _limit(500, 0, "jobs of one key that wait")
     streams: int = _limit(64, 1, "event streams open at a time, of one key")
     wait_s: float = _limit(30.0, 0.0, "seconds a request may wait for its job (Prefer: wait)")
     analyses: int = _limit(2, 1, "analyses and readiness checks that run at a time")
@@ -66,6 +67,8 @@ class ServiceLimits:
     retention_s: float = _limit(7 * 86400.0, 1.0, "seconds a job or mission is kept after its end")
     kept_jobs: int = _limit(10_000, 1, "jobs kept after their end")
     missions: int = _limit(20, 1, "missions open at a time")
+    key_missions: int = _limit(20, 1, "missions of one key open at a time")
+    idle_s: float = _limit(86400.0, 1.0, "seconds without a report after which a mission is cancelled")
     backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")
 

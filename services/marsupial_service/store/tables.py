@@ -2,7 +2,8 @@
 
 The events of turn k of a mission are what it made of its first k inputs. They are stored together or not at all.
 An entry that is being worked on has a `holder`, one of the `servers`, and its `term` counts those it has had: what a
-holder of an earlier term writes comes too late.
+holder of an earlier term writes comes too late. `owners` are those whose jobs were claimed; the one served longest ago
+is next.
 
 They are written in the words of SQLite; a database of an earlier version is brought up to date step by step.
 """
@@ -133,6 +134,10 @@ _SHARED = """
 CREATE TABLE servers (
     id TEXT PRIMARY KEY,
     beat_s REAL NOT NULL
+) STRICT;
+CREATE TABLE owners (
+    name TEXT PRIMARY KEY,
+    served INTEGER NOT NULL
 ) STRICT;
 CREATE TABLE documents (
     name TEXT PRIMARY KEY,
