@@ -17,6 +17,7 @@ from starlette.routing import Match
 
 from marsupial.errors import MarsupialError
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
+from marsupial_service.entries.slots import Slots
 from marsupial_service.http import docspage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
@@ -84,6 +85,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     state.store = store
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
+    slots = Slots(limits.slots)
     state.jobs = Jobs(
         store,
         JobSettings(
@@ -96,6 +98,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
         ),
+        slots=slots,
     )
     state.missions = Missions(
         store,
@@ -112,6 +115,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             retention_s=limits.retention_s,
             kept=limits.kept_missions,
         ),
+        slots=slots,
     )
     try:
         await state.jobs.start()

@@ -26,6 +26,9 @@ from marsupial_service.store import Transaction
 QUEUE = "queue"
 """The topic of jobs that wait to be claimed."""
 
+_LEAST_S = 0.1
+"""The budget of a job whose time was over when it was broken off."""
+
 _LONGEST_RETRY_S = 60
 _LONGEST_DETAIL = 4000
 
@@ -105,17 +108,18 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
     if number is None:
         return None
     row = tx.execute(
-        "SELECT number, id, planner, seconds, steps, attempts, started_ms, task FROM jobs JOIN payloads ON job = number"
-        " WHERE number = ?",
+        "SELECT number, id, planner, seconds, steps, spent_ms, attempts, started_ms, task"
+        " FROM jobs JOIN payloads ON job = number WHERE number = ?",
         (number,),
     ).fetchone()
     attempt = row["attempts"] + 1
     started_ms = now_ms if row["started_ms"] is None else row["started_ms"]
     JOBS.move(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
-    term = JOBS.take_over(tx, number)
+    term = JOBS.take_over(tx, number, claimed_ms=now_ms)
     _tell_state(tx, number, now_ms)
     best = _best(tx, number)
-    budget = Budget(seconds=row["seconds"], steps=row["steps"])
+    seconds = None if row["seconds"] is None else max(_LEAST_S, row["seconds"] - row["spent_ms"] / 1000)
+    budget = Budget(seconds=seconds, steps=row["steps"])
     start = None if best is None else plan_of(best[1])
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
 
@@ -203,8 +207,11 @@ def cancel(tx: Transaction, job: str, now_ms: int) -> JobRecord:
 def give_back(tx: Transaction, claim: Claim, reason: str, settings: JobSettings, now_ms: int) -> bool:
     """Put a job whose attempt was lost into the queue again, or end it if that was the last; say which (True: queue).
 
-    With no `reason` the attempt was ended by us and does not count.
+    With no `reason` the attempt was ended by us: it does not count, but for the time that it took.
     """
+    if not reason:
+        sql = "UPDATE jobs SET spent_ms = spent_ms + ? - claimed_ms WHERE number = ? AND term = ?"
+        tx.execute(sql, (now_ms, claim.number, claim.term))
     return _is_running(tx, claim) and _try_again(tx, claim.number, claim.attempt, reason, settings, now_ms)
 
 

@@ -25,7 +25,19 @@ from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Report, Turn, Wish
+from marsupial_service.missions.values import (
+    Brief,
+    Event,
+    EventType,
+    HasPlanned,
+    Input,
+    MayPlan,
+    Next,
+    Report,
+    Turn,
+    WantsToPlan,
+    Wish,
+)
 from marsupial_service.missions.world import RemoteWorld, RobotCommand
 
 
@@ -115,7 +127,10 @@ class Desk(Observer):
             text = self._decisions.popleft()
             decision = documents.decision_of(text)
         else:
+            self._channel.send(WantsToPlan())
+            assert isinstance(self._channel.receive(), MayPlan)
             decision = self._told(self._inner.decide(briefing))
+            self._channel.send(HasPlanned())
             text = documents.decision(decision)
         self._tell(EventType.DECISION, text)
         return decision

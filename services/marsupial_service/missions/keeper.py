@@ -14,10 +14,21 @@ from concurrent.futures import Executor, Future
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial_service.entries.service import Entries
+from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import table
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn
+from marsupial_service.missions.values import (
+    Brief,
+    Event,
+    EventType,
+    HasPlanned,
+    Input,
+    MayPlan,
+    Next,
+    Turn,
+    WantsToPlan,
+)
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
@@ -51,6 +62,7 @@ class Keeper:
         record: MissionRecord,
         brief: Brief,
         missions: Entries[MissionRecord],
+        slots: Slots,
         threads: Executor,
         memory_bytes: int,
     ) -> None:
@@ -59,7 +71,9 @@ class Keeper:
         self._number = record.number
         self._term = record.term
         self._brief = brief
+        self._owner = record.owner
         self._missions = missions
+        self._slots = slots
         self._threads = threads
         self._memory_bytes = memory_bytes
 
@@ -128,14 +142,25 @@ class Keeper:
         """Hand out inputs and take turns, until the last one."""
         number, due = 0, Next(input=None, decisions=await self._decisions(0))
         while True:
-            await asyncio.get_running_loop().run_in_executor(self._threads, run.send, due)
-            turn = await turns.get()
-            assert isinstance(turn, Turn)
+            await self._send(run, due)
+            turn = await self._turn(run, turns)
             await self._take(number, turn)
             if turn.over:
                 return
             number += 1
             due = await self._next(number)
+
+    async def _send(self, run: processes.JobRun, value: Next | MayPlan) -> None:
+        await asyncio.get_running_loop().run_in_executor(self._threads, run.send, value)
+
+    async def _turn(self, run: processes.JobRun, turns: asyncio.Queue[object]) -> Turn:
+        """Return the next turn; the process takes a slot whenever it plans."""
+        while isinstance(told := await turns.get(), WantsToPlan):
+            with self._slots.taken(await self._slots.for_mission(self._owner)):
+                await self._send(run, MayPlan())
+                assert isinstance(await turns.get(), HasPlanned)
+        assert isinstance(told, Turn)
+        return told
 
     async def _take(self, number: int, turn: Turn) -> None:
         if number < self._turns:

@@ -14,6 +14,7 @@ from marsupial.model.grid import CellArray, Grid
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
+from marsupial_service.entries.slots import Slots
 from marsupial_service.intake import analyses, jobs
 from marsupial_service.missions import host, reading, table, telling
 from marsupial_service.missions.frames import Frame
@@ -33,9 +34,16 @@ _AT_A_TIME = 4
 class Missions(Entries[MissionRecord]):
     """All missions of one store."""
 
-    def __init__(self, store: Store, settings: MissionSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
+    def __init__(
+        self,
+        store: Store,
+        settings: MissionSettings,
+        now_ms: Callable[[], int] = wall_clock_ms,
+        slots: Slots | None = None,
+    ) -> None:
         super().__init__(store, MISSIONS, settings, now_ms)
         self._settings = settings
+        self._slots = slots or Slots(settings.missions)
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
         self._ledgers = Ledgers()
@@ -144,7 +152,7 @@ class Missions(Entries[MissionRecord]):
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._threads, self._settings.memory_bytes)
+        keeper = Keeper(record, brief, self, self._slots, self._threads, self._settings.memory_bytes)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 

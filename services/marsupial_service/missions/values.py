@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -175,6 +175,18 @@ def planning_of(document: Mapping[str, Any]) -> PlanningReport:
     """Return how a decision was found, from its document."""
     report = {key: value for key, value in document.items() if key != "actions"}
     return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
+
+
+class WantsToPlan(NamedTuple):
+    """The process of a mission wants to plan, and waits until it may."""
+
+
+class MayPlan(NamedTuple):
+    """It may."""
+
+
+class HasPlanned(NamedTuple):
+    """It has planned."""
 
 
 def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:

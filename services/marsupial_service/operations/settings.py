@@ -57,7 +57,7 @@ class ServiceLimits:
     budget_steps: int = _limit(10_000_000, 1, "steps a planner may be given")
     steps_s: float = _limit(300.0, 0.01, "seconds after which a budget in steps ends all the same")
     memory_bytes: int = _limit(2 << 30, 1 << 26, "bytes of memory all processes of one job may take")
-    slots: int = _limit(max(1, os.cpu_count() or 1), 1, "jobs that run at a time")
+    slots: int = _limit(max(1, os.cpu_count() or 1), 1, "plannings of jobs and missions that go on at a time")
     queue: int = _limit(1000, 0, "jobs that wait")
     key_queue: int = _limit(500, 0, "jobs of one key that wait")
     streams: int = _limit(64, 1, "event streams open at a time, of one key")

@@ -150,6 +150,18 @@ def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) ->
     assert (jobs.job().outcome, jobs.job().attempts) == (JobOutcome.ENGINE_FAILED, 2)
 
 
+def test_the_time_an_attempt_took_that_we_ended_is_taken_off_the_budget(jobs: Table) -> None:
+    jobs.add()
+    first = jobs.claim()
+    assert first.budget.seconds == 1.0
+    jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 602))
+    second = jobs.claim()
+    assert second.budget.seconds == pytest.approx(0.4)
+    jobs.do(lambda tx: table.give_back(tx, second, "killed", SETTINGS, 900))
+    assert jobs.claim().budget.seconds == pytest.approx(0.4)
+    assert jobs.job().budget.seconds == 1.0
+
+
 def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
     jobs.add("a")
     jobs.add("b")
