@@ -106,6 +106,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             missions=limits.missions,
             key_missions=limits.key_missions if state.settings.needs_keys else limits.missions,
             idle_s=limits.idle_s,
+            lag=state.metrics.lag,
             may_go_on=lambda owner: (
                 not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.knows(owner, time.time())
             ),

@@ -171,10 +171,11 @@ class JobRecord(StoredEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Counts for operators: jobs in the store by state and by outcome, and slots in use."""
+    """Counts for operators: jobs in the store by state and by outcome, those that wait by owner, and slots in use."""
 
     states: Mapping[JobState, int]
     outcomes: Mapping[JobOutcome, int]
+    waiting: Mapping[str, int]
     slots: int
     slots_in_use: int
 

@@ -12,6 +12,7 @@ import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
@@ -29,7 +30,6 @@ from marsupial_service.jobs.records import (
     JobRecord,
     JobRequest,
     JobSettings,
-    JobState,
     Metrics,
     PackedRequest,
     PlanRecord,
@@ -134,10 +134,8 @@ class Jobs(Entries[JobRecord]):
 
     async def metrics(self) -> Metrics:
         """Return counts for operators."""
-        states, outcomes = await self.read(
-            lambda reader: (JOBS.counts(reader, "state", JobState), JOBS.counts(reader, "outcome", JobOutcome))
-        )
-        return Metrics(states=states, outcomes=outcomes, slots=self._slots.count, slots_in_use=self._slots.in_use)
+        found = await self.read(table.counts)
+        return replace(found, slots=self._slots.count, slots_in_use=self._slots.in_use)
 
     async def _take_up(self) -> None:
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms()))

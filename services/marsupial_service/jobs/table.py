@@ -15,11 +15,11 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import made_of
+from marsupial_service.entries.table import Reader, made_of
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
-from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, JobRecord, JobSettings, JobState
+from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, JobRecord, JobSettings, JobState, Metrics
 from marsupial_service.moments import timestamp
 from marsupial_service.store import Transaction
 
@@ -153,6 +153,18 @@ def _first_of(tx: Transaction, owner: str) -> int | None:
     )
     number: int = row["number"]
     return number
+
+
+def counts(reader: Reader) -> Metrics:
+    """Return counts for operators, all slots free."""
+    sql = "SELECT owner, count(*) FROM jobs WHERE state = ? AND finished_ms IS NULL GROUP BY owner"
+    return Metrics(
+        states=JOBS.counts(reader, "state", JobState),
+        outcomes=JOBS.counts(reader, "outcome", JobOutcome),
+        waiting=dict(map(tuple, reader.execute(sql, (JobState.QUEUED,)).fetchall())),
+        slots=0,
+        slots_in_use=0,
+    )
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:

@@ -17,7 +17,7 @@ from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import table
 from marsupial_service.missions.host import fly
-from marsupial_service.missions.records import MissionRecord
+from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.values import (
     Brief,
     Event,
@@ -64,7 +64,7 @@ class Keeper:
         missions: Entries[MissionRecord],
         slots: Slots,
         threads: Executor,
-        memory_bytes: int,
+        settings: MissionSettings,
     ) -> None:
         self.id = record.id
         self._turns = record.turns
@@ -75,7 +75,7 @@ class Keeper:
         self._missions = missions
         self._slots = slots
         self._threads = threads
-        self._memory_bytes = memory_bytes
+        self._settings = settings
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended or is another server's."""
@@ -110,7 +110,7 @@ class Keeper:
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
-        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
+        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._settings.memory_bytes)
         run = await self._started(Job(function=fly, argument=self._brief, limits=limits, talks=True))
         loop, turns = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
@@ -168,8 +168,10 @@ class Keeper:
                 raise Diverged(f"what happened after report {number} can't be repeated: it comes out different")
             return
         now_ms = self._missions.now_ms()
-        if not await self._missions.write(lambda tx: table.add_turn(tx, self.id, self._term, number, turn, now_ms)):
+        lag_ms = await self._missions.write(lambda tx: table.add_turn(tx, self.id, self._term, number, turn, now_ms))
+        if lag_ms is None:
             raise Dismissed
+        self._settings.lag(lag_ms / 1000)
         self._turns = number + 1
 
     async def _next(self, number: int) -> Next:

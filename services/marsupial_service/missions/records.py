@@ -73,6 +73,15 @@ class MissionRecord(StoredEntry):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MissionCounts:
+    """Counts for operators: missions in the store by state, inputs that wait to be answered, open ones by owner."""
+
+    states: Mapping[MissionPhase, int]
+    backlog: int
+    owners: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
     """What missions may use, by the words of `ServiceLimits`.
 
@@ -80,12 +89,15 @@ class MissionSettings(EntrySettings):
     ----------
     may_go_on
         Whether an owner still may have missions.
+    lag
+        Is told how long every input has waited for its answer, in s.
     """
 
     missions: int = 20
     key_missions: int = 20
     idle_s: float = 86400.0
     may_go_on: Callable[[str], bool] = lambda owner: True
+    lag: Callable[[float], None] = lambda seconds: None
     cells: int = 4_000_000
     backlog: int = 1000
     kept: int = 1000

@@ -20,7 +20,7 @@ from marsupial_service.missions import host, reading, table, telling
 from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledgers import Ledgers, brief
-from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
+from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
@@ -116,9 +116,9 @@ class Missions(Entries[MissionRecord]):
         frame, cells = await self.read(found)
         return frame.grid((await self.brief(record)).grid, cells)
 
-    async def counts(self) -> dict[MissionPhase, int]:
-        """Return how many missions there are by state."""
-        return await self.read(lambda reader: MISSIONS.counts(reader, "state", MissionPhase))
+    async def counts(self) -> MissionCounts:
+        """Return counts for operators."""
+        return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
         created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms()))
@@ -152,7 +152,7 @@ class Missions(Entries[MissionRecord]):
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._slots, self._threads, self._settings.memory_bytes)
+        keeper = Keeper(record, brief, self, self._slots, self._threads, self._settings)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 

@@ -14,7 +14,14 @@ from marsupial_service.missions import documents
 from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.ledger import Conflict, new_reports
 from marsupial_service.missions.ledgers import Ledgers, events
-from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
+from marsupial_service.missions.records import (
+    MOVES,
+    WISHED,
+    MissionCounts,
+    MissionPhase,
+    MissionRecord,
+    MissionSettings,
+)
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
 from marsupial_service.store import Transaction, kept
 from marsupial_service.store.engine import Row
@@ -118,14 +125,17 @@ def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionR
     return MISSIONS.existing(tx, mission)
 
 
-def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, now_ms: int) -> bool:
-    """Store what a mission made of its first `number` inputs; say whether it was the turn that was due.
+def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, now_ms: int) -> int | None:
+    """Store what a mission made of its first `number` inputs, and return how long the last of them has waited, in ms.
 
-    It is not if the mission has ended, or another server has taken it over since `term` began.
+    None if it was not the turn that was due: the mission has ended, or another server has taken it over since `term`
+    began.
     """
     record = _held(tx, mission, term)
     if record is None or record.turns != number:
-        return False
+        return None
+    sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq = ?"
+    row = tx.execute(sql, (record.number, number)).fetchone()
     revision = max((documents.revision_of(event) for event in turn.events), default=0)
     MISSIONS.change(tx, record.number, turns=number + 1, revision=max(record.revision, revision))
     for event in turn.events:
@@ -133,7 +143,7 @@ def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, 
     if turn.over:
         end = json.loads(turn.events[-1].data)
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
-    return True
+    return now_ms - (record.created_at_ms if row is None else row["at_ms"])
 
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
@@ -141,6 +151,14 @@ def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> 
     record = _held(tx, mission, term)
     if record is not None:
         _end(tx, record, Status.FAILED, reason, now_ms)
+
+
+def counts(reader: Reader) -> MissionCounts:
+    """Return counts for operators."""
+    open_ones = "FROM missions WHERE finished_ms IS NULL"
+    (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - turns), 0) {open_ones}").fetchone()
+    owners = dict(map(tuple, reader.execute(f"SELECT owner, count(*) {open_ones} GROUP BY owner").fetchall()))
+    return MissionCounts(states=MISSIONS.counts(reader, "state", MissionPhase), backlog=int(backlog), owners=owners)
 
 
 def abandoned(reader: Reader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
