@@ -161,10 +161,16 @@ class EntryTable(Generic[E]):
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
         """Add the next event of an entry, with `more` columns; its followers are told once that is committed."""
-        sql = f"UPDATE {self.name} SET events = events + 1 WHERE number = ? RETURNING id, events"
-        row = tx.execute(sql, (number,)).fetchone()
-        event = {self.noun: number, "seq": row["events"], "type": kind, "data": data, "at_ms": now_ms}
-        tx.insert(self.events_name, **event, **more)
+        self.tell_all(tx, number, [(kind, data, more)], now_ms)
+
+    def tell_all(
+        self, tx: Transaction, number: int, events: Sequence[tuple[StrEnum, str, Mapping[str, object]]], now_ms: int
+    ) -> None:
+        """Add the next events of an entry: types, data, and more columns."""
+        sql = f"UPDATE {self.name} SET events = events + ? WHERE number = ? RETURNING id, events"
+        row = tx.execute(sql, (len(events), number)).fetchone()
+        for seq, (kind, data, more) in enumerate(events, row["events"] - len(events) + 1):
+            tx.insert(self.events_name, **{self.noun: number}, seq=seq, type=kind, data=data, at_ms=now_ms, **more)
         tx.news.add(row["id"])
 
     def events(self, reader: Reader, entry: str, after: int, limit: int) -> EventBatch:

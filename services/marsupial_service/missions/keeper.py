@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 
 from marsupial.processes import launcher as processes
@@ -20,13 +21,15 @@ from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.values import (
     Brief,
+    Due,
+    Dues,
     Event,
     EventType,
     HasPlanned,
     Input,
     MayPlan,
-    Next,
     Turn,
+    Turns,
     WantsToPlan,
 )
 from marsupial_service.store import StoreError
@@ -37,6 +40,9 @@ _MOST_DEATHS = 3
 
 _MOST_KILLED = 20
 """The same where another process killed it."""
+
+_AT_A_TIME = 32
+"""Inputs that a process is given at a time, where so many wait: their turns are stored together."""
 
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
@@ -138,54 +144,61 @@ class Keeper:
             starting.add_done_callback(_close)
             raise
 
-    async def _talk(self, run: processes.JobRun, turns: asyncio.Queue[object]) -> None:
+    async def _talk(self, run: processes.JobRun, told: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
-        number, due = 0, Next(input=None, decisions=await self._decisions(0))
+        number, asked = 0, await self._ask(run, 0)
         while True:
-            await self._send(run, due)
-            turn = await self._turn(run, turns)
-            await self._take(number, turn)
-            if turn.over:
-                return
-            number += 1
-            due = await self._next(number)
+            match await told.get():
+                case Turns(turns):
+                    await self._take(number, turns)
+                    number += len(turns)
+                    if turns[-1].over:
+                        return
+                    if number == asked:
+                        asked += await self._ask(run, number)
+                case WantsToPlan():
+                    with self._slots.taken(await self._slots.for_mission(self._owner)):
+                        await self._send(run, MayPlan())
+                        assert isinstance(await told.get(), HasPlanned)
+                case other:
+                    raise AssertionError(other)
 
-    async def _send(self, run: processes.JobRun, value: Next | MayPlan) -> None:
+    async def _ask(self, run: processes.JobRun, number: int) -> int:
+        """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
+        dues = (Due(input=None, decisions=await self._decisions(0)),) if number == 0 else await self._dues(number)
+        await self._send(run, Dues(dues))
+        return len(dues)
+
+    async def _send(self, run: processes.JobRun, value: Dues | MayPlan) -> None:
         await asyncio.get_running_loop().run_in_executor(self._threads, run.send, value)
 
-    async def _turn(self, run: processes.JobRun, turns: asyncio.Queue[object]) -> Turn:
-        """Return the next turn; the process takes a slot whenever it plans."""
-        while isinstance(told := await turns.get(), WantsToPlan):
-            with self._slots.taken(await self._slots.for_mission(self._owner)):
-                await self._send(run, MayPlan())
-                assert isinstance(await turns.get(), HasPlanned)
-        assert isinstance(told, Turn)
-        return told
-
-    async def _take(self, number: int, turn: Turn) -> None:
-        if number < self._turns:
+    async def _take(self, number: int, turns: Sequence[Turn]) -> None:
+        for turn in turns[: self._turns - number]:
             if await self._stored(number) != turn.events:
                 raise Diverged(f"what happened after report {number} can't be repeated: it comes out different")
+            number, turns = number + 1, turns[1:]
+        if not turns:
             return
         now_ms = self._missions.now_ms()
-        lag_ms = await self._missions.write(lambda tx: table.add_turn(tx, self.id, self._term, number, turn, now_ms))
-        if lag_ms is None:
+        lags_ms = await self._missions.write(lambda tx: table.add_turns(tx, self.id, self._term, number, turns, now_ms))
+        if lags_ms is None:
             raise Dismissed
-        self._settings.lag(lag_ms / 1000)
-        self._turns = number + 1
+        for lag_ms in lags_ms:
+            self._settings.lag(lag_ms / 1000)
+        self._turns = number + len(turns)
 
-    async def _next(self, number: int) -> Next:
+    async def _dues(self, number: int) -> tuple[Due, ...]:
         with self._missions.bell(table.inputs_of(self.id)) as bell:
-            while (found := await self._missions.read(lambda reader: self._due(reader, number))) is None:
+            while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
                 await bell.wait()
                 bell.clear()
-        return Next(input=found, decisions=await self._decisions(number))
+        return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
-    def _due(self, reader: Connection, number: int) -> Input | None:
-        """Return an input, None if it has not come. Raises Dismissed."""
+    def _inputs(self, reader: Connection, number: int) -> tuple[Input, ...]:
+        """Return the inputs that have come from `number` on. Raises Dismissed."""
         if table.of_term(reader, self.id, self._term) is None:
             raise Dismissed
-        return table.input_at(reader, self._number, number)
+        return table.inputs_from(reader, self._number, number, _AT_A_TIME)
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
         if number >= self._turns:

@@ -125,25 +125,26 @@ def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionR
     return MISSIONS.existing(tx, mission)
 
 
-def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, now_ms: int) -> int | None:
-    """Store what a mission made of its first `number` inputs, and return how long the last of them has waited, in ms.
+def add_turns(
+    tx: Transaction, mission: str, term: int, number: int, turns: Sequence[Turn], now_ms: int
+) -> tuple[int, ...] | None:
+    """Store what a mission made of its inputs from `number` on, and return how long each input has waited, in ms.
 
-    None if it was not the turn that was due: the mission has ended, or another server has taken it over since `term`
-    began.
+    None if these turns were not due: the mission has ended, or another server has taken it over since `term` began.
     """
     record = _held(tx, mission, term)
     if record is None or record.turns != number:
         return None
-    sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq = ?"
-    row = tx.execute(sql, (record.number, number)).fetchone()
-    revision = max((documents.revision_of(event) for event in turn.events), default=0)
-    MISSIONS.change(tx, record.number, turns=number + 1, revision=max(record.revision, revision))
-    for event in turn.events:
-        MISSIONS.tell(tx, record.number, event.type, event.data, now_ms, turn=number)
-    if turn.over:
-        end = json.loads(turn.events[-1].data)
+    sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq BETWEEN ? AND ? ORDER BY seq"
+    rows = tx.execute(sql, (record.number, number, number + len(turns) - 1)).fetchall()
+    events = [(i, event) for i, turn in enumerate(turns, number) for event in turn.events]
+    revision = max((documents.revision_of(event) for _, event in events), default=0)
+    MISSIONS.change(tx, record.number, turns=number + len(turns), revision=max(record.revision, revision))
+    MISSIONS.tell_all(tx, record.number, [(event.type, event.data, {"turn": i}) for i, event in events], now_ms)
+    if turns[-1].over:
+        end = json.loads(events[-1][1].data)
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
-    return now_ms - (record.created_at_ms if row is None else row["at_ms"])
+    return tuple(now_ms - row["at_ms"] for row in rows)
 
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
@@ -220,14 +221,10 @@ def inputs_of(mission: str) -> str:
     return f"{mission}/inputs"
 
 
-def input_at(reader: Reader, number: int, seq: int) -> Input | None:
-    """Return an input of the mission with that number, or None if it has not come."""
-    sql = "SELECT data FROM mission_inputs WHERE mission = ? AND seq = ?"
-    row = reader.execute(sql, (number, seq)).fetchone()
-    if row is None:
-        return None
-    found: Input = kept.loads(row["data"])
-    return found
+def inputs_from(reader: Reader, number: int, seq: int, most: int) -> tuple[Input, ...]:
+    """Return the inputs of the mission with that number from the one numbered `seq` on, as far as they have come."""
+    sql = "SELECT data FROM mission_inputs WHERE mission = ? AND seq >= ? ORDER BY seq LIMIT ?"
+    return tuple(kept.loads(row["data"]) for row in reader.execute(sql, (number, seq, most)))
 
 
 def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:

@@ -161,14 +161,26 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Next:
-    """What the process of a mission gets: the next input (None at first), and the decisions made when it had come.
+class Due:
+    """An input (None: the brief), and the decisions made when it had come.
 
     There are such decisions only if the input was answered before, by a process that is no more.
     """
 
     input: Input | None
     decisions: tuple[str, ...] = ()
+
+
+class Dues(NamedTuple):
+    """What the process of a mission gets to answer, in this order."""
+
+    dues: tuple[Due, ...]
+
+
+class Turns(NamedTuple):
+    """What it makes of them: a turn for each, in one piece or several."""
+
+    turns: tuple[Turn, ...]
 
 
 def planning_of(document: Mapping[str, Any]) -> PlanningReport:
