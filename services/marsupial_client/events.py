@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Generic, Literal, NamedTuple, TypeAlias, TypeVar
 
 from marsupial_client.documents import JobEnded, JobMoved, PlanFound
-from marsupial_client.mission_documents import Commands, Decision, MissionEnded, MissionMoved
+from marsupial_client.mission_documents import Commands, Decision, FrameGrown, MissionEnded, MissionMoved
 
 K = TypeVar("K")
 D = TypeVar("D")
@@ -35,6 +35,7 @@ MissionEvent: TypeAlias = (
     | Event[Literal["decision"], Decision]
     | Event[Literal["commands"], Commands]
     | Event[Literal["state"], MissionMoved]
+    | Event[Literal["frame"], FrameGrown]
     | Event[Literal["end"], MissionEnded]
 )
 
@@ -48,6 +49,7 @@ MISSION_EVENTS: Readers = {
     "decision": json.loads,
     "commands": json.loads,
     "state": json.loads,
+    "frame": json.loads,
     END: json.loads,
 }
 """How the data of each event is read."""

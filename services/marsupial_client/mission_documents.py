@@ -170,10 +170,20 @@ class Lost(TypedDict):
     reason: NotRequired[str]
 
 
+class ReportFrame(TypedDict):
+    """The frame that the cells of a report are of; the mission's grows to hold it."""
+
+    width: int
+    height: int
+    resolution_m: NotRequired[float]
+    origin_m: NotRequired[Sequence[float]]
+
+
 class News(TypedDict):
     """What has happened up to a moment of mission time (ms): a report before it is numbered."""
 
     t_ms: int
+    frame: NotRequired[ReportFrame]
     revealed: NotRequired[Sequence[Revealed]]
     map: NotRequired[MapRuns]
     robots: NotRequired[Sequence[RobotNote]]
@@ -183,9 +193,10 @@ class News(TypedDict):
 
 
 class Report(News):
-    """A report; `n` counts those of a mission from 1."""
+    """A report; `n` counts those of a mission from 1, or those of a `robot` that reports for itself."""
 
     n: int
+    robot: NotRequired[str]
 
 
 class Taken(TypedDict):
@@ -194,6 +205,7 @@ class Taken(TypedDict):
     n: int
     t_ms: int
     revision: int
+    robot: NotRequired[str]
 
 
 class KnownMap(TypedDict):
@@ -225,13 +237,17 @@ class Command(TypedDict):
 
 
 class Commands(TypedDict):
-    """The event `commands`: what robots are to do after report `n`; the next report is due by `until_ms`, if any is."""
+    """The event `commands`: what robots are to do after report `n`; the next report is due by `until_ms`, if any is.
+
+    `robots` has the last report of each robot that reports for itself.
+    """
 
     batch: int
     revision: int
     n: int
     t_ms: int
     until_ms: int | None
+    robots: NotRequired[dict[str, int]]
     commands: list[Command]
 
 
@@ -248,9 +264,21 @@ class Decision(TypedDict):
 
 
 class MissionMoved(TypedDict):
-    """The event `state` of a mission."""
+    """The event `state` of a mission: one that waits says why (`reason`)."""
 
-    state: Literal["paused", "running"]
+    state: Literal["paused", "running", "waiting"]
+    t_ms: int
+    reason: NotRequired[str]
+
+
+class FrameGrown(TypedDict):
+    """The event `frame`: what was cell [x, y] of the map is cell [x, y] plus `shift` from now on."""
+
+    width: int
+    height: int
+    resolution_m: float
+    origin_m: list[float]
+    shift: list[int]
     t_ms: int
 
 

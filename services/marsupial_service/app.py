@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from importlib.metadata import version
@@ -17,9 +18,11 @@ from starlette.routing import Match
 from marsupial.errors import MarsupialError
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
+from marsupial_service.entries.slots import Slots
 from marsupial_service.http import docspage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
+from marsupial_service.http.routing import LOCAL_OWNER
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.ledger import Conflict
@@ -83,11 +86,13 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     state.store = store
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
+    slots = Slots(limits.slots)
     state.jobs = Jobs(
         store,
         JobSettings(
             slots=limits.slots,
             queue=limits.queue,
+            key_queue=limits.key_queue if state.settings.needs_keys else limits.queue,
             retention_s=limits.retention_s,
             kept=limits.kept_jobs,
             store_bytes=limits.store_bytes,
@@ -95,11 +100,18 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
         ),
+        slots=slots,
     )
     state.missions = Missions(
         store,
         MissionSettings(
             missions=limits.missions,
+            key_missions=limits.key_missions if state.settings.needs_keys else limits.missions,
+            idle_s=limits.idle_s,
+            lag=state.metrics.lag,
+            may_go_on=lambda owner: (
+                not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.knows(owner, time.time())
+            ),
             cells=limits.cells,
             backlog=limits.backlog,
             memory_bytes=limits.memory_bytes,
@@ -107,6 +119,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             kept=limits.kept_missions,
             store_bytes=limits.store_bytes,
         ),
+        slots=slots,
     )
     try:
         await state.jobs.start()

@@ -26,7 +26,19 @@ from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.scenarios import mission_document
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam
-from marsupial_service.missions.values import Brief, EventType, Next, Report, Turn, Wish
+from marsupial_service.missions.values import (
+    Brief,
+    Due,
+    Dues,
+    EventType,
+    HasPlanned,
+    MayPlan,
+    Report,
+    Turn,
+    Turns,
+    WantsToPlan,
+    Wish,
+)
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 
@@ -144,14 +156,17 @@ class Hosted:
         self.line.close()
         self._thread.join(60)
 
-    def turn(self, due: Next) -> Turn:
+    def turn(self, due: Due) -> Turn:
         try:
-            self.line.send(due)
-            turn = self.line.receive()
+            self.line.send(Dues((due,)))
+            while isinstance(told := self.line.receive(), WantsToPlan):
+                self.line.send(MayPlan())
+                assert isinstance(self.line.receive(), HasPlanned)
         except (EOFError, OSError):
             self._thread.join(60)
             raise self._failure[0] from None
-        assert isinstance(turn, Turn)
+        assert isinstance(told, Turns)
+        (turn,) = told.turns
         return turn
 
 
@@ -159,6 +174,6 @@ def again(brief: Brief, inputs: Sequence[Report | Wish], turns: Sequence[Turn]) 
     """Return what a new process makes of the same inputs and decisions."""
     with Hosted(brief) as hosted:
         return [
-            hosted.turn(Next(input=one, decisions=tuple(e.data for e in turn.events if e.type is EventType.DECISION)))
+            hosted.turn(Due(input=one, decisions=tuple(e.data for e in turn.events if e.type is EventType.DECISION)))
             for one, turn in zip([None, *inputs], turns, strict=True)
         ]

@@ -10,6 +10,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from marsupial_service.entries.table import Reader
 
@@ -50,6 +51,13 @@ class Room:
 
 
 BOUNDLESS = Room()
+
+
+class Sizes(NamedTuple):
+    """How many bytes all entries take, and how many the store does on the disk."""
+
+    stored: int
+    on_disk: int
 
 
 def stored_bytes(reader: Reader, owner: str | None = None) -> int:

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from marsupial.processes import launcher as processes
 from marsupial_service.entries.bells import Bells
 from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
-from marsupial_service.entries.room import Room, stored_bytes
+from marsupial_service.entries.room import Room, Sizes, stored_bytes
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
@@ -163,9 +163,9 @@ class Entries(Generic[E]):
             async with asyncio.timeout(seconds):
                 await self._stop.wait()
 
-    async def sizes(self) -> tuple[int, int]:
-        """Return how many bytes all entries take, and how many the store does on the disk."""
-        return await self.read(stored_bytes), await asyncio.wrap_future(self._store.disk_bytes())
+    async def sizes(self) -> Sizes:
+        """Return how large the store is."""
+        return Sizes(await self.read(stored_bytes), await asyncio.wrap_future(self._store.disk_bytes()))
 
     def write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
         """Run `write` in a transaction; its result comes once that is on disk."""

@@ -171,10 +171,11 @@ class JobRecord(StoredEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Counts for operators: jobs in the store by state and by outcome, and slots in use."""
+    """Counts for operators: jobs in the store by state and by outcome, those that wait by owner, and slots in use."""
 
     states: Mapping[JobState, int]
     outcomes: Mapping[JobOutcome, int]
+    waiting: Mapping[str, int]
     slots: int
     slots_in_use: int
 
@@ -195,6 +196,7 @@ class JobSettings(EntrySettings):
 
     slots: int = 2
     queue: int = 100
+    key_queue: int = 100
     max_attempts: int = 3
     steps_limit_s: float = 60.0
     commands: Mapping[str, str] = field(default_factory=dict)

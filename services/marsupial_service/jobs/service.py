@@ -12,12 +12,14 @@ import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
 from marsupial.processes import launcher as processes
 from marsupial_service.entries.records import Created, UnknownEntry
 from marsupial_service.entries.service import Entries
+from marsupial_service.entries.slots import Place, Slots
 from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
 from marsupial_service.jobs.lookup import JOBS
@@ -28,7 +30,6 @@ from marsupial_service.jobs.records import (
     JobRecord,
     JobRequest,
     JobSettings,
-    JobState,
     Metrics,
     PackedRequest,
     PlanRecord,
@@ -49,9 +50,16 @@ log = logging.getLogger("marsupial.jobs")
 class Jobs(Entries[JobRecord]):
     """All planning jobs of one store."""
 
-    def __init__(self, store: Store, settings: JobSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
+    def __init__(
+        self,
+        store: Store,
+        settings: JobSettings,
+        now_ms: Callable[[], int] = wall_clock_ms,
+        slots: Slots | None = None,
+    ) -> None:
         super().__init__(store, JOBS, settings, now_ms)
         self._settings = settings
+        self._slots = slots or Slots(settings.slots)
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
         self._storing = 0
@@ -126,10 +134,8 @@ class Jobs(Entries[JobRecord]):
 
     async def metrics(self) -> Metrics:
         """Return counts for operators."""
-        states, outcomes = await self.read(
-            lambda reader: (JOBS.counts(reader, "state", JobState), JOBS.counts(reader, "outcome", JobOutcome))
-        )
-        return Metrics(states=states, outcomes=outcomes, slots=self._settings.slots, slots_in_use=len(self._attempts))
+        found = await self.read(table.counts)
+        return replace(found, slots=self._slots.count, slots_in_use=self._slots.in_use)
 
     async def _take_up(self) -> None:
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms()))
@@ -141,24 +147,26 @@ class Jobs(Entries[JobRecord]):
         with self._bells.bell(table.QUEUE) as bell:
             while not self.stopping:
                 bell.clear()
-                claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
-                if claim is not None:
-                    await self._attend(claim)
-                elif not self.stopping:
+                with self._slots.taken(await self._slots.for_job()) as place:
+                    claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+                    if claim is not None:
+                        await self._attend(claim, place)
+                if claim is None and not self.stopping:
                     await bell.wait()
 
-    async def _attend(self, claim: table.Claim) -> None:
+    async def _attend(self, claim: table.Claim, place: Place) -> None:
         """Do an attempt at a job and store how it ended."""
-        end = await self._attempt(claim)
+        end = await self._attempt(claim, place)
         try:
             await self._settle(claim, end)
         except Exception as error:
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
             await self._settle(claim, _failed(error))
 
-    async def _attempt(self, claim: table.Claim) -> Closed | Lost:
+    async def _attempt(self, claim: table.Claim, place: Place) -> Closed | Lost:
         attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self.now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
+        place.breaks = attempt.cancel
         heed = asyncio.create_task(self._heed(attempt))
         try:
             if self.stopping:
@@ -169,6 +177,7 @@ class Jobs(Entries[JobRecord]):
             return _failed(error)
         finally:
             heed.cancel()
+            place.breaks = None
             del self._attempts[claim.id]
 
     async def _heed(self, attempt: Attempt) -> None:
@@ -189,7 +198,10 @@ class Jobs(Entries[JobRecord]):
             return
         again = await self.surely(lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms()))
         if again:
-            log.warning("job interrupted", extra={"job": claim.id, "reason": end.reason or "the server stops"})
+            log.warning(
+                "job interrupted",
+                extra={"job": claim.id, "reason": end.reason or "the server stops, or a mission is planned"},
+            )
 
 
 def _failed(error: Exception) -> Closed:

@@ -98,7 +98,7 @@ def _drive(
                 mission.cancel()
             if report is not None and not over:
                 over = mission.report(cast(News, report)) is None  # another client has ended it
-        elif ended is None:
+        elif event.type == "end" and ended is None:
             raise UsageError(f"the service gave the mission up: {event.data['reason']}")
     assert ended is not None
     return ended, reports

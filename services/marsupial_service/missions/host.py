@@ -25,7 +25,21 @@ from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Report, Turn, Wish
+from marsupial_service.missions.values import (
+    Brief,
+    Due,
+    Dues,
+    Event,
+    EventType,
+    HasPlanned,
+    Input,
+    MayPlan,
+    Report,
+    Turn,
+    Turns,
+    WantsToPlan,
+    Wish,
+)
 from marsupial_service.missions.world import RemoteWorld, RobotCommand
 
 
@@ -90,7 +104,9 @@ class Desk(Observer):
         self._counts: dict[str, int] = {}
         self._action: ActionStarted | None = None
         self._ended: MissionEnded | None = None
-        self._decisions = deque(self._receive().decisions)
+        self._turns: list[Turn] = []
+        self._dues: deque[Due] = deque()
+        self._decisions = deque(self._due().decisions)
 
     def event(self, event: MissionEvent) -> None:
         """Log an event; clients that follow no log are told of a frame that has grown as well."""
@@ -115,7 +131,11 @@ class Desk(Observer):
             text = self._decisions.popleft()
             decision = documents.decision_of(text)
         else:
+            self._send_turns()
+            self._channel.send(WantsToPlan())
+            assert isinstance(self._channel.receive(), MayPlan)
             decision = self._told(self._inner.decide(briefing))
+            self._channel.send(HasPlanned())
             text = documents.decision(decision)
         self._tell(EventType.DECISION, text)
         return decision
@@ -133,10 +153,10 @@ class Desk(Observer):
         self._commands.append(documents.command(order, revision, place, self._grid, stop=stop))
 
     def exchange(self, until_ms: int) -> Input:
-        """Send everything there is, to be answered by `until_ms`, and wait for the next input."""
+        """Send everything there is, to be answered by `until_ms`, and return the next input once it has come."""
         self._send_commands(until_ms)
-        self._send_turn(over=False)
-        answer = self._receive()
+        self._end_turn(over=False)
+        answer = self._due()
         assert answer.input is not None
         self._decisions = deque(answer.decisions)
         if not isinstance(answer.input, Wish):
@@ -158,7 +178,8 @@ class Desk(Observer):
             self._send_commands(None)
         assert self._ended is not None
         self._tell(EventType.END, documents.end(self._ended.status, self._ended.reason, t_ms))
-        self._send_turn(over=True)
+        self._end_turn(over=True)
+        self._send_turns()
 
     def _tell(self, kind: EventType, data: str) -> None:
         self._events.append(Event(kind, data))
@@ -170,11 +191,20 @@ class Desk(Observer):
         self._tell(EventType.COMMANDS, data)
         self._commands = []
 
-    def _send_turn(self, *, over: bool) -> None:
-        self._channel.send(Turn(events=tuple(self._events), over=over))
+    def _end_turn(self, *, over: bool) -> None:
+        self._turns.append(Turn(events=tuple(self._events), over=over))
         self._events = []
 
-    def _receive(self) -> Next:
-        answer = self._channel.receive()
-        assert isinstance(answer, Next)
-        return answer
+    def _send_turns(self) -> None:
+        if self._turns:
+            self._channel.send(Turns(tuple(self._turns)))
+            self._turns = []
+
+    def _due(self) -> Due:
+        """Return what is to be answered next; all turns are sent before it is waited for."""
+        if not self._dues:
+            self._send_turns()
+            told = self._channel.receive()
+            assert isinstance(told, Dues)
+            self._dues.extend(told.dues)
+        return self._dues.popleft()

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from marsupial_service.entries.table import Reader
-from marsupial_service.missions import rows
+from marsupial_service.missions import packed
 from marsupial_service.missions.ledger import Ledger
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Brief, Report
@@ -49,11 +49,11 @@ class Ledgers:
             known = self._known[record.id] = _Known(found, Ledger(found))
         self._known.move_to_end(record.id)
         if record.events > known.events:
-            for _, event in rows.events_after(reader, record.number, known.events):
+            for _, event in packed.events_after(reader, record.number, known.events):
                 known.ledger.publish(event)
             known.events = record.events
         if record.inputs > known.inputs:
-            for report, digest in rows.inputs_after(reader, record.number, known.inputs):
+            for report, digest in packed.inputs_after(reader, record.number, known.inputs):
                 if digest is not None:
                     assert isinstance(report, Report)
                     known.ledger.take(report, digest)

@@ -8,17 +8,19 @@ import uuid
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 
 from marsupial.model.grid import CellArray, Grid
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
+from marsupial_service.entries.slots import Slots
 from marsupial_service.intake import analyses, jobs
 from marsupial_service.missions import host, reading, table, telling
 from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledgers import Ledgers, brief
-from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
+from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
@@ -32,9 +34,16 @@ _AT_A_TIME = 4
 class Missions(Entries[MissionRecord]):
     """All missions of one store."""
 
-    def __init__(self, store: Store, settings: MissionSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
+    def __init__(
+        self,
+        store: Store,
+        settings: MissionSettings,
+        now_ms: Callable[[], int] = wall_clock_ms,
+        slots: Slots | None = None,
+    ) -> None:
         super().__init__(store, MISSIONS, settings, now_ms)
         self._settings = settings
+        self._slots = slots or Slots(settings.missions)
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
         self._ledgers = Ledgers()
@@ -107,9 +116,9 @@ class Missions(Entries[MissionRecord]):
         frame, cells = await self.read(found)
         return frame.grid((await self.brief(record)).grid, cells)
 
-    async def counts(self) -> dict[MissionPhase, int]:
-        """Return how many missions there are by state."""
-        return await self.read(lambda reader: MISSIONS.counts(reader, "state", MissionPhase))
+    async def counts(self) -> MissionCounts:
+        """Return counts for operators."""
+        return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
         created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room))
@@ -127,12 +136,25 @@ class Missions(Entries[MissionRecord]):
         return await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))
 
     async def _take_up(self) -> None:
+        await self._call_off()
         while found := await self.write(lambda tx: table.take_up(tx, _AT_A_TIME)):
             for record in found:
                 self._open(record, await self.brief(record))
 
+    async def _call_off(self) -> None:
+        """Cancel missions that nobody reports to any more, or nobody may."""
+        settings, now_ms = self._settings, self.now_ms()
+        for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, settings.idle_s, now_ms)):
+            if not settings.may_go_on(owner):
+                reason = "its key has expired or was revoked"
+            elif is_idle:
+                reason = f"no report came for {settings.idle_s:g} s"
+            else:
+                continue
+            await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
+
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._threads, self._settings.memory_bytes)
+        keeper = Keeper(record, brief, self, self._slots, self._threads, self._settings)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 

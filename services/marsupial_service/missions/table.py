@@ -14,11 +14,18 @@ from marsupial.model.mission import Status
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import EntryTable, Reader, made_of
-from marsupial_service.missions import documents, rows
+from marsupial_service.missions import documents, packed
 from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.ledger import Conflict, new_reports
 from marsupial_service.missions.ledgers import Ledgers
-from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
+from marsupial_service.missions.records import (
+    MOVES,
+    WISHED,
+    MissionCounts,
+    MissionPhase,
+    MissionRecord,
+    MissionSettings,
+)
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import Row
@@ -35,14 +42,14 @@ class MissionTable(EntryTable[MissionRecord]):
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: Any) -> None:
         """Add the next event of a mission, of the turn `turn`."""
-        rows.add_events(tx, number, more["turn"], [Event(EventType(kind), data)], now_ms)
+        packed.add_events(tx, number, {more["turn"]: [Event(EventType(kind), data)]}, now_ms)
 
     def _stored_events(self, reader: Reader, number: int, after: int, limit: int) -> Iterator[tuple[int, str, str]]:
-        for seq, event in islice(rows.events_after(reader, number, after, limit), limit):
+        for seq, event in islice(packed.events_after(reader, number, after, limit), limit):
             yield seq, event.type, event.data
 
     def _empty(self, tx: Transaction, number: int, most: int) -> int:
-        return rows.remove(tx, number, most)
+        return packed.remove(tx, number, most)
 
 
 MISSIONS = MissionTable(
@@ -75,9 +82,13 @@ def insert(
 
     def add() -> None:
         room.check(tx)
-        (count,) = tx.execute("SELECT count(*) FROM missions WHERE finished_ms IS NULL").fetchone()
+        sql = "SELECT count(*) FROM missions WHERE finished_ms IS NULL"
+        (count,) = tx.execute(sql).fetchone()
         if count >= settings.missions:
             raise TooMany(f"there are {count} open missions, more are not allowed at a time")
+        (count,) = tx.execute(f"{sql} AND owner = ?", (new.owner,)).fetchone()
+        if count >= settings.key_missions:
+            raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
         described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
         size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
@@ -140,30 +151,65 @@ def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionR
     return MISSIONS.existing(tx, mission)
 
 
-def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, now_ms: int) -> bool:
-    """Store what a mission made of its first `number` inputs; say whether it was the turn that was due.
+def add_turns(
+    tx: Transaction, mission: str, term: int, number: int, turns: Sequence[Turn], now_ms: int
+) -> tuple[int, ...] | None:
+    """Store what a mission made of its inputs from `number` on, and return how long each input has waited, in ms.
 
-    It is not if the mission has ended, or another server has taken it over since `term` began.
+    None if these turns were not due: the mission has ended, or another server has taken it over since `term` began.
     """
     record = _held(tx, mission, term)
     if record is None or record.turns != number:
-        return False
-    revision = max((documents.revision_of(event) for event in turn.events), default=0)
-    MISSIONS.change(tx, record.number, turns=number + 1, revision=max(record.revision, revision))
-    rows.add_events(tx, record.number, number, turn.events, now_ms)
-    if turn.over:
-        end = json.loads(turn.events[-1].data)
+        return None
+    sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq BETWEEN ? AND ? AND part = 0 ORDER BY seq"
+    rows = tx.execute(sql, (record.number, number, number + len(turns) - 1)).fetchall()
+    events = [event for turn in turns for event in turn.events]
+    revision = max(map(documents.revision_of, events), default=0)
+    MISSIONS.change(tx, record.number, turns=number + len(turns), revision=max(record.revision, revision))
+    packed.add_events(tx, record.number, {i: turn.events for i, turn in enumerate(turns, number)}, now_ms)
+    if turns[-1].over:
+        end = json.loads(events[-1].data)
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
-    return True
+    return tuple(now_ms - row["at_ms"] for row in rows)
 
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
     """End a mission that can't go on, unless it has ended or is another server's by now."""
     record = _held(tx, mission, term)
     if record is not None:
-        MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=Status.FAILED, reason=reason)
-        data = documents.end(Status.FAILED, reason, record.t_ms)
-        MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
+        _end(tx, record, Status.FAILED, reason, now_ms)
+
+
+def counts(reader: Reader) -> MissionCounts:
+    """Return counts for operators."""
+    open_ones = "FROM missions WHERE finished_ms IS NULL"
+    (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - turns), 0) {open_ones}").fetchone()
+    owners = dict(map(tuple, reader.execute(f"SELECT owner, count(*) {open_ones} GROUP BY owner").fetchall()))
+    return MissionCounts(states=MISSIONS.counts(reader, "state", MissionPhase), backlog=int(backlog), owners=owners)
+
+
+def abandoned(reader: Reader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
+    """Return the id and owner of every open mission, and whether nothing was put into it for so long."""
+    last = "SELECT at_ms FROM mission_inputs WHERE mission = number ORDER BY seq DESC LIMIT 1"
+    rows = reader.execute(
+        f"SELECT id, owner, coalesce(({last}), created_ms) AS last_ms FROM missions WHERE finished_ms IS NULL"
+    )
+    return tuple((row["id"], row["owner"], row["last_ms"] < now_ms - 1000 * idle_s) for row in rows)
+
+
+def call_off(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
+    """Cancel a mission without its stop report, unless it has ended: nobody is there to do what it commands."""
+    record = MISSIONS.held(tx, mission)
+    if _end(tx, record, Status.CANCELLED, reason, now_ms):
+        tx.news.add(inputs_of(mission))
+
+
+def _end(tx: Transaction, record: MissionRecord, status: Status, reason: str, now_ms: int) -> bool:
+    if not MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=status, reason=reason):
+        return False
+    data = documents.end(status, reason, record.t_ms)
+    MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
+    return True
 
 
 def of_term(reader: Reader, mission: str, term: int) -> MissionRecord | None:
@@ -203,14 +249,14 @@ def inputs_of(mission: str) -> str:
 
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
     """Return the lines of the mission's log; where an earlier version began it anew, since then."""
-    events = rows.events_after(reader, record.number)
+    events = packed.events_after(reader, record.number)
     lines = [event.data for _, event in events if event.type is EventType.LOG]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()
 
 
 def _add_input(tx: Transaction, record: MissionRecord, data: Input, digest: bytes | None, now_ms: int) -> None:
-    rows.add_input(tx, record.number, record.inputs + 1, data, digest, now_ms)
+    packed.add_input(tx, record.number, record.inputs + 1, data, digest, now_ms)
     tx.news.add(inputs_of(record.id))
 
 

@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -161,8 +161,8 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Next:
-    """What the process of a mission gets: the next input (None at first), and the decisions made when it had come.
+class Due:
+    """An input (None: the brief), and the decisions made when it had come.
 
     There are such decisions only if the input was answered before, by a process that is no more.
     """
@@ -171,10 +171,34 @@ class Next:
     decisions: tuple[str, ...] = ()
 
 
+class Dues(NamedTuple):
+    """What the process of a mission gets to answer, in this order."""
+
+    dues: tuple[Due, ...]
+
+
+class Turns(NamedTuple):
+    """What it makes of them: a turn for each, in one piece or several."""
+
+    turns: tuple[Turn, ...]
+
+
 def planning_of(document: Mapping[str, Any]) -> PlanningReport:
     """Return how a decision was found, from its document."""
     report = {key: value for key, value in document.items() if key != "actions"}
     return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
+
+
+class WantsToPlan(NamedTuple):
+    """The process of a mission wants to plan, and waits until it may."""
+
+
+class MayPlan(NamedTuple):
+    """It may."""
+
+
+class HasPlanned(NamedTuple):
+    """It has planned."""
 
 
 def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:

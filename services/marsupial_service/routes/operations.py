@@ -51,9 +51,8 @@ async def readyz(state: Service) -> Response:
 async def metrics(state: Service) -> Response:
     """Return counts for Prometheus."""
     jobs, missions = state.running(), state.flying()
-    stored, on_disk = await jobs.sizes()
     streams = sum(state.streams.values())
-    text = state.metrics.text(await jobs.metrics(), await missions.counts(), streams, stored, on_disk)
+    text = state.metrics.text(await jobs.metrics(), await missions.counts(), streams, await jobs.sizes())
     return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
 
 

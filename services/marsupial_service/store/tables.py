@@ -4,7 +4,8 @@ The events of turn k of a mission are what it made of its first k inputs. They a
 A row of theirs holds a whole turn, `seq` is the number of its last event; long ones are stored in parts, as inputs are
 (`marsupial_service.store.packing`). `bytes` is about what an entry takes with all that belongs to it.
 An entry that is being worked on has a `holder`, one of the `servers`, and its `term` counts those it has had: what a
-holder of an earlier term writes comes too late.
+holder of an earlier term writes comes too late. `owners` are those whose jobs were claimed; the one served longest ago
+is next.
 
 They are written in the words of SQLite; a database of an earlier version is brought up to date step by step.
 """
@@ -136,10 +137,16 @@ CREATE TABLE servers (
     id TEXT PRIMARY KEY,
     beat_s REAL NOT NULL
 ) STRICT;
+CREATE TABLE owners (
+    name TEXT PRIMARY KEY,
+    served INTEGER NOT NULL
+) STRICT;
 CREATE TABLE documents (
     name TEXT PRIMARY KEY,
     text TEXT NOT NULL
 ) STRICT;
+ALTER TABLE jobs ADD COLUMN claimed_ms INTEGER;
+ALTER TABLE jobs ADD COLUMN spent_ms INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN holder TEXT;
 ALTER TABLE jobs ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE missions ADD COLUMN frame TEXT;

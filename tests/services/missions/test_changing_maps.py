@@ -12,7 +12,7 @@ from roaming import RoamingTeam, brief_of_a_part
 from marsupial.formats.missionlog import parse_log
 from marsupial.mission.playback import Playback
 from marsupial_service.missions.ledger import Ledger
-from marsupial_service.missions.values import EventType, Next, Report, Turn, Wish
+from marsupial_service.missions.values import Due, EventType, Report, Turn, Wish
 
 SEEDS = [1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 40))]
 
@@ -21,7 +21,7 @@ def fly(team: RoamingTeam, most: int = 150) -> tuple[list[Report | Wish], list[T
     """Return the inputs of a mission and its turns, looked at one by one."""
     inputs: list[Report | Wish] = []
     with Hosted(team.brief) as hosted:
-        turns = [hosted.turn(Next(input=None))]
+        turns = [hosted.turn(Due(input=None))]
         team.obey(turns[-1])
         while not turns[-1].over:
             going = {name for name, _ in team.driving()}
@@ -30,7 +30,7 @@ def fly(team: RoamingTeam, most: int = 150) -> tuple[list[Report | Wish], list[T
             team.ledger.take(report, b"")
             barred = {name for name, _ in team.driving() if name in going and team.barred(name)}
             inputs.append(report if len(turns) < most else Wish.CANCEL)
-            turns.append(hosted.turn(Next(input=inputs[-1])))
+            turns.append(hosted.turn(Due(input=inputs[-1])))
             team.obey(turns[-1])
             if not turns[-1].over:
                 look_at(team, turns[-1], going, barred)

@@ -21,7 +21,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.grid import UNKNOWN, Cell
 from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.reading import brief_of
-from marsupial_service.missions.values import Brief, EventType, Next, Report, RobotNote, Turn, Wish, runs_in
+from marsupial_service.missions.values import Brief, Due, EventType, Report, RobotNote, Turn, Wish, runs_in
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 
@@ -171,10 +171,10 @@ def test_a_mission_survives_whatever_the_ledger_lets_pass_and_can_be_gone_throug
     brief = small_brief(seed)
     fuzz, inputs, turns = Fuzz(brief, seed), [], []
     with Hosted(brief) as hosted:
-        turns.append(hosted.turn(Next(input=None)))
+        turns.append(hosted.turn(Due(input=None)))
         while not turns[-1].over:
             inputs.append(fuzz.next(turns[-1]) if len(turns) < 400 else Wish.CANCEL)
-            turns.append(hosted.turn(Next(input=inputs[-1])))
+            turns.append(hosted.turn(Due(input=inputs[-1])))
     lines = [event.data for turn in turns for event in turn.events if event.type is EventType.LOG]
     assert parse_log("".join(f"{line}\n" for line in lines).encode()).ended is not None
     assert again(brief, inputs, turns) == turns

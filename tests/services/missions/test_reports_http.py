@@ -10,9 +10,9 @@ import pytest
 from jsonschema import Draft202012Validator
 from mission_house import body, team
 from servers import Server
+from talk import frames
 
 from marsupial.formats.missionlog import parse_log
-from marsupial_service.client import Client
 from marsupial_service.http.openapi import kept_text
 from marsupial_service.missions.values import EventType
 
@@ -130,10 +130,10 @@ def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission:
     validators = {
         kind: Draft202012Validator({**schema, "components": document["components"]}) for kind, schema in data.items()
     }
-    client, robots, lines = Client(server.url), team(), []
+    robots, lines = team(), []
     seen: set[str] = set()
     frame = server.ask("GET", f"{mission}/map")[2]
-    for _, kind, text in client.events(f"{mission}/events"):
+    for _, kind, text in frames(int(server.url.rpartition(":")[2]), f"{mission}/events"):
         validators[kind].validate(json.loads(text))
         seen.add(kind)
         if kind == "log":
@@ -141,17 +141,16 @@ def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission:
         report = robots.answer(json.loads(text)) if kind == "commands" else None
         if report is not None:
             if report["n"] == 9:
-                client.ask("POST", f"{mission}/pause")
-                client.ask("POST", f"{mission}/resume")
+                server.ask("POST", f"{mission}/pause")
+                server.ask("POST", f"{mission}/resume")
             if report["n"] == 30:
                 told = {"width": frame["width"] + 1, "height": frame["height"], "origin_m": frame["origin_m"]}
-                client.ask(
+                server.ask(
                     "POST", f"{mission}/reports", {"robot": "carrier1", "n": 1, "t_ms": report["t_ms"], "frame": told}
                 )
-                client.ask("POST", f"{mission}/cancel")
+                server.ask("POST", f"{mission}/cancel")
             else:
-                client.ask("POST", f"{mission}/reports", report)
-    client.close()
+                server.ask("POST", f"{mission}/reports", report)
     assert seen == set(EventType)
     assert parse_log("".join(f"{line}\n" for line in lines).encode()).ended is not None
 

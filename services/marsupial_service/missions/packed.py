@@ -5,7 +5,7 @@ The events of a turn are lines of text, the type before the data.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from marsupial_service.entries.table import Reader
@@ -18,7 +18,7 @@ _EVENTS = "SELECT seq, part, data FROM mission_events WHERE mission = ?"
 _IN_ORDER = "ORDER BY seq, part"
 
 
-def packed(data: bytes) -> tuple[bytes, int]:
+def _packed(data: bytes) -> tuple[bytes, int]:
     """Return what is stored for `data`, and what that adds to the bytes of a mission."""
     found = packing.pack(data)
     return found, len(found) + ROW_BYTES
@@ -26,7 +26,7 @@ def packed(data: bytes) -> tuple[bytes, int]:
 
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
     """Store an input of the mission with that number; reports have a digest."""
-    stored, more = packed(kept.dumps(data))
+    stored, more = _packed(kept.dumps(data))
     sql = "UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?"
     tx.execute(sql, (seq, more + len(digest or b""), number))
     head: dict[str, Any] = {"mission": number, "seq": seq, "at_ms": now_ms}
@@ -34,10 +34,10 @@ def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes
         tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
 
 
-def input_at(reader: Reader, number: int, seq: int) -> Input | None:
-    """Return an input of the mission with that number, or None if it has not come."""
-    rows = reader.execute(f"{_INPUTS} AND seq = ? {_IN_ORDER}", (number, seq))
-    return next((kept.loads(data) for _, data in packing.whole(rows)), None)
+def inputs_from(reader: Reader, number: int, seq: int, most: int) -> tuple[Input, ...]:
+    """Return the inputs of the mission with that number from the one numbered `seq` on, as far as they have come."""
+    rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
+    return tuple(kept.loads(data) for _, data in packing.whole(rows))
 
 
 def inputs_after(reader: Reader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:
@@ -46,15 +46,23 @@ def inputs_after(reader: Reader, number: int, seq: int) -> Iterator[tuple[Input,
         yield kept.loads(data), row["digest"]
 
 
-def add_events(tx: Transaction, number: int, turn: int, events: Sequence[Event], now_ms: int) -> None:
-    """Store what a turn consists of, or the last event of a mission; followers are told once that is committed."""
-    stored, more = packed("\n".join(f"{event.type} {event.data}" for event in events).encode())
+def add_events(tx: Transaction, number: int, turns: Mapping[int, Sequence[Event]], now_ms: int) -> None:
+    """Store the next events of a mission by the turns that they are of; followers are told once that is committed."""
+    stored = {turn: _packed(_text(events)) for turn, events in turns.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
-    row = tx.execute(sql, (len(events), more, number)).fetchone()
-    head: dict[str, Any] = {"mission": number, "seq": row["events"], "turn": turn, "at_ms": now_ms}
-    for part, piece in packing.pieces(stored):
-        tx.insert("mission_events", **head, part=part, data=piece)
+    count, more = sum(map(len, turns.values())), sum(more for _, more in stored.values())
+    row = tx.execute(sql, (count, more, number)).fetchone()
+    last = row["events"] - count
+    for turn, (data, _) in stored.items():
+        last += len(turns[turn])
+        for part, piece in packing.pieces(data):
+            head = {"mission": number, "seq": last, "part": part, "turn": turn}
+            tx.insert("mission_events", **head, data=piece, at_ms=now_ms)
     tx.news.add(row["id"])
+
+
+def _text(events: Sequence[Event]) -> bytes:
+    return "\n".join(f"{event.type} {event.data}" for event in events).encode()
 
 
 def events_of_turn(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
