@@ -90,6 +90,10 @@ class Engine(Protocol):
         """Connect to read. Raises one of `errors`."""
         ...
 
+    def visitor(self) -> Connection:
+        """Connect for somebody who is no server; nothing is made. Raises StoreError if nothing is there."""
+        ...
+
     def clashed(self, error: BaseException) -> bool:
         """Say whether a transaction failed because of another server's, so that it may be tried again."""
         ...
@@ -112,6 +116,10 @@ class Engine(Protocol):
 
     def disk_bytes(self, connection: Connection) -> int:
         """Return how much of the disk is taken."""
+        ...
+
+    def free_bytes(self, connection: Connection) -> int:
+        """Return how much of that is free, and given back or used again."""
         ...
 
     def version(self, connection: Connection) -> int:
