@@ -22,6 +22,9 @@ store = typer.Typer(no_args_is_help=True, help="Look into a store, back it up, r
 def info(
     data: Data = DEFAULT_DATA,
     store: Shared = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Tell too what the rows alone take; it takes a copy's space and time.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Show what is stored: its version, size, rows, and how old the oldest is. Servers may run.
@@ -32,12 +35,15 @@ def info(
 
     with _upkeep() as upkeep:
         found = upkeep.info(_place(data, store))
+        live_bytes = upkeep.live_bytes(_place(data, store)) if live else None
     if json:
-        print_json(asdict(found))
+        print_json({**asdict(found), **({} if live_bytes is None else {"live_bytes": live_bytes})})
         return
     newer = "" if found.version == found.newest else f" (this program makes it {found.newest})"
     facts = [("store", found.place), ("version", f"{found.version}{newer}"), ("on disk", _size(found.disk_bytes))]
     facts.append(("free in it", _size(found.free_bytes)))
+    if live_bytes is not None:
+        facts.append(("live", f"{_size(live_bytes)}: {found.disk_bytes / live_bytes:.2f} times that is on the disk"))
     if found.stored_bytes is not None:
         facts.append(("jobs and missions", _size(found.stored_bytes)))
     facts += [(name, f"{count} rows") for name, count in found.rows.items()]

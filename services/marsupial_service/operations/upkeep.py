@@ -10,6 +10,7 @@ import sqlite3
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from marsupial.errors import UsageError
@@ -91,6 +92,15 @@ def _info(store: Visitor, reader: Reader) -> StoreInfo:
         open={name: number(still.format(name)) or 0 for name in ("jobs", "missions")},
         oldest_ms=min((one for one in first if one is not None), default=None),
     )
+
+
+def live_bytes(place: str | Path) -> int:
+    """Return what a folder's store would take if its rows lay as close as they can; a copy that is removed tells."""
+    _refuse_shared(place, "pg_dump, or the extension pgstattuple")
+    with visit(place) as store, TemporaryDirectory(dir=place) as folder:
+        dense = Path(folder) / FILE
+        store.connection.execute("VACUUM INTO ?", (str(dense),))
+        return dense.stat().st_size
 
 
 def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: int) -> dict[str, int]:

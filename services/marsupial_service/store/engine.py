@@ -110,8 +110,11 @@ class Engine(Protocol):
         """Give back some of the space that is no longer used, in a transaction; say whether there is more."""
         ...
 
-    def settle(self) -> None:
-        """Give back what commits have left behind, outside of any transaction. Raises one of `errors`."""
+    def settle(self) -> bool:
+        """Give back what commits have left behind, outside of any transaction; say no if somebody is in the way.
+
+        Raises one of `errors`.
+        """
         ...
 
     def disk_bytes(self, connection: Connection) -> int:

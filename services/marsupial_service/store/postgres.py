@@ -155,8 +155,9 @@ class Postgres:
         """Do nothing: the database reuses space by itself (autovacuum)."""
         return False
 
-    def settle(self) -> None:
+    def settle(self) -> bool:
         """Do nothing."""
+        return True
 
     def disk_bytes(self, connection: Connection) -> int:
         """Return the size of the whole database."""

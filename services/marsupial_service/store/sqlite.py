@@ -23,7 +23,7 @@ _LONGEST_LOG = 64 << 20
 _FREED_PAGES = 500
 """So many are given back in one transaction, in some 10 ms."""
 
-_SLACK = 20
+_SLACK = 50
 """One page in so many may be free: it would be taken again soon, and freeing it means moving another."""
 
 
@@ -103,12 +103,13 @@ class Sqlite:
             connection.execute("PRAGMA incremental_vacuum(1)")  # of more than one Python's module frees one only
         return excess > 0
 
-    def settle(self) -> None:
+    def settle(self) -> bool:
         """Put the write-ahead log into the file, which is cut to its length then, and empty it."""
         connection = self._open()
         try:
-            connection.execute("PRAGMA busy_timeout = 0")  # while somebody reads it can't be emptied: the next time
-            connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+            connection.execute("PRAGMA busy_timeout = 0")  # it can't be emptied while somebody reads
+            (busy, _, _) = connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+            return not busy
         finally:
             connection.close()
 
