@@ -40,7 +40,7 @@ class Entries(Generic[E]):
         self._store = store
         self._table = table
         self._kept = settings
-        self._room = Room(settings.store_bytes)
+        self._room = Room(settings.store_bytes, settings.key_bytes)
         self.now_ms = now_ms
         self._bells = Bells()
         self._stop = asyncio.Event()

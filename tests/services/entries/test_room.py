@@ -12,13 +12,14 @@ from marsupial_service.entries.table import Reader
 
 
 class Held:
-    """A store of so many bytes, as those see it who sum them up."""
+    """A store of so many bytes, half of them mine, as those see it who sum them up."""
 
     def __init__(self, count: int) -> None:
         self.bytes = count
 
     def execute(self, sql: str, values: tuple[object, ...] = (), /) -> Held:
-        return self
+        assert values in ((None, None), ("me", "me"))
+        return self if values[0] is None else Held(self.bytes // 2)
 
     def fetchone(self) -> dict[str, int]:
         return {"bytes": self.bytes}
@@ -26,7 +27,7 @@ class Held:
 
 def refuses(room: Room, reader: Reader, *, of_reports: bool) -> bool:
     try:
-        room.check(reader, of_reports=of_reports)
+        room.check(reader, "me", of_reports=of_reports)
     except StoreFull:
         return True
     return False
@@ -39,9 +40,14 @@ def refuses(room: Room, reader: Reader, *, of_reports: bool) -> bool:
 def test_reports_are_taken_longer_than_entries(stored: int, entries: bool, reports: bool) -> None:
     assert RESERVE == 0.1
     held = Held(stored)
-    found = [refuses(Room(1000), held, of_reports=which) for which in (False, True)]
-    assert found == [entries, reports]
+    for room in (Room(1000), Room(key_limit=500), Room(1000, 9999), Room(9999, 500)):
+        assert [refuses(room, held, of_reports=which) for which in (False, True)] == [entries, reports]
     assert not refuses(Room(math.inf), held, of_reports=False)
+
+
+def test_it_says_whose_part_is_full() -> None:
+    with pytest.raises(StoreFull, match=r"^your part of the store is full: your jobs and missions take 1000 bytes, 900"):
+        Room(9999, 900).check(Held(2000), "me")
 
 
 def test_sums_are_made_once_a_second() -> None:
