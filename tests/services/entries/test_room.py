@@ -46,7 +46,7 @@ def test_reports_are_taken_longer_than_entries(stored: int, entries: bool, repor
 
 
 def test_it_says_whose_part_is_full() -> None:
-    with pytest.raises(StoreFull, match=r"^your part of the store is full: your jobs and missions take 1000 bytes, 900"):
+    with pytest.raises(StoreFull, match=r"^your part of the store is full: your jobs and missions take 1000 bytes"):
         Room(9999, 900).check(Held(2000), "me")
 
 
