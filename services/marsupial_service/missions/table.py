@@ -114,14 +114,12 @@ def add_reports(
     """
     record = MISSIONS.held(tx, mission)
     ledger = ledgers.ledger(tx, record)
-    if record.state is MissionPhase.ENDED:
-        if all(ledger.is_repeat(report.n, digest, report.robot) for report, digest in sent):
-            return record
-        raise Conflict(over(record))
     tried = ledger if len(sent) == 1 else ledger.copy()
     new = new_reports(tried, sent, settings.cells)
     if not new:
         return record
+    if record.state is MissionPhase.ENDED:
+        raise Conflict(over(record))
     if record.inputs - record.turns >= settings.backlog:
         raise TooMany(f"{settings.backlog} reports wait for the planner")
     room.check(tx, record.owner, of_reports=True)

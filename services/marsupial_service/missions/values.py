@@ -89,7 +89,7 @@ class RobotNote:
 _NOTED = tuple(one.name for one in fields(RobotNote))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)  # with slots early Pythons 3.11 put their own __getstate__ in
 class Report:
     """What a client reports of one moment.
 
