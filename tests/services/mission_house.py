@@ -68,7 +68,7 @@ async def send(missions: Missions, record: MissionRecord, report: Mapping[str, A
     """Report, as the route does."""
     text = json.dumps(report, sort_keys=True).encode()
     read = report_of(ReportBody.model_validate(report), await missions.brief(record))
-    return await missions.report(record, read, hashlib.sha256(text).digest())
+    return await missions.reports(record, [(read, hashlib.sha256(text).digest())])
 
 
 @dataclass(slots=True)

@@ -40,14 +40,22 @@ def _at(path: str, limit: str | int, noun: str) -> Count:
     return Count(tuple(path.split(".")), limit, noun)
 
 
+def _below(path: str, counts: Sequence[Count]) -> tuple[Count, ...]:
+    """Return the same counts of what stands at a path."""
+    return tuple(count._replace(path=(*path.split("."), *count.path)) for count in counts)
+
+
+_TYPES = (
+    _at("terrains", _TERRAINS, "terrains"),
+    _at("robot_types", MOST_TYPES, "robot types"),
+    _at("robot_types.*.terrains", _TERRAINS, "terrains"),
+)
 _MAP_STATE = (
     _at("map_state.map.rows", "cells", "rows"),
     _at("map_state.map.legend", _TERRAINS, "characters"),
     _at("map_state.map.mask.greys", _TERRAINS, "terrains"),
     _at("map_state.map.mask.greys.*", 256, "greys"),
-    _at("map_state.terrains", _TERRAINS, "terrains"),
-    _at("map_state.robot_types", MOST_TYPES, "robot types"),
-    _at("map_state.robot_types.*.terrains", _TERRAINS, "terrains"),
+    *_below("map_state", _TYPES),
     _at("map_state.robots", "robots", "robots"),
     _at("map_state.meetings", "places", "meeting points"),
 )
@@ -69,9 +77,7 @@ VALIDATION = (*_SITUATION, _at("plan.actions", "actions", "actions"), _at("plan.
 MISSION = (
     _at("frame.known", "runs", "numbers"),
     _at("area", "runs", "numbers"),
-    _at("terrains", _TERRAINS, "terrains"),
-    _at("robot_types", MOST_TYPES, "robot types"),
-    _at("robot_types.*.terrains", _TERRAINS, "terrains"),
+    *_TYPES,
     _at("team", "robots", "robots"),
 )
 REPORT = (
@@ -86,7 +92,7 @@ REPORT = (
 REPORTS = (
     *REPORT,
     _at("reports", MOST_REPORTS, "reports"),
-    *(count._replace(path=("reports", EACH, *count.path)) for count in REPORT),
+    *_below(f"reports.{EACH}", REPORT),
 )
 
 

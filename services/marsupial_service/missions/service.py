@@ -82,23 +82,23 @@ class Missions(Entries[MissionRecord]):
         known = self._ledgers.brief(record.id)
         return await self.read(lambda reader: brief(reader, record)) if known is None else known
 
-    async def report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
-        """Take a report in; what is returned is committed. One that was taken before changes nothing.
-
-        Raises Conflict (also where the mission is over), TooMany, StoreError.
-        """
-        return await self.reports(record, [(report, digest)])
-
     async def reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
-        """Take reports in, with their digests: all of them, or none. Raises as `report` does, and says which it is."""
-        return await asyncio.shield(asyncio.ensure_future(self._reports(record, sent)))
+        """Take reports in, with their digests: all of them, or none; what is returned is committed.
+
+        Those that were taken before change nothing. Raises Conflict (also where the mission is over), which says whose
+        fault it is, TooMany, StoreFull, StoreError.
+        """
+        ledgers, settings, room = self._ledgers, self._settings, self._room
+        return await asyncio.shield(
+            self.write(lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms(), room))
+        )
 
     async def wish(self, record: MissionRecord, wish: Wish) -> MissionRecord:
         """Pause, resume or cancel a mission; asking twice is asking once.
 
         Raises Conflict (a mission that is over can only be cancelled), StoreError.
         """
-        return await asyncio.shield(asyncio.ensure_future(self._wish(record.id, wish)))
+        return await asyncio.shield(self.write(lambda tx: table.add_wish(tx, record.id, wish, self.now_ms())))
 
     async def log(self, record: MissionRecord) -> str:
         """Return the mission log as far as there is one."""
@@ -125,15 +125,6 @@ class Missions(Entries[MissionRecord]):
         if not created.replayed:
             self._open(created.record, new.brief)
         return created
-
-    async def _reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
-        ledgers, settings, room = self._ledgers, self._settings, self._room
-        return await self.write(
-            lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms(), room)
-        )
-
-    async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
-        return await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))
 
     async def _take_up(self) -> None:
         await self._call_off()

@@ -67,9 +67,7 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
         return "planning gives no valid plan"
     took_ms = round(1000 * (time.monotonic() - begun), 1)
     try:
-        await state.running().write(
-            lambda tx: tx.execute("UPDATE servers SET beat_s = beat_s WHERE id = ?", (tx.server,))
-        )
+        await state.running().write(_write_something)
         await state.running().metrics()
     except Exception as error:
         return f"the store can't be used: {error}"
