@@ -88,6 +88,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
         ),
+        runner=state.runner,
     )
     state.missions = Missions(
         store,
@@ -98,6 +99,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             retention_s=limits.retention_s,
             kept=limits.kept_missions,
         ),
+        runner=state.runner,
     )
     try:
         await state.jobs.start()

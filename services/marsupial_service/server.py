@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import logging
 import socket
 from collections.abc import Callable
 from types import FrameType
@@ -10,6 +11,7 @@ from types import FrameType
 import uvicorn
 
 from marsupial.errors import UsageError
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
 from marsupial_service.operations import logs
 from marsupial_service.operations.keys import open_keys
@@ -18,8 +20,11 @@ from marsupial_service.planners import planner_infos
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 
+_PACKAGES = ("marsupial", "marsupial_service")
 _GRACE_S = 2
 _BACKLOG = 512
+
+log = logging.getLogger("marsupial.cluster")
 
 
 class _Server(uvicorn.Server):
@@ -57,12 +62,14 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         of the operator's can't be offered.
     """
     planner_infos(settings.planners)
+    runner = _runner(settings)
     if settings.needs_keys:
         _check_keys(settings)
     logs.set_up(level)
     with _listening(settings) as line:
         app = create_app(settings)
         state_of(app).store = _opened(settings)
+        state_of(app).runner = runner
         config = uvicorn.Config(
             app,
             log_config=None,
@@ -78,8 +85,20 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         try:
             server.run(sockets=[line])
         finally:
+            runner.shutdown()
             gc.freeze()  # else the interpreter looks for cycles among all that was imported before it ends
         return server.started
+
+
+def _runner(settings: ServiceSettings) -> Runner:
+    """Return what runs jobs and missions; a cluster is tried out, and connected to meanwhile. Raises UsageError."""
+    if settings.ray is None:
+        return LOCAL
+    from marsupial.cluster.ray_cluster import cluster_at, usable
+    from marsupial.cluster.runner import ClusterRunner
+
+    cluster = usable(cluster_at(settings.ray))
+    return ClusterRunner(cluster, _PACKAGES, lambda why: log.error("the cluster can't be used", extra={"reason": why}))
 
 
 def _check_keys(settings: ServiceSettings) -> None:

@@ -17,7 +17,7 @@ from contextlib import suppress
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
-from marsupial.processes import launcher as processes
+from marsupial.processes.runner import LOCAL, Room, Runner
 from marsupial_service.entries.records import Created, UnknownEntry
 from marsupial_service.entries.service import Entries
 from marsupial_service.jobs import lookup, table, work
@@ -32,6 +32,9 @@ from marsupial_service.store import Store, StoreError, kept
 PRELOAD = (*engines.PRELOAD, work, load_planners)
 """What all workers need, loaded before they are forked."""
 
+_CPUS = 1.0
+"""Processors that a job is counted as, where they are counted."""
+
 _BUSY_RETRY_S = 1
 _HANG_S = 1.0
 
@@ -41,12 +44,20 @@ log = logging.getLogger("marsupial.jobs")
 class Jobs(Entries[JobRecord]):
     """All planning jobs of one store."""
 
-    def __init__(self, store: Store, settings: JobSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
-        super().__init__(store, JOBS, settings, now_ms)
+    def __init__(
+        self,
+        store: Store,
+        settings: JobSettings,
+        now_ms: Callable[[], int] = wall_clock_ms,
+        runner: Runner = LOCAL,
+    ) -> None:
+        super().__init__(store, JOBS, settings, now_ms, runner)
         self._settings = settings
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
         self._storing = 0
+        self._claiming = asyncio.Lock()
+        self._asked: Room | None = None
 
     async def start(self) -> None:
         """Take up what an earlier run left, and begin to run jobs."""
@@ -57,13 +68,15 @@ class Jobs(Entries[JobRecord]):
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; jobs under way go back into the queue, to go on at the next start."""
         self.leave()
+        if self._asked is not None:
+            self._asked.close()
         for attempt in self._attempts.values():
             attempt.cancel()
         if not self._tasks:
             return
         _, left = await asyncio.wait(self._tasks, timeout=min(_HANG_S, grace_s))
         if left:  # such as those that wait for the fork server to become ready
-            await asyncio.to_thread(processes.shutdown)
+            await asyncio.to_thread(self._runner.shutdown)
             _, left = await asyncio.wait(left, timeout=grace_s)
         for task in left:
             task.cancel()
@@ -124,27 +137,45 @@ class Jobs(Entries[JobRecord]):
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
         with suppress(InternalError):
-            await asyncio.to_thread(processes.warm_up)
+            await asyncio.to_thread(self._runner.warm_up, wait=True)
+        while not self.stopping:
+            async with self._claiming:  # one slot after the other: they would all wait for the same
+                claimed = await self._claimed()
+            if claimed is not None:
+                await self._attend(*claimed)
+
+    async def _claimed(self) -> tuple[table.Claim, Room] | None:
+        """Wait for a job and for room, and only then take it: it might run elsewhere meanwhile. None at `stop`."""
         with self._bells.bell(table.QUEUE) as bell:
             while not self.stopping:
                 bell.clear()
-                claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
-                if claim is not None:
-                    await self._attend(claim)
-                elif not self.stopping:
+                if not await self._is_queued():
                     await bell.wait()
+                    continue
+                room = self._asked = self._runner.room(_CPUS)
+                there = await asyncio.get_running_loop().run_in_executor(self._threads, room.wait)
+                claim = await self.surely(lambda tx: table.claim(tx, self.now_ms())) if there else None
+                if claim is not None:
+                    return claim, room
+                room.close()
+        return None
 
-    async def _attend(self, claim: table.Claim) -> None:
+    async def _is_queued(self) -> bool:
+        with suppress(StoreError):
+            return await self.read(table.is_queued)
+        return True  # who tries to take it waits for the store
+
+    async def _attend(self, claim: table.Claim, room: Room) -> None:
         """Do an attempt at a job and store how it ended."""
-        end = await self._attempt(claim)
+        end = await self._attempt(claim, room)
         try:
             await self._settle(claim, end)
         except Exception as error:
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
             await self._settle(claim, _failed(error))
 
-    async def _attempt(self, claim: table.Claim) -> Closed | Lost:
-        attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self.now_ms)
+    async def _attempt(self, claim: table.Claim, room: Room) -> Closed | Lost:
+        attempt = self._attempts[claim.id] = Attempt(claim, room, self._store, self._settings, self.now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         heed = asyncio.create_task(self._heed(attempt))
         try:
@@ -156,6 +187,7 @@ class Jobs(Entries[JobRecord]):
             return _failed(error)
         finally:
             heed.cancel()
+            room.close()
             del self._attempts[claim.id]
 
     async def _heed(self, attempt: Attempt) -> None:

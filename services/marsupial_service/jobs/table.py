@@ -14,7 +14,7 @@ from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.records import Created, NewEntry, TooMany
-from marsupial_service.entries.table import made_of
+from marsupial_service.entries.table import Reader, made_of
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
@@ -92,6 +92,12 @@ def cancelled(job: str) -> str:
 def queue_full(retry_after_s: int) -> TooMany:
     """Return why a job is not taken."""
     return TooMany(f"the queue is full, try again in {retry_after_s} s", retry_after_s)
+
+
+def is_queued(reader: Reader) -> bool:
+    """Say whether a job waits."""
+    sql = "SELECT 1 FROM jobs WHERE state = ? AND finished_ms IS NULL LIMIT 1"
+    return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
 
 def claim(tx: Transaction, now_ms: int) -> Claim | None:

@@ -11,8 +11,9 @@ import asyncio
 import logging
 from concurrent.futures import Executor, Future
 
-from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
+from marsupial.processes.launcher import JobRun
+from marsupial.processes.runner import Room, Runner
 from marsupial_service.entries.service import Entries
 from marsupial_service.missions import table
 from marsupial_service.missions.host import fly
@@ -26,6 +27,9 @@ _MOST_DEATHS = 3
 
 _MOST_KILLED = 20
 """The same where another process killed it."""
+
+_CPUS = 0.1
+"""Processors that a mission is counted as, where they are counted: it plans now and then, and waits in between."""
 
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
@@ -52,6 +56,7 @@ class Keeper:
         brief: Brief,
         missions: Entries[MissionRecord],
         threads: Executor,
+        runner: Runner,
         memory_bytes: int,
     ) -> None:
         self.id = record.id
@@ -61,6 +66,7 @@ class Keeper:
         self._brief = brief
         self._missions = missions
         self._threads = threads
+        self._runner = runner
         self._memory_bytes = memory_bytes
 
     async def keep(self) -> None:
@@ -98,6 +104,8 @@ class Keeper:
         """Follow one process to its end; return None if it was the mission's end too."""
         limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
         run = await self._started(Job(function=fly, argument=self._brief, limits=limits, talks=True))
+        if run is None:
+            raise Dismissed
         loop, turns = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
             self._threads, run.follow, lambda turn: loop.call_soon_threadsafe(turns.put_nowait, turn)
@@ -115,16 +123,18 @@ class Keeper:
         await talk
         return None
 
-    async def _started(self, job: Job) -> processes.JobRun:
-        """Start a process; if that is cancelled meanwhile, the process is ended as soon as it is there."""
-        starting = self._threads.submit(processes.run, job)
+    async def _started(self, job: Job) -> JobRun | None:
+        """Start a process where there is room; if that is cancelled, it is ended as soon as it is there."""
+        room = self._runner.room(_CPUS)
+        starting = self._threads.submit(_start, room, job)
         try:
             return await asyncio.wrap_future(starting)
         except asyncio.CancelledError:
+            room.close()
             starting.add_done_callback(_close)
             raise
 
-    async def _talk(self, run: processes.JobRun, turns: asyncio.Queue[object]) -> None:
+    async def _talk(self, run: JobRun, turns: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
         number, due = 0, Next(input=None, decisions=await self._decisions(0))
         while True:
@@ -169,6 +179,10 @@ class Keeper:
         return await self._missions.read(lambda source: table.turn_at(source, self._number, number))
 
 
-def _close(starting: Future[processes.JobRun]) -> None:
-    if not starting.cancelled() and starting.exception() is None:
-        starting.result().close()
+def _start(room: Room, job: Job) -> JobRun | None:
+    return room.run(job) if room.wait() else None
+
+
+def _close(starting: Future[JobRun | None]) -> None:
+    if not starting.cancelled() and starting.exception() is None and (run := starting.result()) is not None:
+        run.close()

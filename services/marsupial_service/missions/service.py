@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
 from marsupial.model.grid import CellArray
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
@@ -30,8 +31,14 @@ _AT_A_TIME = 4
 class Missions(Entries[MissionRecord]):
     """All missions of one store."""
 
-    def __init__(self, store: Store, settings: MissionSettings, now_ms: Callable[[], int] = wall_clock_ms) -> None:
-        super().__init__(store, MISSIONS, settings, now_ms)
+    def __init__(
+        self,
+        store: Store,
+        settings: MissionSettings,
+        now_ms: Callable[[], int] = wall_clock_ms,
+        runner: Runner = LOCAL,
+    ) -> None:
+        super().__init__(store, MISSIONS, settings, now_ms, runner)
         self._settings = settings
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
@@ -124,7 +131,7 @@ class Missions(Entries[MissionRecord]):
                 self._open(record, await self.brief(record))
 
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._threads, self._settings.memory_bytes)
+        keeper = Keeper(record, brief, self, self._threads, self._runner, self._settings.memory_bytes)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 

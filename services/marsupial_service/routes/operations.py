@@ -61,7 +61,11 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     begun = time.monotonic()
     limits = state.settings.limits
     try:
-        planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
+        if (trouble := state.runner.trouble()) is not None:
+            return f"planning has to wait: {trouble}"
+        planned = await value_of(
+            plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes, runner=state.runner
+        )
     except Exception as error:
         return f"planning fails: {error}"
     if planned is not True:
