@@ -35,7 +35,12 @@ _TIMEOUT_S = 60.0
 _PATIENCE_S = 30.0
 _PAUSE_S = 0.2
 _BROKEN = (OSError, http.client.HTTPException)
-_BUSY = (HTTPStatus.TOO_MANY_REQUESTS, HTTPStatus.SERVICE_UNAVAILABLE)
+_BUSY = (
+    HTTPStatus.TOO_MANY_REQUESTS,
+    HTTPStatus.BAD_GATEWAY,
+    HTTPStatus.SERVICE_UNAVAILABLE,
+    HTTPStatus.GATEWAY_TIMEOUT,
+)
 
 
 class Frame(NamedTuple):
