@@ -179,13 +179,20 @@ def _try_out(cluster: Cluster) -> None:
     """Connect once in a process of its own: Ray tries for minutes where it is not let in, and says why on stderr."""
     command = [sys.executable, "-c", _TRY, cluster.address]
     try:
-        done = subprocess.run(command, capture_output=True, env=os.environ | _IMPATIENT, timeout=JOIN_S, check=False)
+        try:
+            done = _tried(command, JOIN_S / 2)
+        except subprocess.TimeoutExpired:  # Ray's server for clients forks amid threads, and at times that one hangs
+            done = _tried(command, JOIN_S / 2)
     except subprocess.TimeoutExpired as error:
         why = _meaning(error.stderr or b"") or f"no Ray cluster answers in {JOIN_S:g} s"
         raise refusal(f"{cluster.address}: {why}") from error
     if done.returncode != 0:
         last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise refusal(f"{cluster.address}: {_meaning(done.stderr) or last or f'exit code {done.returncode}'}")
+
+
+def _tried(command: list[str], seconds: float) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(command, capture_output=True, env=os.environ | _IMPATIENT, timeout=seconds, check=False)
 
 
 def _meaning(stderr: bytes) -> str | None:

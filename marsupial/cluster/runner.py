@@ -17,7 +17,7 @@ from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun, Launcher, Preload, call, order_of
 from marsupial.processes.runner import Room
 
-_START_S = 60.0
+_START_S = 45.0
 """Wall-clock time in which a gateway must be connected."""
 
 _ANSWER_S = 15.0
@@ -103,8 +103,8 @@ class ClusterRunner:
             if self.ended:
                 found.close()
                 return
-            said = found.last_words() if not found.usable() else "its gateway does not answer"
-            self._tell(said.strip().rpartition("\n")[2])
+            said = "it does not answer" if found.usable() else found.last_words().strip().rpartition("\n")[2]
+            self._tell(f"the connection to the cluster was lost: {said}")
             found.close()
             self._ended.wait(_RETRY_S)
 
