@@ -15,6 +15,8 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import InputError, MarsupialError, Problem
+from marsupial.processes.runner import LOCAL
+from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.http import openapi
 from marsupial_service.http.edge import Edge
@@ -102,6 +104,8 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         runner=state.runner,
     )
     try:
+        if state.runner is not LOCAL:  # analyses are done here all the same
+            await asyncio.to_thread(LOCAL.warm_up, (load_analysis,))
         await state.jobs.start()
         await state.missions.start()
         yield

@@ -98,7 +98,9 @@ def _runner(settings: ServiceSettings) -> Runner:
     from marsupial.cluster.runner import ClusterRunner
 
     cluster = usable(cluster_at(settings.ray))
-    return ClusterRunner(cluster, _PACKAGES, lambda why: log.error("the cluster can't be used", extra={"reason": why}))
+    return ClusterRunner(
+        cluster, _PACKAGES, lambda why: log.warning("the cluster can't be used", extra={"reason": why})
+    )
 
 
 def _check_keys(settings: ServiceSettings) -> None:
