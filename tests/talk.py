@@ -8,8 +8,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing
 from typing import Any, NamedTuple
 
-from marsupial_service.client import Frame, read_frames
-
 BROKEN = (OSError, http.client.HTTPException)
 """What is raised where the way to the service breaks."""
 
@@ -26,6 +24,14 @@ class Reply(NamedTuple):
     status: int
     kind: str
     document: Any
+
+
+class Frame(NamedTuple):
+    """An event of a stream as it was sent: its number, from 1, its type, and one line of JSON."""
+
+    id: int
+    type: str
+    data: str
 
 
 class Talk:
@@ -70,4 +76,15 @@ def frames(port: int, path: str, after: int = 0, timeout_s: float = 60.0) -> Ite
         answer = connection.getresponse()
         if answer.status != 200:
             raise OSError(f"the stream answers {answer.status}")
-        yield from read_frames(connection, answer)
+        yield from _read(answer)
+
+
+def _read(answer: http.client.HTTPResponse) -> Iterator[Frame]:
+    fields: dict[str, str] = {}
+    while line := answer.readline():
+        name, _, value = line.decode().rstrip("\n").partition(":")
+        if name:
+            fields[name] = value.removeprefix(" ")
+        elif "data" in fields:
+            yield Frame(int(fields["id"]), fields["event"], fields["data"])
+            fields = {}

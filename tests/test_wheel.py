@@ -72,3 +72,26 @@ def test_an_installed_wheel_is_a_typed_library(elsewhere: Path) -> None:
     assert str(elsewhere) in where
     assert said == ["True", "True"]
     assert (elsewhere / "lobby.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_client_is_installed_without_the_rest(tmp_path: Path) -> None:
+    client = CHECKOUT / "services" / "marsupial_client"
+    succeed(sys.executable, "-m", "build", "--wheel", "--outdir", tmp_path, client, cwd=tmp_path)
+    (wheel,) = tmp_path.glob("*.whl")
+    venv.create(tmp_path / "env", with_pip=True)
+    python = tmp_path / "env" / "bin" / "python"
+    succeed(python, "-m", "pip", "install", "--quiet", wheel, cwd=tmp_path)
+    program = (
+        "import marsupial_client; from importlib.metadata import version; from importlib.resources import files;"
+        "print(marsupial_client.__file__, marsupial_client.__version__ == version('marsupial-client'),"
+        "files('marsupial_client').joinpath('py.typed').is_file(),"
+        "files('marsupial_client').joinpath('pyproject.toml').is_file())"
+    )
+    where, *said = succeed(python, "-I", "-c", program, cwd=tmp_path).split()
+    assert str(tmp_path) in where
+    assert said == ["True", "True", "False"]
+    installed = {
+        package["name"] for package in json.loads(succeed(python, "-m", "pip", "list", "--format=json", cwd=tmp_path))
+    }
+    assert "marsupial-client" in installed
+    assert not installed & {"marsupial", "numpy"}

@@ -15,7 +15,7 @@ from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.progress import progress
 from marsupial.cli.interrupt import asked_to_stop
 from marsupial.cli.outputs import writing
-from marsupial.errors import UsageError
+from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.library.first_use import STAND_IN, prepare_mission
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate
@@ -116,9 +116,17 @@ def _planner(request: MissionRequest, budget: Budget) -> str:
 
 def _by(server: str) -> Callable[..., Summary]:
     """Return what runs a mission that is planned by a service."""
-    from marsupial_service.client import Client, simulate_by
+    try:
+        from marsupial_client import Client
+    except ImportError as error:
+        raise EngineUnavailable(f"--server needs {error.name}: pip install 'marsupial[client]'") from error
+    from marsupial_service.missions.driving import simulate_by
 
-    return partial(simulate_by, Client(server, os.environ.get("MARSUPIAL_KEY")))
+    try:
+        client = Client(server, key=os.environ.get("MARSUPIAL_KEY"))
+    except ValueError as error:
+        raise UsageError(f"--server: {error}") from error
+    return partial(simulate_by, client)
 
 
 def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from marsupial.cluster import gateway
 from marsupial.cluster.make import OURS
 from marsupial.cluster.ray_cluster import Cluster
+from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import Job
@@ -166,7 +167,8 @@ class _Room:
         """Start the job; one whose node is lost meanwhile ends as killed."""
         with self._lock:
             channel, self._channel = self._channel, None
-        assert channel is not None
+        if channel is None:
+            raise InternalError("the room for it was given up")
         channel.send_frame(frames.START, pickle.dumps(order_of(job)))
         channel.receive_frame()
         return JobRun(channel, job.limits, kill=lambda: None)

@@ -23,6 +23,9 @@ _SHORT.maxstring = _SHORT.maxlong = 60
 
 FINITE = Bound(-math.inf, math.inf)
 
+_LONGEST_TYPED, _MOST_TYPOS, _MOST_OPTIONS = 30, 10, 40
+"""What is compared to find the word that was meant: the time for it goes with length, square, and number of words."""
+
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 
@@ -218,7 +221,10 @@ def unknown(what: str, word: str, options: Iterable[str]) -> str:
 
 def suggestion(word: str, options: Iterable[str]) -> str:
     """Return ``, did you mean 'speed_mps'?`` where one of `options` is close to `word`, else nothing."""
-    close = difflib.get_close_matches(word.lower(), sorted(options), n=1)
+    near = [option for option in sorted(options) if abs(len(option) - len(word)) <= _MOST_TYPOS]
+    if len(word) > _LONGEST_TYPED or len(near) > _MOST_OPTIONS:
+        return ""
+    close = difflib.get_close_matches(word.lower(), near, n=1)
     return f", did you mean {close[0]!r}?" if close else ""
 
 
@@ -228,7 +234,10 @@ def shown(value: object) -> str:
         return "true" if value else "false"
     if value is None:
         return "nothing"
-    text = _SHORT.repr(value)
+    try:
+        text = _SHORT.repr(value)
+    except ValueError:  # YAML makes whole numbers of more digits than Python writes
+        return "a number of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."
 
 

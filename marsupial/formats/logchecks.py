@@ -24,6 +24,7 @@ class LogChecker:
 
     def __init__(self) -> None:
         self._mission: m.MissionStarted | None = None
+        self._width = self._height = 0
         self._robots: frozenset[str] = frozenset()
         self._carriers: frozenset[str] = frozenset()
         self._last_ms = 0
@@ -36,6 +37,7 @@ class LogChecker:
             if not isinstance(event, m.MissionStarted):
                 return [Problem("event", "the first event must be the mission")]
             self._mission = event
+            self._width, self._height = event.width, event.height
             self._robots = frozenset(robot.name for robot in event.robots)
             carrying = {kind.name for kind in event.types if kind.role is Role.CARRIER}
             self._carriers = frozenset(robot.name for robot in event.robots if robot.type in carrying)
@@ -77,22 +79,30 @@ class LogChecker:
         elif robot.name in self._carriers:
             yield Problem(f"{path}.carrier", "a carrier can't be carried")
 
-    def _revealed(self, event: m.Revealed) -> Iterator[Problem]:
+    def _revealed(self, event: m.Revealed | m.Changed) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
-        if len(event.runs) % 3 or not self._runs_fit(event.runs):
-            wanted = "(start, length, code) three by three, inside the map, no cell twice, codes 0 to 254"
+        most = UNKNOWN if isinstance(event, m.Changed) else UNKNOWN - 1
+        if len(event.runs) % 3 or not self._runs_fit(event.runs, most):
+            wanted = f"(start, length, code) three by three, inside the map, no cell twice, codes 0 to {most}"
             yield Problem("runs", f"must be {wanted}")
 
-    def _runs_fit(self, runs: tuple[int, ...]) -> bool:
-        assert self._mission is not None
-        size = self._mission.width * self._mission.height
+    def _frame_grown(self, event: m.FrameGrown) -> Iterator[Problem]:
+        shift = event.shift
+        held = shift.x + self._width <= event.width and shift.y + self._height <= event.height
+        if min(shift) < 0 or not held:
+            yield Problem("shift", "must lead into a frame that holds the one before")
+        else:
+            self._width, self._height = event.width, event.height
+
+    def _runs_fit(self, runs: tuple[int, ...], most: int) -> bool:
+        size = self._width * self._height
         if any(not 0 <= number <= size for number in runs[0::3] + runs[1::3]):
             return False
         starts, lengths = np.array(runs[0::3], dtype=np.int64), np.array(runs[1::3], dtype=np.int64)
         inside = bool(np.all((lengths > 0) & (starts + lengths <= size)))
         order = np.argsort(starts)
         once = bool(np.all((starts + lengths)[order][:-1] <= starts[order][1:]))
-        return inside and once and all(0 <= code < UNKNOWN for code in runs[2::3])
+        return inside and once and all(0 <= code <= most for code in runs[2::3])
 
     def _drive_started(self, event: m.DriveStarted) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
@@ -153,13 +163,14 @@ class LogChecker:
             yield Problem(path, f"lies outside the map: [{cell.x}, {cell.y}]")
 
     def _contains(self, cell: Cell) -> bool:
-        assert self._mission is not None
-        return 0 <= cell.x < self._mission.width and 0 <= cell.y < self._mission.height
+        return 0 <= cell.x < self._width and 0 <= cell.y < self._height
 
 
 _CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
     m.MissionStarted: LogChecker._mission_started,
     m.Revealed: LogChecker._revealed,
+    m.Changed: LogChecker._revealed,
+    m.FrameGrown: LogChecker._frame_grown,
     m.DriveStarted: LogChecker._drive_started,
     m.DriveEnded: LogChecker._drive_ended,
     m.Planned: LogChecker._planned,

@@ -3,8 +3,8 @@
 A line is `{"event": tag, ...}` with the fields of that event's class in their declared order, so the same events
 are always the same bytes; the first line says which format and version it is. What was seen is gathered in one line
 until something else happens, its cells as texts (`marsupial.formats.strips`); of a plan, what stood in the plan before
-just the same is only named. Reading is driven by the type hints of the event classes. The format for other programs:
-``docs/mission-log.md``.
+just the same is only named. What tells of a map that changes is of version 3, and says so itself. Reading is driven by
+the type hints of the event classes. The format for other programs: ``docs/mission-log.md``.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ from marsupial.model.grid import Cell
 FORMAT = "marsupial-log"
 VERSION = 2
 
+CHANGES_VERSION = 3
+"""Of the lines that tell of a map that changes. A log is written as it happens: its first line says 2, these say 3."""
+
 OLD_VERSION = 1
 """Still read. It has one look a line, its runs of cells as numbers, and all of each plan."""
 
@@ -41,6 +44,8 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
     "end": m.ActionEnded,
     "lost": m.RobotLost,
     "ended": m.MissionEnded,
+    "change": m.Changed,
+    "frame": m.FrameGrown,
 }
 """What each line's `event` stands for."""
 
@@ -80,24 +85,34 @@ class LogEncoder:
         """Return the next event as a line of its own."""
         if isinstance(event, m.Revealed):
             return self._looks([event])
+        if isinstance(event, m.Changed):
+            return self._looks([event], version=CHANGES_VERSION)
         head: dict[str, Any] = {"event": _TAGS[type(event)]}
         values = _object(event)
         if isinstance(event, m.MissionStarted):
             self._begin(event)
             head |= {"format": FORMAT, "version": VERSION}
+        elif isinstance(event, m.FrameGrown):
+            self._move(event)
+            head |= {"version": CHANGES_VERSION}
         elif isinstance(event, m.Planned):
             values |= {"trigger": trigger_text(event.trigger)} | {name: self._news(event, name) for name in _NAMED}
         return _json(head | values)
 
     def _begin(self, mission: m.MissionStarted) -> None:
-        """Forget what was before: a service begins missions again whose map turns out to have changed."""
+        """Forget what was before."""
         self._width = mission.width
         self._before = {}
 
-    def _looks(self, seen: Sequence[m.Revealed]) -> str:
+    def _move(self, frame: m.FrameGrown) -> None:
+        """Number cells by the new frame; what stood in the plan before is called otherwise now, and stands anew."""
+        self._width = frame.width
+        self._before = {}
+
+    def _looks(self, seen: Sequence[m.Revealed | m.Changed], **head: int) -> str:
         first_ms = seen[0].t_ms
         looks = [(one.robot, one.t_ms - first_ms, strips.text_of(one.runs, self._width)) for one in seen]
-        return _json({"event": _TAGS[m.Revealed], "t_ms": first_ms, "looks": looks})
+        return _json({"event": _TAGS[type(seen[0])], **head, "t_ms": first_ms, "looks": looks})
 
     def _news(self, plan: m.Planned, part: str) -> list[object]:
         """Return a part of the plan, with names for what stood in the plan before just the same."""
@@ -136,7 +151,7 @@ class LogDecoder:
     """Reads the lines of one log, of any version, in their order."""
 
     def __init__(self) -> None:
-        self._mission: m.MissionStarted | None = None
+        self._frame: tuple[int, int] | None = None
         self._before: dict[str, dict[str, object]] = {}
 
     def events(self, line: str) -> tuple[m.MissionEvent, ...]:
@@ -164,28 +179,32 @@ class LogDecoder:
             return ()
         if tag == "mission":
             _check_header(value, problems)
+        elif tag in ("change", "frame"):
+            _check_changes(value, problems)
         elif tag == "plan":
             self._add_named(value, problems)
-        looks = tag == "reveal" and "runs" not in value
+        looks = tag == "change" or (tag == "reveal" and "runs" not in value)
         event: Any = None if problems else _read_object(_Looks if looks else EVENTS[tag], value, "", problems)
         if event is None:
             return ()
-        if tag == "mission":
-            self._mission, self._before = event, {}
-        return self._seen(event, problems) if looks else (event,)
+        if isinstance(event, m.MissionStarted | m.FrameGrown):
+            self._frame, self._before = (event.width, event.height), {}
+        return self._seen(event, m.Changed if tag == "change" else m.Revealed, problems) if looks else (event,)
 
-    def _seen(self, line: _Looks, problems: list[Problem]) -> tuple[m.Revealed, ...]:
-        if self._mission is None:
+    def _seen(
+        self, line: _Looks, kind: type[m.Revealed | m.Changed], problems: list[Problem]
+    ) -> tuple[m.MissionEvent, ...]:
+        if self._frame is None:
             problems.append(Problem("event", "the first event must be the mission"))
             return ()
-        width, height, seen = self._mission.width, self._mission.height, []
+        (width, height), seen = self._frame, []
         for i, (robot, after_ms, text) in enumerate(line.looks):
             try:
                 runs = strips.runs_in(text, width, height)
             except ValueError as error:
                 problems.append(Problem(f"looks[{i}][2]", f"stands for no cells: {error}"))
             else:
-                seen.append(m.Revealed(t_ms=line.t_ms + after_ms, robot=robot, runs=runs))
+                seen.append(kind(t_ms=line.t_ms + after_ms, robot=robot, runs=runs))
         return () if problems else tuple(seen)
 
     def _add_named(self, plan: dict[str, Any], problems: list[Problem]) -> None:
@@ -232,6 +251,13 @@ def _check_header(value: dict[str, Any], problems: list[Problem]) -> None:
     elif version not in (OLD_VERSION, VERSION) or isinstance(version, bool):
         known = f"{OLD_VERSION} or {VERSION}, the only ones known here"
         problems.append(Problem("version", f"must be {known}, got {_shown(version)}"))
+
+
+def _check_changes(value: dict[str, Any], problems: list[Problem]) -> None:
+    """Take off the version that lines of changes have."""
+    version = value.pop("version", None)
+    if version != CHANGES_VERSION or isinstance(version, bool):
+        problems.append(Problem("version", f"must be {CHANGES_VERSION}, got {_shown(version)}"))
 
 
 def _shown(value: Any) -> str:

@@ -68,11 +68,11 @@ def _write(runs: Ints, width: int, rows: Ints, codes: Bytes, digits: Bytes) -> i
     mine = np.empty(len(rows), dtype=np.int64)
     at, code = 0, -1
     while True:
-        following = 255
+        following = 256
         for i in range(len(runs)):
             if code < runs[i, 2] < following:
                 following = runs[i, 2]
-        if following == 255:
+        if following == 256:
             return at
         code, count = following, 0
         for i in range(len(rows)):

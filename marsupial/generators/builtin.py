@@ -18,6 +18,7 @@ from marsupial.generators import GENERATORS
 from marsupial.model.grid import FLOOR, ROUGH, Grid
 from marsupial.model.robots import RobotType, default_types, uniform_team
 from marsupial.model.scenario import Scenario
+from marsupial.model.sizes import Extent, ground_faults, radius_fault
 
 DEFAULT_CARRIERS, DEFAULT_ROVERS = 2, 2
 RESOLUTION_M = 0.25
@@ -127,10 +128,15 @@ def bare_map_scenario(
     Raises
     ------
     ScenarioError
-        If there is no such team.
+        If there is no such team, or the robots have too many cells under them.
     """
     check_team_size(carriers, rovers)
     kinds = default_types(max(1, rovers))
+    extent = Extent(grid.cells.size, grid.resolution_m)
+    faults = [fault for kind in kinds if (fault := radius_fault(kind.radius_m, extent))]
+    faults += ground_faults(kinds, extent)
+    if faults:
+        raise ScenarioError([Problem("resolution_m", f"the default robots are too large: {faults[0]}")])
     return Scenario(name=name, grid=grid, robot_types=kinds, team=uniform_team(carriers, rovers))
 
 

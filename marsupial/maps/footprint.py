@@ -29,18 +29,20 @@ def disc(radius_cells: float) -> Ints:
 
     The cell itself is always among them.
     """
-    span = np.arange(-int(radius_cells + 1), int(radius_cells + 1) + 1)
-    dx, dy = np.meshgrid(span, span)
-    touched = (np.hypot(dx, dy) < radius_cells - 1e-9) | ((dx == 0) & (dy == 0))
-    return np.stack([dx[touched], dy[touched]], axis=1).astype(np.int64)
+    reach = int(radius_cells + 1)
+    span = np.arange(-reach, reach + 1)
+    touched = np.hypot(span[None, :], span[:, None]) < radius_cells - 1e-9
+    touched[reach, reach] = True
+    return np.ascontiguousarray(np.argwhere(touched)[:, ::-1] - reach)
 
 
-def fits(grid: Grid, kind: RobotType, cell: Cell) -> bool:
-    """Say whether a robot of that type may stand on a cell of the map, without looking at the rest of the map."""
+def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:
+    """Say whether a robot of that type may stand on each of these cells, without looking at the rest of the map."""
     offsets = disc(kind.radius_m / grid.resolution_m)
-    x, y = cell.x + offsets[:, 0], cell.y + offsets[:, 1]
+    at = np.array(cells, dtype=np.int64).reshape(-1, 1, 2) + offsets
+    x, y = at[..., 0].ravel(), at[..., 1].ravel()
     inside = (x >= 0) & (y >= 0) & (x < grid.width) & (y < grid.height)
-    return bool(inside.all()) and bool(np.isin(grid.cells[y[inside], x[inside]], sorted(kind.terrains)).all())
+    return bool(inside.all()) and bool(code_table(kind.terrains)[grid.cells[y, x]].all())
 
 
 class Footprint:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from marsupial.maps.survey import Surveyor
 from marsupial.maps.territory import Territory
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, Remaining, Status, Trigger, Triggers
 from marsupial.model.robots import RobotType
@@ -23,20 +24,42 @@ class Lookout:
     ----------
     exploration_ms
         Since when there has been nothing left to explore, or None.
-    route
-        Finds the way of a robot type over the known map (`Surveyor.route`).
     """
 
     explored = "no reachable target is left"
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal) -> None:
         self._world = world
-        self._territory = Territory(world.grid, tuple(kinds.values()))
-        self._surveyor = Surveyor(self._territory, homes, goal)
+        self._kinds = kinds
+        self._homes = homes
+        self._goal = goal
         self._fresh = False
         self._looked_ms = -LOOK_MS
         self.exploration_ms: int | None = None
-        self.route = self._surveyor.route
+        self._analysed: tuple[Territory, Surveyor] | None = self._analysis()
+
+    def _analysis(self) -> tuple[Territory, Surveyor]:
+        """Return the analysis of the map as it is, from nothing."""
+        territory = Territory(self._world.grid, tuple(self._kinds.values()))
+        return territory, Surveyor(territory, self._homes, self._goal)
+
+    def _current(self) -> tuple[Territory, Surveyor]:
+        """Return the analysis, which grows with the map; where known cells have changed it is made anew when needed."""
+        if self._analysed is None:
+            self._analysed = self._analysis()
+        return self._analysed
+
+    @property
+    def _territory(self) -> Territory:
+        return self._current()[0]
+
+    @property
+    def _surveyor(self) -> Surveyor:
+        return self._current()[1]
+
+    def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
+        """Return the way of a robot type over the known map (`Surveyor.route`)."""
+        return self._surveyor.route(kind, start, goal, heading)
 
     @property
     def wake_ms(self) -> int | None:
@@ -49,10 +72,20 @@ class Lookout:
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def take_in(self, news: News) -> None:
-        """Enter the cells that were revealed in the map."""
-        for _, indices in news.revealed:
-            self._territory.reveal(indices)
+        """Enter the cells that were revealed in the map; what has been worked out of a map that changed is dropped."""
+        if news.moved is not None:
+            self._move(news.moved)
+        if news.moved is not None or news.changed:
+            self._analysed = None
             self._fresh = True
+        for _, indices in news.revealed:
+            if self._analysed is not None:
+                self._analysed[0].reveal(indices)
+            self._fresh = True
+
+    def _move(self, shift: FrameShift) -> None:
+        """Call all cells that are remembered as they are called now that the frame has grown."""
+        self._homes = shift.cells(self._homes)
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
         """Return the targets that are left, and the frontiers that are none."""

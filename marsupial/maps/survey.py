@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +20,7 @@ from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Reach, Territory, dock_range_cells
 from marsupial.maps.unseen import UnseenPart
 from marsupial.model.feed import Feed
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell, code_table
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
 from marsupial.model.robots import RobotType, Role, Routes
@@ -62,6 +63,25 @@ class Survey:
     poses: Poses
     direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
     unseen: Callable[[], Unseen]
+
+    def moved(self, shift: FrameShift) -> Survey:
+        """Return what is looked up of a plan's survey after planning, as it is called in a frame that has grown."""
+        return replace(
+            self,
+            targets=tuple(target.moved(shift) for target in self.targets),
+            meetings=tuple(moved_meeting(point, shift) for point in self.meetings),
+            poses={shift.place(name): shift.cells(cells) for name, cells in self.poses.items()},
+        )
+
+
+def moved_meeting(point: MapMeeting, shift: FrameShift) -> MapMeeting:
+    """Return a meeting point as it is called in a frame that has grown."""
+    return replace(
+        point,
+        name=shift.place(point.name),
+        carrier_cell=shift.cell(point.carrier_cell),
+        rover_cell=shift.cell(point.rover_cell),
+    )
 
 
 class Surveyor:

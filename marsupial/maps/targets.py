@@ -15,7 +15,7 @@ they cite.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from marsupial.maps.footprint import Footprint
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.views import Views
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
 from marsupial.model.mission import MapTarget, Remaining
 from marsupial.native import native
@@ -42,6 +43,16 @@ class Target:
     viewpoints: Mapping[str, Cell]
     cells: Ints
     reveal_m2: float
+
+    def moved(self, shift: FrameShift) -> Target:
+        """Return the target as it is called in a frame that has grown."""
+        return replace(
+            self,
+            name=shift.place(self.name),
+            cell=shift.cell(self.cell),
+            viewpoints=shift.cells(self.viewpoints),
+            cells=shift.indices(self.cells),
+        )
 
     def on_map(self) -> MapTarget:
         """Return what the mission log says of it."""

@@ -9,10 +9,12 @@ running dock or undock is never interrupted.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 
 from marsupial.maps.survey import Poses
 from marsupial.mission.observer import Observer
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
 from marsupial.model.plan import Action, ActionName, Plan
@@ -22,6 +24,10 @@ from marsupial.paths.routes import steps_of
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
 """Finds the route of a robot type between two cells of the known map, by the way it faces at first."""
+
+
+Standing = Callable[[str, Sequence[Cell]], bool]
+"""Says whether a robot type can stand on all of these cells of the known map."""
 
 
 class Executor:
@@ -41,7 +47,9 @@ class Executor:
         self._queues: dict[str, deque[Action]] = {name: deque() for name in self._types}
         self._running: dict[str, tuple[int, Action]] = {}
         self._goals: dict[str, Cell] = {}
+        self._ways: dict[str, Sequence[Cell]] = {}
         self._superseded: set[str] = set()
+        self._blocked: set[str] = set()
         self._poses: Poses = {}
         self._revision = 0
         self._changed = True  # since it was last looked whether an action could start
@@ -72,6 +80,45 @@ class Executor:
         waiting = [action for queue in self._queues.values() for action in queue]
         unique = {id(action): action for action in running + waiting}
         return Plan.of(unique.values()).actions
+
+    def move(self, shift: FrameShift) -> None:
+        """Call all cells, and the places called after them, as they are called now that the frame has grown."""
+        self._goals = shift.cells(self._goals)
+        self._ways = {name: [shift.cell(cell) for cell in way] for name, way in self._ways.items()}
+        self._poses = {shift.place(name): shift.cells(cells) for name, cells in self._poses.items()}
+        moved = {id(action): shift.action(action) for queue in self._queues.values() for action in queue}
+        self._queues = {name: deque(moved[id(action)] for action in queue) for name, queue in self._queues.items()}
+        going = {id(action): shift.action(action) for _, action in self._running.values()}
+        self._running = {name: (revision, going[id(action)]) for name, (revision, action) in self._running.items()}
+        self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
+
+    def stop_blocked(self, standing: Standing) -> tuple[str, ...]:
+        """Stop who drives where he can't stand any more; return these robots and those who are to go to such a place.
+
+        Drives that are superseded stop anyway. A robot that stands where it can't is let go on: away from there.
+        """
+        blocked = dict.fromkeys(self._barred_on_the_way(standing))
+        for name in blocked:
+            self._blocked.add(name)
+            self._superseded.add(name)
+            self._queues[name].clear()
+            self._world.stop(name)
+        for name, queue in self._queues.items():
+            cells = [self._poses.get(action.place, {}).get(self._types[name]) for action in queue]
+            if not standing(self._types[name], [cell for cell in cells if cell is not None]):
+                blocked[name] = None
+        return tuple(blocked)
+
+    def _barred_on_the_way(self, standing: Standing) -> Iterator[str]:
+        """Yield the robots that drive over a cell, or past a corner, where they can't stand."""
+        at = {robot.name: robot.cell for robot in self._world.robots()}
+        for name, (_, action) in self._running.items():
+            if action.carrier is not None or name in self._superseded:
+                continue
+            way, here = self._ways[name], at[name]
+            ahead = way[way.index(here) :] if here in way else way
+            if not standing(self._types[name], list(_passed(ahead))):
+                yield name
 
     def adopt(self, plan: Plan, poses: Poses, revision: int) -> None:
         """Follow `plan` (absolute times) from now on; `poses` says where its places are."""
@@ -117,7 +164,9 @@ class Executor:
             elif action.carrier == name:
                 continue  # told once, for the rover
             end = ActionEnd.SUPERSEDED if name in self._superseded else ActionEnd.DONE
+            end = ActionEnd.BLOCKED if name in self._blocked else end
             self._superseded.discard(name)
+            self._blocked.discard(name)
             self._end(action, revision, end)
             if end is ActionEnd.DONE:
                 done.append(action)
@@ -148,6 +197,7 @@ class Executor:
         if action.carrier is None:
             self._stand(name)
         self._superseded.discard(name)
+        self._blocked.discard(name)
         self._end(action, revision, end)
         return action
 
@@ -179,7 +229,7 @@ class Executor:
         now = self._world.now_ms
         self._observer.event(ActionStarted(t_ms=now, revision=self._revision, action=action, cell=cell))
         if route is not None:
-            self._goals[robot.name] = cell
+            self._goals[robot.name], self._ways[robot.name] = cell, route
             self._observer.event(DriveStarted(t_ms=now, robot=robot.name, cell=route[0], steps=steps_of(route)))
             self._world.drive(robot.name, route)
         elif action.name is ActionName.DOCK:
@@ -195,3 +245,12 @@ class Executor:
 
     def _end(self, action: Action, revision: int, end: ActionEnd) -> None:
         self._observer.event(ActionEnded(t_ms=self._world.now_ms, revision=revision, action=action, end=end))
+
+
+def _passed(way: Sequence[Cell]) -> Iterator[Cell]:
+    """Yield the cells after the first one of a way, and those beside its diagonal steps: no corner is cut."""
+    for a, b in pairwise(way):
+        yield b
+        if a.x != b.x and a.y != b.y:
+            yield Cell(a.x, b.y)
+            yield Cell(b.x, a.y)

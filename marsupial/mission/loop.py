@@ -14,14 +14,28 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.arrays import Bytes, Ints
+from marsupial.maps.footprint import fits
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, same_targets, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
+from marsupial.mission.patience import Patience, Rounds
 from marsupial.mission.replanning import OnNews, Replanning
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, Mask
-from marsupial.model.mission import Cause, MissionEnded, Planned, Revealed, RobotLost, Status, Trigger, Triggers
+from marsupial.model.mission import (
+    Cause,
+    Changed,
+    FrameGrown,
+    MissionEnded,
+    Planned,
+    Revealed,
+    RobotLost,
+    Status,
+    Trigger,
+    Triggers,
+)
 from marsupial.model.plan import Action, Plan
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
@@ -45,6 +59,9 @@ class MissionOrder:
         Cells (height, width) that count as the area to explore; None if the world's truth is not known.
     homes
         The cell each carrier has to come home to, by carrier; None for where they are at the start.
+    waits
+        Whether the mission waits, rather than be over, while there are robots that can't stand where they are on the
+        known map: in worlds where others make the map, which may be late or wrong.
     """
 
     goal: Goal
@@ -52,6 +69,7 @@ class MissionOrder:
     planning_time: PlanningTime = PlanningTime.INSTANT
     reachable: Mask | None = None
     homes: Mapping[str, Cell] | None = None
+    waits: bool = False
 
 
 class Mission:
@@ -80,6 +98,7 @@ class Mission:
         self._order = order
         self._observer = observer
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
+        self._reachable = order.reachable
         own: Callable[..., Replanning | None] = getattr(strategy, "replanning", lambda *_: None)
         circumstances = world, kinds, self._homes, order.goal
         with self._analysis():
@@ -88,8 +107,9 @@ class Mission:
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None
         self._revision = 0
-        self._planned_ms = -1
-        self._fruitless = 0
+        self._rounds = Rounds()
+        self._patience = Patience(world, kinds, observer) if order.waits else None
+        self._coming: tuple[Action, ...] = ()
         self._refused = 0
         self._meanwhile: Triggers = ()
 
@@ -101,7 +121,7 @@ class Mission:
             if cancelled is not None and cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
             if triggers:
-                ended = self._replan(triggers)
+                ended = self._replan_in_time(triggers)
                 if ended is not None:
                     return self._end(*ended)
             blocked = self._executor.start_due()
@@ -115,25 +135,67 @@ class Mission:
     def _look(self) -> Triggers:
         """Wait for something to happen; return what asks for a new plan."""
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
+        if self._patience is not None and self._patience.waits:
+            wake_ms = self._patience.wake_ms
         if wake_ms is not None:
             until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)
         done = self._take_in(news)
+        blocked = self._blocked_by(news)
         with self._analysis():
-            return self._replanning.look(news, done, self._executor)
+            triggers = blocked + self._replanning.look(news, done, self._executor)
+        return triggers if self._patience is None else self._patience.after(triggers, news)
+
+    def _blocked_by(self, news: News) -> Triggers:
+        """Stop who drives where known cells have changed so that it can't; return that a new plan is needed, if so."""
+        if not news.changed:
+            return ()
+        grid = self._world.grid
+        names = self._executor.stop_blocked(lambda kind, cells: fits(grid, self._kinds[kind], *cells))
+        return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
 
     def _take_in(self, news: News) -> tuple[Action, ...]:
         """Enter what happened; return the actions that are done."""
+        if news.moved is not None:
+            self._move(news.moved)
         with self._analysis():
             self._replanning.take_in(news)
-        for name, indices in news.revealed:
-            runs = runs_of(indices, self._world.grid.cells.ravel())
-            self._observer.event(Revealed(t_ms=news.t_ms, robot=name, runs=runs))
+        for kind, seen in ((Revealed, news.revealed), (Changed, news.changed)):
+            for name, indices in seen:
+                runs = runs_of(indices, self._world.grid.cells.ravel())
+                self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
+        self._rounds.hear(news)
         self._executor.failed(name for name, _ in news.failed)
         for name, reason in news.lost:
             self._observer.event(RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in news.lost)
         return self._executor.finished(news.finished)
+
+    def _move(self, shift: FrameShift) -> None:
+        """Call all that is remembered of the map as it is called now that its frame has grown."""
+        grid = self._world.grid
+        self._observer.event(
+            FrameGrown(
+                t_ms=self._world.now_ms,
+                width=grid.width,
+                height=grid.height,
+                origin_m=grid.origin_m,
+                shift=shift.by,
+            )
+        )
+        self._homes = shift.cells(self._homes)
+        if self._reachable is not None:
+            self._reachable = shift.laid_out(self._reachable, fill=False)
+        if self._followed is not None:
+            self._followed = self._followed.moved(shift)
+        self._coming = tuple(map(shift.action, self._coming))
+        self._executor.move(shift)
+
+    def _replan_in_time(self, triggers: Triggers) -> tuple[Status, str] | None:
+        """Replan, unless nobody can stand where he is; return how the mission ends if it does."""
+        if self._patience is None:
+            return self._replan(triggers)
+        return self._patience.over(self._replan(triggers)) if self._patience.ready() else None
 
     def _replan(self, triggers: Triggers) -> tuple[Status, str] | None:
         """Make a new plan and follow it; return how the mission ends if it does."""
@@ -142,8 +204,7 @@ class Mission:
         survey = self._survey()
         if self._replanning.exploration_ms is not None and self._satisfied(survey):
             return Status.COMPLETE, self._replanning.explored + wishes(self._order.goal)
-        self._fruitless = self._fruitless + 1 if self._world.now_ms == self._planned_ms else 0
-        if self._fruitless > MAX_FRUITLESS:
+        if self._rounds.begin(self._world.now_ms) > MAX_FRUITLESS:
             return Status.STALLED, "replanning over and over takes nobody anywhere"
         return self._follow(triggers, survey, self._decide(survey))
 
@@ -184,23 +245,26 @@ class Mission:
 
     def _adopt_late(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:
         """Let the time that planning took pass, then follow what of the plan still makes sense."""
+        self._followed, self._coming = survey, decision.plan.actions
         self._follow_old_plan_for(round(decision.report.wall_s * 1000))
-        self._followed = survey
-        later = self._survey(decision.plan.actions, late=True)
+        survey, coming = self._followed, self._coming
+        later = self._survey(coming, late=True)
         physical = replace(later.situation, goal=SituationGoal())
-        plan = carried_over(decision.plan.actions, physical, self._renamed(later))
+        plan = carried_over(coming, physical, self._renamed(later))
         self._adopt(triggers, later, plan or Plan(actions=()))
         self._replanning.follow(later, since=survey)
 
     def _overtaken(self) -> Triggers:
         """Return what has happened while a plan was being made that asks for another one."""
         setbacks, self._meanwhile = self._meanwhile, ()
-        if not setbacks and self._executor.idle:
+        waits = self._patience is not None and self._patience.waits
+        if not setbacks and self._executor.idle and not waits:
             return (Trigger(Cause.OVERTAKEN),)
         return setbacks
 
     def _adopt(self, triggers: Triggers, survey: Survey, plan: Plan) -> None:
-        now = self._planned_ms = self._world.now_ms
+        now = self._world.now_ms
+        self._rounds.planned(now)
         self._revision += 1
         self._followed = survey
         self._replanning.follow(survey)
@@ -224,7 +288,7 @@ class Mission:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
             self._take_in(news)
-            self._meanwhile += setbacks_in(news)
+            self._meanwhile += self._blocked_by(news) + setbacks_in(news)
 
     def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
         """Return the moment's survey; meeting points in use, or to be used by `planned`, are kept."""
@@ -262,7 +326,7 @@ class Mission:
         robots = self._world.robots()
         area = self._world.grid.cell_area_m2
         known = self._world.grid.cells != UNKNOWN
-        reachable = known if self._order.reachable is None else self._order.reachable
+        reachable = known if self._reachable is None else self._reachable
         ended = MissionEnded(
             t_ms=self._world.now_ms,
             status=status,

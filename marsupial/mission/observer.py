@@ -24,6 +24,9 @@ class Observer:
     def planned(self, report: PlanningReport) -> None:
         """Take in how a planning went (wall-clock time)."""
 
+    def waiting(self, reason: str) -> None:
+        """Take in why the mission waits for a better map; nothing once it goes on."""
+
     def analysing(self) -> None:
         """Take in that it begins to be worked out what the map means."""
 
@@ -51,6 +54,11 @@ class Observers(Observer):
         """Pass a report on."""
         for observer in self._observers:
             observer.planned(report)
+
+    def waiting(self, reason: str) -> None:
+        """Pass on why the mission waits."""
+        for observer in self._observers:
+            observer.waiting(reason)
 
     def analysing(self) -> None:
         """Pass on that an analysis begins."""

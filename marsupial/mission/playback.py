@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, RobotView, Tracks, reveal, views
 from marsupial.model import mission as log
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray
@@ -52,11 +53,15 @@ class CoveragePoint:
     open_m2: float
 
 
+Looks = log.Revealed | log.Changed
+"""What tells of cells."""
+
+
 class _Map:
     """The known map, carried forward from reveal to reveal and begun again to go back."""
 
-    def __init__(self, mission: log.MissionStarted, reveals: Sequence[log.Revealed]) -> None:
-        self._cells = np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
+    def __init__(self, mission: log.MissionStarted, reveals: Sequence[Looks]) -> None:
+        self._cells = _unknown(mission)
         self._reveals = reveals
         self._times = [event.t_ms for event in reveals]
         self._done = 0
@@ -73,7 +78,7 @@ class _Map:
 
 
 class Playback:
-    """Answers what was the case at any moment of a mission.
+    """Answers what was the case at any moment of a mission, in its last frame throughout where that has grown.
 
     Parameters
     ----------
@@ -82,15 +87,16 @@ class Playback:
     """
 
     def __init__(self, events: Sequence[log.MissionEvent]) -> None:
+        events = in_last_frame(events)
         mission = events[0]
         assert isinstance(mission, log.MissionStarted)
         self.mission = mission
-        self.events = tuple(events)
+        self.events = events
         self.start_ms = mission.t_ms
         self.end_ms = events[-1].t_ms
         self.plans = tuple(event for event in events if isinstance(event, log.Planned))
         self.ended = events[-1] if isinstance(events[-1], log.MissionEnded) else None
-        reveals = tuple(event for event in events if isinstance(event, log.Revealed))
+        reveals = tuple(event for event in events if isinstance(event, log.Revealed | log.Changed))
         self._map = _Map(mission, reveals)
         self.coverage = _coverage(mission, reveals)
         self.timeline = _timeline(events)
@@ -163,17 +169,40 @@ def _timeline(events: Sequence[log.MissionEvent]) -> dict[str, tuple[Segment, ..
     return {name: tuple(found) for name, found in segments.items()}
 
 
-def _coverage(mission: log.MissionStarted, reveals: Sequence[log.Revealed]) -> tuple[CoveragePoint, ...]:
+def _coverage(mission: log.MissionStarted, reveals: Sequence[Looks]) -> tuple[CoveragePoint, ...]:
     """Return the area known after each moment of news, from nothing at the start."""
     area_m2 = mission.resolution_m * mission.resolution_m
     points = {mission.t_ms: (0, 0)}
     seen = open_cells = 0
+    cells = _unknown(mission) if any(isinstance(event, log.Changed) for event in reveals) else None
     for event in reveals:
-        lengths = event.runs[1::3]
-        seen += sum(lengths)
-        open_cells += sum(n for n, code in zip(lengths, event.runs[2::3], strict=True) if code != OBSTACLE)
+        now = _counts(event.runs)
+        before = (0, 0) if cells is None else _counted(cells, event)
+        seen, open_cells = seen + now[0] - before[0], open_cells + now[1] - before[1]
         points[event.t_ms] = (seen, open_cells)
     return tuple(
         CoveragePoint(t_ms=t_ms, seen_m2=seen * area_m2, open_m2=open_cells * area_m2)
         for t_ms, (seen, open_cells) in points.items()
     )
+
+
+def _unknown(mission: log.MissionStarted) -> CellArray:
+    return np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
+
+
+def _counts(runs: Sequence[int]) -> tuple[int, int]:
+    """Return how many cells of runs are known, and how many of these are no obstacles."""
+    pairs = list(zip(runs[1::3], runs[2::3], strict=True))
+    known = sum(length for length, code in pairs if code != UNKNOWN)
+    return known, known - sum(length for length, code in pairs if code == OBSTACLE)
+
+
+def _counted(cells: CellArray, event: Looks) -> tuple[int, int]:
+    """Return the same of the cells that an event tells of, as they were before, and enter it in the map."""
+    flat = cells.reshape(-1)
+    starts, lengths = event.runs[0::3], event.runs[1::3]
+    parts = [flat[start : start + length] for start, length in zip(starts, lengths, strict=True)]
+    known = sum(int(np.count_nonzero(part != UNKNOWN)) for part in parts)
+    barred = sum(int(np.count_nonzero(part == OBSTACLE)) for part in parts)
+    reveal(cells, event)
+    return known, known - barred

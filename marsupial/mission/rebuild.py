@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from marsupial.errors import UsageError
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
+from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, Tracks
 from marsupial.model import mission as log
 from marsupial.model.grid import Grid
@@ -62,7 +63,9 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
             f"there is nothing at {t_ms / 1000:g} s: the mission goes from {mission.t_ms / 1000:g} s "
             f"to {events[-1].t_ms / 1000:g} s"
         )
-    state, past = MissionTracker(), events[: _cut(events, t_ms)]
+    state, past = MissionTracker(), in_last_frame(events[: _cut(events, t_ms)])
+    mission = past[0]
+    assert isinstance(mission, log.MissionStarted)
     for event in past:
         state.event(event)
     grid = Grid(

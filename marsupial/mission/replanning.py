@@ -13,6 +13,7 @@ from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
 from marsupial.mission.carryover import same_targets
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
 from marsupial.model.plan import Action, ActionName
@@ -94,6 +95,10 @@ class OnNews(Lookout):
             self._known = tuple(t for t, was in self._paired(survey.targets, since.targets) if was is not None)
         self._looked(fresh=since is not None)
         self._planned_ms = self._world.now_ms
+
+    def _move(self, shift: FrameShift) -> None:
+        super()._move(shift)
+        self._known = tuple(target.moved(shift) for target in self._known)
 
     def _compare(self, work: PlanProgress, free: bool) -> Triggers:
         """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""

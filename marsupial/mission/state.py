@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from marsupial.mission.frames import moved_plan
 from marsupial.mission.observer import Observer
 from marsupial.model import mission as log
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray
 from marsupial.model.plan import Action
 from marsupial.model.robots import RobotType
@@ -124,8 +126,10 @@ class MissionTracker(Observer):
         match event:
             case log.MissionStarted():
                 self._start(event)
-            case log.Revealed():
+            case log.Revealed() | log.Changed():
                 reveal(self.cells, event)
+            case log.FrameGrown():
+                self._grow(event)
             case log.Planned():
                 self.plan = event
             case log.DriveStarted():
@@ -150,6 +154,13 @@ class MissionTracker(Observer):
             )
             for robot in mission.robots
         }
+
+    def _grow(self, event: log.FrameGrown) -> None:
+        """Take in that all cells are called otherwise."""
+        shift = FrameShift(event.shift, self.cells.shape[1], event.width, event.height)
+        self.cells = shift.laid_out(self.cells, UNKNOWN)
+        self.plan = None if self.plan is None else moved_plan(self.plan, shift)
+        self.tracks = {name: _moved(track, shift) for name, track in self.tracks.items()}
 
     def _drive(self, event: log.DriveStarted) -> Leg:
         route = route_of(event.cell, event.steps)
@@ -207,7 +218,16 @@ def views(tracks: Tracks, t_ms: int, *, whole_cells: bool = False) -> tuple[Robo
     return tuple(seen)
 
 
-def reveal(cells: CellArray, event: log.Revealed) -> None:
+def _moved(track: Track, shift: FrameShift) -> Track:
+    at, running = track.where.at, track.running
+    if at is not None:
+        at = Leg(tuple(map(shift.cell, at.cells)), at.times_ms)
+    if running is not None:
+        running = replace(running, action=shift.action(running.action), cell=shift.cell(running.cell))
+    return replace(track, where=replace(track.where, at=at), running=running)
+
+
+def reveal(cells: CellArray, event: log.Revealed | log.Changed) -> None:
     """Enter in the known map (height, width) what a robot has seen."""
     flat = cells.reshape(-1)
     for i in range(0, len(event.runs), 3):

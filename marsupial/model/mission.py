@@ -68,6 +68,30 @@ class Revealed:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Changed:
+    """Cells known before that `robot` has found to be different, as in `Revealed`; code 255: not known any more."""
+
+    t_ms: int
+    robot: str
+    runs: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameGrown:
+    """The frame of the map has grown to `width` x `height` cells with its lower left corner at `origin_m`.
+
+    What was cell (x, y) is cell (x, y) + `shift` from now on, and targets and meeting points, which are called after
+    their cells, have names to match (`marsupial.model.frames`).
+    """
+
+    t_ms: int
+    width: int
+    height: int
+    origin_m: tuple[float, float, float]
+    shift: Cell
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DriveStarted:
     """`robot` sets out from the centre of `cell` along `steps`.
 
@@ -234,6 +258,8 @@ class MissionEnded:
 MissionEvent = (
     MissionStarted
     | Revealed
+    | Changed
+    | FrameGrown
     | DriveStarted
     | DriveEnded
     | Planned

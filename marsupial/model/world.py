@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell, Grid
 
 
@@ -58,6 +59,12 @@ class News:
     ----------
     revealed
         (robot, row-major indices of the cells it saw first), in order.
+    changed
+        (robot, row-major indices of the known cells that it found to be different, or to be unknown again), in order;
+        only in worlds whose maps are made by others.
+    moved
+        How the frame of the map has grown, or None; the world's grid is another one then. All indices are of the frame
+        as it is now.
     finished
         Robots whose command ended at that moment (both of a docking).
     failed
@@ -72,6 +79,9 @@ class News:
     finished: tuple[str, ...] = ()
     failed: tuple[tuple[str, str], ...] = ()
     lost: tuple[tuple[str, str], ...] = ()
+    changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
+    moved: FrameShift | None = None
+    partial: bool = False
 
 
 class World(Protocol):
@@ -79,7 +89,7 @@ class World(Protocol):
 
     @property
     def grid(self) -> Grid:
-        """The known map; its cells change as robots see more."""
+        """The known map; its cells change as robots see more. Another one where its frame has grown (`News.moved`)."""
 
     @property
     def now_ms(self) -> int:

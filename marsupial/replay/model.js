@@ -10,18 +10,71 @@ const MOST_KEYFRAMES = 16;
 const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 const ALIKE = 1;
 
-/** The events of a log: looks one by one with their runs of cells, and all of each plan. */
+/** The events of a log: looks one by one with their runs of cells, and all of each plan, all in the last frame. */
 function readLog(text) {
   const lines = text.split("\n").filter((line) => line.trim()).map((line) => JSON.parse(line));
-  const width = lines[0].width, before = { targets: new Map(), meetings: new Map() };
-  for (const plan of lines.filter((line) => line.event === "plan")) {
+  const before = { targets: new Map(), meetings: new Map() };
+  let width = lines[0].width;
+  for (const line of lines) {
+    if (line.event === "frame") width = line.width;
+    if (line.looks) for (const look of line.looks) look.push(readRuns(readNumbers(look[2]), width));
+    if (line.event !== "plan") continue;
     for (const [part, known] of Object.entries(before)) {
-      plan[part] = plan[part].map((thing) => (typeof thing === "string" ? known.get(thing) : thing));
-      before[part] = new Map(plan[part].map((thing) => [thing.name, thing]));
+      line[part] = line[part].map((thing) => (typeof thing === "string" ? known.get(thing) : thing));
+      before[part] = new Map(line[part].map((thing) => [thing.name, thing]));
     }
   }
-  return lines.flatMap((line) => (line.event !== "reveal" ? [line] : line.looks.map(([robot, after, text]) => (
-    { event: "reveal", t_ms: line.t_ms + after, robot, runs: readRuns(readNumbers(text), width) }))));
+  return intoLastFrame(lines).flatMap((line) => (!line.looks ? [line] : line.looks.map(([robot, after, , runs]) => (
+    { event: line.event, t_ms: line.t_ms + after, robot, runs }))));
+}
+
+/** Lines without those that tell that the frame has grown, as if it had been the last one from the start. */
+function intoLastFrame(lines) {
+  const frames = lines.filter((line) => line.event === "frame"), moved = new Set();
+  if (frames.length === 0) return lines;
+  const last = frames[frames.length - 1], start = lines[0];
+  let [dx, dy] = frames.reduce(([x, y], { shift }) => [x + shift[0], y + shift[1]], [0, 0]), width = start.width;
+  const cell = (of, key) => {
+    if (of && of[key] && !moved.has(of[key])) { of[key] = [of[key][0] + dx, of[key][1] + dy]; moved.add(of[key]); }
+  };
+  const name = (of, key) => { if (of && of[key]) of[key] = movedName(of[key], [dx, dy]); };
+  const thing = (one) => {
+    if (moved.has(one)) return;
+    moved.add(one);
+    ["cell", "carrier_cell", "rover_cell"].forEach((key) => cell(one, key));
+    ["name", "place", "origin"].forEach((key) => (key !== "name" || !one.robot) && name(one, key));
+  };
+  for (const line of lines) {
+    if (line.event === "frame") { dx -= line.shift[0]; dy -= line.shift[1]; width = line.width; continue; }
+    cell(line, "cell");
+    for (const one of [...(line.robots || []), ...(line.remaining || [])]) cell(one, "cell");
+    for (const part of ["targets", "meetings", "actions"]) (line[part] || []).forEach(thing);
+    if (line.action) thing(line.action);
+    for (const look of line.looks || []) look[3] = movedRuns(look[3], width, last.width, dx, dy);
+  }
+  Object.assign(start, { width: last.width, height: last.height, origin_m: last.origin_m });
+  return lines.filter((line) => line.event !== "frame");
+}
+
+/** What a target or meeting point, called after its cells, is called now. */
+function movedName(name, by) {
+  const match = /^([tm])((?:_-?\d+)+)(.*)$/.exec(name);
+  if (!match) return name;
+  const numbers = match[2].slice(1).split("_").map(Number), count = match[1] === "t" ? 2 : 4;
+  return [match[1], ...numbers.map((number, i) => (i < count ? number + by[i % 2] : number))].join("_") + match[3];
+}
+
+/** Runs of cells in a frame that has grown; one over the end of a row becomes several. */
+function movedRuns(runs, width, wider, dx, dy) {
+  const found = [];
+  for (let i = 0; i < runs.length; i += 3) {
+    for (let at = runs[i], end = at + runs[i + 1]; at < end;) {
+      const y = Math.floor(at / width), stop = Math.min(end, (y + 1) * width);
+      found.push((y + dy) * wider + at - y * width + dx, stop - at, runs[i + 2]);
+      at = stop;
+    }
+  }
+  return found;
 }
 
 /** The whole numbers of a text of digits of base 64, five bits each from the lowest on. */
@@ -100,7 +153,7 @@ class Mission {
       if (event.event === "lost") this.byName.get(event.robot).lost = event;
     }
     for (const robot of this.robots) this.measure(robot);
-    this.reveals = packReveals(events.filter((event) => event.event === "reveal"), this);
+    this.reveals = packReveals(events.filter((event) => event.event === "reveal" || event.event === "change"), this);
   }
 
   newRobot(placed, events, told) {
@@ -207,11 +260,19 @@ function packReveals(events, mission) {
     runs: new Int32Array(count), times: [], ends: [], coverTimes: [mission.from], cover: [0],
     box: { left: mission.width, right: -1, low: mission.height, high: -1 },
   };
+  const changes = events.some((event) => event.event === "change");
+  const cells = changes ? new Uint8Array(mission.width * mission.height).fill(UNKNOWN) : null;
+  const isOpen = (code) => code !== 0 && code !== UNKNOWN;
   let at = 0, open = 0;
   for (const event of events) {
     packed.runs.set(event.runs, at);
     for (const end = at + event.runs.length; at < end; at += 3) {
-      if (packed.runs[at + 2] !== 0) open += packed.runs[at + 1];
+      const from = packed.runs[at], count = packed.runs[at + 1], code = packed.runs[at + 2];
+      if (isOpen(code)) open += count;
+      if (cells) {
+        for (const was of cells.subarray(from, from + count)) if (isOpen(was)) open--;
+        cells.fill(code, from, from + count);
+      }
       stretch(packed.box, packed.runs[at], packed.runs[at + 1], mission.width);
     }
     packed.times.push(event.t_ms);

@@ -53,7 +53,9 @@ def _text(name: str) -> str:
 def _team(events: Sequence[MissionEvent]) -> str:
     """Return the script that tells where each robot is, on whom, and what it does, from when on."""
     playback = Playback(events)
-    starts = {(e.t_ms, id(e.action)): number for number, e in enumerate(events) if isinstance(e, ActionStarted)}
+    starts = {
+        (e.t_ms, id(e.action)): number for number, e in enumerate(playback.events) if isinstance(e, ActionStarted)
+    }
     team = {
         name: {
             "legs": legs,

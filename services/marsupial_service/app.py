@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Iterable, Sequence
+import time
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from typing import Any
 
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
+from fastapi.responses import HTMLResponse, JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from marsupial.errors import InputError, MarsupialError, Problem
+from marsupial.errors import MarsupialError
 from marsupial.processes.runner import LOCAL
-from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
-from marsupial_service.http import openapi
+from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
+from marsupial_service.entries.slots import Slots
+from marsupial_service.http import docspage, openapi
 from marsupial_service.http.edge import Edge
-from marsupial_service.http.pointers import of_location, of_path
-from marsupial_service.http.problems import KINDS, HttpProblem, answer, kind_of
+from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
+from marsupial_service.http.routing import LOCAL_OWNER
 from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
-from marsupial_service.missions.service import Missions
+from marsupial_service.missions.service import READERS, Missions
 from marsupial_service.operations.keys import KeyFile, KeyRow
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
@@ -51,19 +53,25 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         description=DESCRIPTION,
         lifespan=_running,
         openapi_url=None,
+        docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
         generate_unique_id_function=lambda route: route.name,
     )
     limits = settings.limits
     app.state.service = State(
-        settings=settings, keys=KeyFile(settings.data), analyses=asyncio.Semaphore(limits.analyses)
+        settings=settings,
+        keys=KeyFile(settings.data),
+        analyses=asyncio.Semaphore(limits.analyses),
+        readers=asyncio.Semaphore(limits.readers),
     )
     for router in (*(room.router for room in (jobs, missions, analyses, catalogue, operations)), operations.admin):
         app.include_router(router)
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
     app.add_api_route("/openapi.json", lambda: JSONResponse(document), include_in_schema=False)
+    page = docspage.page_of(document)
+    app.add_api_route("/docs", lambda: HTMLResponse(page, headers=docspage.HEADERS), include_in_schema=False)
     for error in _PROBLEMS:
         app.add_exception_handler(error, _respond)
     app.add_middleware(Edge, state=app.state.service)
@@ -79,33 +87,46 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     state.store = store
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
+    slots = Slots(limits.slots)
     state.jobs = Jobs(
         store,
         JobSettings(
             slots=limits.slots,
             queue=limits.queue,
+            key_queue=limits.key_queue if state.settings.needs_keys else limits.queue,
             retention_s=limits.retention_s,
             kept=limits.kept_jobs,
+            store_bytes=limits.store_bytes,
             memory_bytes=limits.memory_bytes,
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
         ),
         runner=state.runner,
+        slots=slots,
     )
     state.missions = Missions(
         store,
         MissionSettings(
             missions=limits.missions,
+            key_missions=limits.key_missions if state.settings.needs_keys else limits.missions,
+            idle_s=limits.idle_s,
+            lag=state.metrics.lag,
+            may_go_on=lambda owner: (
+                not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.knows(owner, time.time())
+            ),
+            cells=limits.cells,
             backlog=limits.backlog,
             memory_bytes=limits.memory_bytes,
             retention_s=limits.retention_s,
             kept=limits.kept_missions,
+            store_bytes=limits.store_bytes,
         ),
         runner=state.runner,
+        slots=slots,
     )
     try:
-        if state.runner is not LOCAL:  # analyses are done here all the same
-            await asyncio.to_thread(LOCAL.warm_up, (load_analysis,))
+        if state.runner is not LOCAL:
+            await asyncio.to_thread(LOCAL.warm_up, READERS)
         await state.jobs.start()
         await state.missions.start()
         yield
@@ -120,34 +141,16 @@ def _respond(request: Request, error: Exception) -> Response:
     return answer(problem, request.url.path)
 
 
-def _refused(request: Request, error: MarsupialError) -> HttpProblem:
-    """Return the problem for what the library raises; input is the body of the request."""
-    kind = kind_of(error)
-    if KINDS[kind].status >= 500:
-        raise error
-    details = _details(error.problems, request) if isinstance(error, InputError) else ()
-    return HttpProblem(kind, "" if details else str(error), errors=details)
-
-
-def _details(problems: Iterable[Problem], request: Request) -> list[ProblemDetailAnswer]:
-    body = getattr(request.state, "json", None)
-    return [ProblemDetailAnswer(pointer=of_path(problem.path, body), detail=problem.message) for problem in problems]
-
-
 def _misshaped(request: Request, error: RequestValidationError) -> HttpProblem:
-    """Return the problem for what pydantic finds wrong."""
-    body = getattr(request.state, "json", None)
-    return HttpProblem("invalid", errors=[_detail(one, body) for one in error.errors()])
+    """Return the problem for what pydantic finds wrong in anything but a body."""
+    return HttpProblem("invalid", errors=[_detail(one) for one in error.errors()])
 
 
-def _detail(error: dict[str, Any], body: object) -> ProblemDetailAnswer:
+def _detail(error: dict[str, Any]) -> ProblemDetailAnswer:
     place, *location = error["loc"]
-    text = str(error["msg"])
-    if place == "body":
-        return ProblemDetailAnswer(pointer=of_location(location, body), detail=text)
     name = str(location[0]) if location else ""
     where = place if place in ("query", "header", "path") else "query"
-    return ProblemDetailAnswer.model_validate({where: name, "detail": text})
+    return ProblemDetailAnswer.model_validate({where: name, "detail": str(error["msg"])})
 
 
 def _http(request: Request, error: HTTPException) -> HttpProblem:
@@ -173,11 +176,12 @@ def _later(kind: str, said: str, seconds: int) -> HttpProblem:
 
 _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     HttpProblem: lambda _, error: error,
-    MarsupialError: _refused,
+    MarsupialError: lambda _, error: problem_of(error, None),
     RequestValidationError: _misshaped,
     HTTPException: _http,
-    Conflict: lambda request, error: HttpProblem("conflict", errors=_details(error.problems, request)),
+    Conflict: lambda _, error: problem_of_all("conflict", error.problems, None),
     UnknownEntry: lambda _, error: HttpProblem("not-found", str(error)),
+    StoreFull: lambda _, error: _later("store-full", str(error), RETRY_AFTER_S),
     TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
     KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
     StoreError: lambda _, error: _later("not-ready", str(error), _STORE_RETRY_S),

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import gc
 import logging
 import socket
 from collections.abc import Callable
+from functools import partial
 from types import FrameType
+from typing import cast
 
 import uvicorn
 
 from marsupial.errors import UsageError
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
+from marsupial_service.http.connections import OTHER_FILES, Connections, GuardedProtocol, LoopFaults, allow_files
 from marsupial_service.operations import logs
 from marsupial_service.operations.keys import open_keys
 from marsupial_service.operations.settings import ServiceSettings
@@ -21,8 +25,13 @@ from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 
 _PACKAGES = ("marsupial", "marsupial_service")
-_GRACE_S = 2
-_BACKLOG = 512
+"""Of ours, that have to be the same on all nodes of a cluster."""
+
+_GRACE_S = 1
+"""What requests under way may still take; jobs and missions, which come after it, take as long at most."""
+
+_BACKLOG = OTHER_FILES // 2
+"""Connections that wait to be accepted: so many may come at once before any of them is counted."""
 
 log = logging.getLogger("marsupial.cluster")
 
@@ -37,6 +46,7 @@ class _Server(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Start, and say so."""
+        asyncio.get_running_loop().set_exception_handler(LoopFaults())
         await super().startup(sockets)
         if self.started:
             self._ready()
@@ -66,12 +76,16 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
     if settings.needs_keys:
         _check_keys(settings)
     logs.set_up(level)
+    allow_files(settings.limits)
     with _listening(settings) as line:
         app = create_app(settings)
         state_of(app).store = _opened(settings)
         state_of(app).runner = runner
         config = uvicorn.Config(
             app,
+            http=cast("type[asyncio.Protocol]", partial(GuardedProtocol, Connections(settings.limits))),
+            ws="none",
+            backlog=_BACKLOG,
             log_config=None,
             access_log=False,
             timeout_graceful_shutdown=_GRACE_S,

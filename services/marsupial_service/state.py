@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from starlette.applications import Starlette
 
 from marsupial.processes.runner import LOCAL, Runner
+from marsupial_service.analyses.supervised import Supervised
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.service import Missions
 from marsupial_service.operations.keys import Keys
@@ -42,13 +43,18 @@ class State:
         None until the service has started.
     streams
         Open event streams by owner.
-    analyses
-        Slots for analyses and checks of readiness.
+    analyses, readers
+        Slots for analyses, and for processes that read large bodies.
+    held_bytes
+        Of bodies that are being received and read.
     """
 
     settings: ServiceSettings
     keys: Keys
     analyses: asyncio.Semaphore
+    readers: asyncio.Semaphore
+    supervised: Supervised = field(default_factory=Supervised)
+    held_bytes: int = 0
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     store: Store | None = None
     runner: Runner = LOCAL
@@ -59,6 +65,7 @@ class State:
 
     def leave(self) -> None:
         """End streams, as the service is asked to end."""
+        self.supervised.leave()
         for entries in (self.jobs, self.missions):
             if entries is not None:
                 entries.leave()

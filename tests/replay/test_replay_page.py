@@ -9,6 +9,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
+from growing_mission import growing_mission
 from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.formats.missionlog import parse_log
@@ -18,6 +19,7 @@ from marsupial.model.mission import MissionEvent, Planned
 from marsupial.replay.page import replay_page
 
 EVENTS = synthetic_mission()
+GROWN = growing_mission()
 NASTY = "</script><script>alert(1)</script><!--<script> {{style}} & \" ' \u2028 \\"
 
 
@@ -168,10 +170,11 @@ def asked(page: str, times: Sequence[int]) -> list[dict[str, list]]:
     return answers
 
 
-def test_the_page_shows_what_the_playback_says(page: str) -> None:
-    playback = Playback(EVENTS)
+@pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])
+def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...]) -> None:
+    playback = Playback(events)
     times = [*range(0, 26_006, 499), 26_005, 12_502, 5_001, 13_003, 0]  # to the end, and back in leaps
-    for t_ms, answer in zip(times, asked(page, times), strict=True):
+    for t_ms, answer in zip(times, asked(replay_page(events), times), strict=True):
         for robot, seen in zip(playback.state_at(t_ms).robots, answer["robots"], strict=True):
             assert seen[:2] == pytest.approx([robot.x, robot.y])
             assert seen[2:] == [robot.carrier, robot.action and robot.action.name, robot.lost]

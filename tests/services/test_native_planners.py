@@ -23,8 +23,9 @@ from marsupial.model.planning import Budget, Outcome
 from marsupial.model.strategy import PlanningReport
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
-from marsupial_service.client import Client, simulate_by
+from marsupial_client import Client
 from marsupial_service.intake.situations import reading_of
+from marsupial_service.missions.driving import simulate_by
 from marsupial_service.schemas.requests import ActionsPlan
 
 ANSWERS = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.TIMEOUT, Outcome.NO_PLAN)
@@ -82,9 +83,11 @@ def leaving_nothing() -> Iterator[set[psutil.Process]]:
     assert not psutil.wait_procs(list(seen), 5)[1]
 
 
-def explore(server: Server, planner: str, reports: Reports, cancelled: Callable[[], bool]) -> Status:
+def explore(
+    server: Server, planner: str, reports: Reports, cancelled: Callable[[], bool], patience_s: float = 60.0
+) -> Status:
     return simulate_by(
-        Client(server.url),
+        Client(server.url, patience_s=patience_s),
         builtin_scenario("lobby"),
         strategy="temporal",
         planner=planner,
@@ -117,10 +120,7 @@ def test_a_mission_is_planned_with_it(running: Server, planner: str) -> None:
 
 
 @pytest.mark.slow
-def test_nothing_of_a_mission_outlives_a_server_that_is_killed(
-    tmp_path: Path, planner: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("marsupial_service.client._PATIENCE_S", 0.1)
+def test_nothing_of_a_mission_outlives_a_server_that_is_killed(tmp_path: Path, planner: str) -> None:
     reports = Reports()
     with Server(tmp_path) as server, leaving_nothing():
 
@@ -130,4 +130,4 @@ def test_nothing_of_a_mission_outlives_a_server_that_is_killed(
             return False
 
         with pytest.raises(UsageError, match="can't be reached"):
-            explore(server, planner, reports, kill)
+            explore(server, planner, reports, kill, patience_s=0.1)

@@ -71,6 +71,7 @@ def test_plans_are_kept_in_the_form_they_always_had() -> None:
 
 def document(kind: int, field: str, value: object) -> dict[str, Any]:
     found: dict[str, Any] = yaml.safe_load(scenario_text(builtin_scenario("lobby")))
+    found["map"] = {"rows": ["." * 5] * 5, "resolution_m": 1000}  # on which no robot has too many cells under it
     found["robot_types"][kind][field] = value
     found["team"] = [{"name": "c", "type": found["robot_types"][CARRIER]["name"], "start": "drawn"}]
     return found

@@ -32,10 +32,23 @@ def test_the_example_with_curl_works(document: str, server: Server, tmp_path: Pa
 
 
 def test_the_examples_with_python_work(server: Server, tmp_path: Path) -> None:
-    printed = run([sys.executable, "-c", "\n".join(blocks("python"))], server, tmp_path).splitlines()
+    *quick_start, _ = blocks("python")
+    printed = run([sys.executable, "-c", "\n".join(quick_start)], server, tmp_path).splitlines()
     assert re.fullmatch(r"revision 1: \d+\.\d s", printed[0])
     assert printed[-2] in ("optimal", "satisficing")
     assert "t_" in printed[-1]
+
+
+def test_the_example_with_robots_of_ones_own_explores_all_of_their_hall(server: Server, tmp_path: Path) -> None:
+    program = blocks("python")[-1]
+    printed = run([sys.executable, "-W", "error", "-c", program], server, tmp_path)
+    assert re.fullmatch(r"complete no reachable target is left, all rovers are aboard after \d\d reports\n", printed)
+    (mission,) = [one for one in server.ask("GET", "/v1/missions").document["missions"] if one["name"] == "mission"]
+    text = server.ask("GET", mission["links"]["log"]).document
+    done = [json.loads(line)["action"]["name"] for line in text.splitlines() if '"event":"end"' in line]
+    assert {"explore", "undock", "dock"} <= set(done)
+    known = server.ask("GET", mission["links"]["map"]).document
+    assert sum(known["runs"][1::3]) == known["width"] * known["height"]
 
 
 def test_the_example_of_the_readme_with_python_works(server: Server, tmp_path: Path) -> None:

@@ -17,13 +17,13 @@ def test_every_example_of_the_document_is_taken(http: httpx.Client) -> None:
 def test_the_document_says_which_events_there_are(http: httpx.Client) -> None:
     paths = http.get("/openapi.json").json()["paths"]
     found = {
-        tag: set(schema["properties"]["event"]["enum"])
+        tag: {one["properties"]["event"]["const"] for one in schema["oneOf"]}
         for tag, path in (("jobs", "/v1/jobs/{job}/events"), ("missions", "/v1/missions/{mission}/events"))
         for schema in [paths[path]["get"]["responses"]["200"]["content"]["text/event-stream"]["itemSchema"]]
     }
     assert found == {
         "jobs": {"state", "plan", "end"},
-        "missions": {"state", "commands", "decision", "log", "end"},
+        "missions": {"state", "commands", "decision", "log", "frame", "end"},
     }
 
 

@@ -115,9 +115,14 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path
 
 def test_a_limit_of_the_environment_holds() -> None:
     assert limits_from({"MARSUPIAL_CELLS": "7", "MARSUPIAL_WAIT_S": "0.5"}) == ServiceLimits(cells=7, wait_s=0.5)
+    assert limits_from({"MARSUPIAL_CELLS": "7"}, {"cells": "8"}) == ServiceLimits(cells=8)
+    with pytest.raises(UsageError, match="--limit cells: must be a number, got 'many'"):
+        limits_from({}, {"cells": "many"})
+    with pytest.raises(UsageError, match="--limit cells: must be 1 or more"):
+        limits_from({}, {"cells": "0"})
     with pytest.raises(UsageError, match="MARSUPIAL_CELLS: must be a number"):
         limits_from({"MARSUPIAL_CELLS": "many"})
-    with pytest.raises(UsageError, match="cells: must be 1 or more, got 0"):
+    with pytest.raises(UsageError, match="MARSUPIAL_CELLS: must be 1 or more, got 0"):
         limits_from({"MARSUPIAL_CELLS": "0"})
 
 

@@ -24,6 +24,9 @@ def command(
     clients: Annotated[int, typer.Option(min=0, help="Clients at once, and streams open at the end.")] = FULL.clients,
     posts: Annotated[int, typer.Option(min=0, help="Jobs whose answers are timed while 100 wait.")] = FULL.posts,
     plans: Annotated[int, typer.Option(min=0, help="Jobs whose first plans are timed.")] = FULL.plans,
+    half_open: Annotated[
+        int, typer.Option(min=0, help="Connections that never ask; small requests that ask for much come with them.")
+    ] = FULL.half_open,
     fuzz_minutes: Annotated[
         float, typer.Option(min=0, help="Minutes of Schemathesis, if it is installed.")
     ] = FULL.fuzz_minutes,
@@ -43,6 +46,7 @@ def command(
         clients=clients,
         posts=posts,
         plans=plans,
+        half_open=half_open,
         fuzz_minutes=fuzz_minutes,
         seed=seed,
     )

@@ -3,37 +3,35 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import talk
 from undisturbed import STEPS, LogLines, undisturbed
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
-from marsupial_service.client import Client, simulate_by
+from marsupial_client import Client, Mission
+from marsupial_client.mission_documents import Brief
+from marsupial_service.missions.driving import simulate_by
 from trial.rows import TrialRow, none_of
 
 SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
 SEEDS = 5
 _UNREACHED = "can't be reached"
+_PATIENCE_S = 30.0
 
 
 class Reporter(Client):
-    """A client that counts what was acknowledged."""
+    """A client that remembers its missions, and with them what was acknowledged."""
 
     def __init__(self, url: str) -> None:
-        super().__init__(url)
-        self.acknowledged: dict[str, int] = {}
+        super().__init__(url, patience_s=_PATIENCE_S)
+        self.missions: list[Mission] = []
 
-    def ask(self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None) -> Any:
-        """Send a request and return what it is answered."""
-        answer = super().ask(method, path, body, headers)
-        mission, is_report, _ = path.partition("/reports")
-        if is_report:
-            self.acknowledged[mission] = max(answer["n"], self.acknowledged.get(mission, 0))
-        return answer
+    def begin(self, brief: Brief, idempotency_key: str | None = None) -> Mission:
+        """Begin a mission and remember it."""
+        self.missions.append(super().begin(brief, idempotency_key))
+        return self.missions[-1]
 
 
 @dataclass(slots=True)
@@ -70,7 +68,7 @@ class Explorer:
     """Carries out one mission after the other until told to stop."""
 
     def __init__(self, port: int, journeys: Journeys) -> None:
-        self._port = port
+        self._url = f"http://{talk.HOST}:{port}"
         self._journeys = journeys
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._go, daemon=True)
@@ -95,7 +93,7 @@ class Explorer:
 
     def _explore(self, seed: int) -> None:
         expected, seen = undisturbed_mission(seed), LogLines()
-        client = Reporter(f"http://{talk.HOST}:{self._port}")
+        client = Reporter(self._url)
         self._journeys.missions += 1
         try:
             simulate_by(
@@ -112,9 +110,10 @@ class Explorer:
             if _UNREACHED in str(error):
                 self._journeys.missions -= 1
             raise
-        for path, count in client.acknowledged.items():
-            self._journeys.reports += count
-            self._journeys.lost += max(0, count - client.ask("GET", path)["n"])
+        with Client(self._url) as afterwards:
+            for mission in client.missions:
+                self._journeys.reports += mission.n
+                self._journeys.lost += max(0, mission.n - afterwards.mission(mission.id).n)
         self._journeys.differ += seen.text != expected
 
 

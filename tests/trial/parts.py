@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from trial import fuzz, hostile, kills, speed
+from trial import attack, fuzz, hostile, kills, speed
 from trial.rows import TrialRow
 
 
@@ -17,6 +17,8 @@ class Extent:
     ----------
     posts, plans
         How often the time to the answer and to the first plan is taken.
+    half_open
+        Connections that never ask; small requests that ask for much come with them.
     """
 
     kills: int = 1000
@@ -24,12 +26,13 @@ class Extent:
     clients: int = 50
     posts: int = 500
     plans: int = 100
+    half_open: int = 1000
     fuzz_minutes: float = 15.0
     seed: int = 1
 
 
 FULL = Extent()
-QUICK = Extent(kills=10, hostile=12, clients=10, posts=50, plans=8, fuzz_minutes=0.0)
+QUICK = Extent(kills=10, hostile=12, clients=10, posts=50, plans=8, half_open=200, fuzz_minutes=0.0)
 """A look at everything but fuzzing, in two minutes on a quiet machine."""
 
 
@@ -43,6 +46,9 @@ def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[TrialRow]:
         yield from speed.crowd_rows(extent.clients, say)
         yield from speed.end_rows(extent.clients, say)
         yield from speed.flood_rows(say)
+    if extent.half_open:
+        yield from attack.half_open_rows(extent.half_open, say)
+        yield from attack.small_rows(say)
     if extent.hostile:
         yield from hostile.rows(extent.hostile, say)
     if extent.kills:

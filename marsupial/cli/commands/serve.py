@@ -81,9 +81,9 @@ def run(
         return
     if log_level.lower() not in ("debug", "info", "warning", "error"):
         raise UsageError(f"--log-level: must be debug, info, warning or error, got {log_level!r}")
-    given = {PREFIX + name.upper(): number for name, number in _pairs("--limit", limit)}
+    given = dict(_pairs("--limit", limit))
     names = {one.name for one in fields(ServiceLimits)}
-    for name, _ in _pairs("--limit", limit):
+    for name in given:
         if name not in names:
             raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
     usual = {} if ray is None else {PREFIX + "SLOTS": str(CLUSTER_SLOTS)}
@@ -94,7 +94,7 @@ def run(
         host=host,
         port=port,
         keys=require_keys,
-        limits=limits_from({**usual, **os.environ, **given}),
+        limits=limits_from({**usual, **os.environ}, given),
         planners={name: f"cmd:{command}" for name, command in _pairs("--planner", planner)},
     )
     try:

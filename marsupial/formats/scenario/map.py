@@ -23,6 +23,9 @@ from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
 """Characters that need no legend."""
 
+_MOST_SYMBOLS = 10
+"""No more wrong characters of a row are named."""
+
 _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 
 SOURCES = ("file", "generator", "rows")
@@ -138,7 +141,7 @@ def drawn_cells(
     for i, row in enumerate(rows):
         if len(row) != len(rows[0]):
             notes.wrong(f"rows[{i}]", f"has {len(row)} characters, the first row has {len(rows[0])}")
-        for symbol in sorted(set(row) - symbols.keys()):
+        for symbol in sorted(set(row) - symbols.keys())[:_MOST_SYMBOLS]:
             notes.wrong(f"rows[{i}]", f"unknown character {symbol!r} at column {row.index(symbol)}")
     drawn = rows if len(notes.problems) == before else ()
     return np.array([[symbols[symbol] for symbol in row] for row in reversed(drawn)], dtype=np.uint8)

@@ -19,9 +19,10 @@ from marsupial.formats.files import read_text
 from marsupial.formats.scenario.map import read_grid, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.model.bounds import BOUNDS, MOST, Bound
-from marsupial.model.grid import OBSTACLE, Terrain
+from marsupial.model.grid import OBSTACLE, Grid, Terrain
 from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
+from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
 
 try:
     from yaml import CSafeLoader as SafeLoader
@@ -115,7 +116,7 @@ def _read(top: Fields, path: Path) -> Scenario | None:
     name = top.text("name", path.stem)
     terrains = read_terrains(top)
     grid = read_grid(top, terrains, path.parent)
-    kinds = read_types(top, terrains)
+    kinds = read_types(top, terrains, grid)
     team = read_team(top, kinds, grid)
     seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
     goal, limits = _read_goal(top), _read_limits(top)
@@ -144,19 +145,28 @@ def _read_version(top: Fields) -> bool:
     return version <= VERSION
 
 
-def read_types(top: Fields, terrains: tuple[Terrain, ...]) -> dict[str, RobotType | None]:
-    """Read ``robot_types`` by name; None for a type with a wrong field."""
+def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) -> dict[str, RobotType | None]:
+    """Read ``robot_types`` by name; None for a type with a wrong field, or one too large for the cells of the map."""
+    extent = None if grid is None else Extent(grid.cells.size, grid.resolution_m)
     kinds: dict[str, RobotType | None] = {}
     parts = top.parts("robot_types")
     if top.data.get("robot_types") == []:
         top.wrong("robot_types", "must not be empty")
-    for fields in parts:
+    if len(parts) > MOST_TYPES:
+        top.wrong("robot_types", f"has {len(parts)} robot types, more than the limit of {MOST_TYPES}")
+    for fields in parts[:MOST_TYPES]:
         before = len(top.problems)
         kind = _read_type(fields, terrains)
+        fault = None if extent is None else radius_fault(kind.radius_m, extent)
+        if fault:
+            fields.wrong("radius_m", fault)
         if kind.name and kind.name.lower() in {name.lower() for name in kinds}:
             fields.wrong("name", f"{kind.name!r} is used twice")
         elif kind.name:
             kinds[kind.name] = kind if len(top.problems) == before else None
+    if extent is not None:
+        for fault in ground_faults([kind for kind in kinds.values() if kind is not None], extent):
+            top.wrong("robot_types", fault)
     return kinds
 
 

@@ -12,6 +12,7 @@ from marsupial.arrays import Floats
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
 from marsupial.model.plan import Action, ActionName
@@ -69,6 +70,10 @@ class WholeFrontiers(OnArrival):
     """Surveys with a target for each frontier, a group of cells that touch, at its cell that is nearest to a robot."""
 
     _cells: Mapping[str, Cell] = MappingProxyType({})
+
+    def _move(self, shift: FrameShift) -> None:
+        super()._move(shift)
+        self._cells = {shift.place(name): shift.cell(cell) for name, cell in self._cells.items()}
 
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
         width = self._territory.grid.width

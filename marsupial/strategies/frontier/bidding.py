@@ -13,6 +13,7 @@ Autonomous Systems 54(12), 2006.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ import numpy as np
 
 from marsupial.arrays import Flags, Floats, Ints
 from marsupial.maps.footprint import disc
-from marsupial.model.grid import UNKNOWN
+from marsupial.model.grid import UNKNOWN, Grid
 from marsupial.paths.routes import STEPS
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
@@ -132,15 +133,22 @@ class Sheng(_Bidders):
         width = view.grid.width
         left = view.grid.cells == UNKNOWN
         for other in others:
-            around = disc(other.kind.sensor_range_m / view.grid.resolution_m)
+            around = _around(other, view.grid)
             aim = [view.cell(cell) for cell in aims]
             for cell in (other.cell, *aim):
                 near = around + np.array(cell)
                 near = near[((near >= 0) & (near < (width, view.grid.height))).all(axis=1)]
                 left[near[:, 1], near[:, 0]] = False
-        around = disc(robot.kind.sensor_range_m / view.grid.resolution_m)
+        around = _around(robot, view.grid)
         gain = counted(left, around, view.frontier(robot).cells)
         return np.asarray(self.w_1 * gain - self.w_2 * ways)
+
+
+def _around(robot: Explorer, grid: Grid) -> Ints:
+    """Return the offsets (k, 2) of the cells in a robot's range; none that lead off the map from everywhere on it."""
+    across = math.hypot(grid.width, grid.height)
+    offsets = disc(min(robot.kind.sensor_range_m / grid.resolution_m, across))
+    return offsets[(np.abs(offsets) < (grid.width, grid.height)).all(axis=1)]
 
 
 def counted(mask: Flags, around: Ints, cells: Ints) -> Floats:
@@ -151,7 +159,7 @@ def counted(mask: Flags, around: Ints, cells: Ints) -> Floats:
     mask
         (height, width).
     around
-        (k, 2): dx, dy of the cells that count, from a cell.
+        (k, 2): dx, dy of the cells that count, from a cell; (0, 0) at least.
     cells
         (n,) row-major indices.
     """

@@ -81,7 +81,7 @@ class Covering:
         """Return the next cell of each robot's way, or the nearest frontier cell where no robot has any."""
         guess = view.grid.cells.copy()
         guess[guess == UNKNOWN] = min(frozenset[int]().union(*(robot.kind.terrains for robot in view.robots)))
-        ways = self._ways
+        ways = self._ways = self._fitting(guess)
         if ways is None or not _follow(ways, view) or self._is_overtaken(ways, view, guess):
             ways = self._ways = self._searched(view, guess)
         chosen = {}
@@ -93,6 +93,10 @@ class Covering:
             return chosen
         closest = {robot.name: view.closest(robot, view.ways(robot)) for robot in view.robots}
         return {name: goal for name, goal in closest.items() if goal is not None}
+
+    def _fitting(self, guess: CellArray) -> _Ways | None:
+        """Return the ways that were made before, unless the frame of the map has grown: their cells are others now."""
+        return None if self._ways is None or self._ways.guess.shape != guess.shape else self._ways
 
     def _is_overtaken(self, ways: _Ways, view: FrontierView, guess: CellArray) -> bool:
         """Say whether the map has turned out another one, and some robot is blocked or has come far since."""

@@ -18,6 +18,7 @@ from marsupial.arrays import Floats, Ints
 from marsupial.errors import ScenarioError
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Frontier, Target, cell_at
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell
 from marsupial.model.mission import MapMeeting, Triggers
 from marsupial.model.plan import Action, Plan
@@ -108,6 +109,12 @@ class FrontierPace(OnArrival):
         self._trails: dict[str, tuple[Cell, ...]] = {}
         self.ways: dict[str, str] = {}
         self.choosing_s = 0.0
+
+    def _move(self, shift: FrameShift) -> None:
+        super()._move(shift)
+        self._goals = {name: int(shift.indices(np.array(goal))) for name, goal in self._goals.items()}
+        self._trails = {name: tuple(map(shift.cell, trail)) for name, trail in self._trails.items()}
+        self.ways = {name: shift.place(target) for name, target in self.ways.items()}
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         """Ask for another decision when a robot has arrived, failed, or drives to what has been seen by now."""

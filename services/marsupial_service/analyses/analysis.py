@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import InputError
+from marsupial.formats.fields import Notes
 from marsupial.formats.situation import situation_to_json
 from marsupial.maps.growth import reach_of
 from marsupial.maps.survey import placed
@@ -21,20 +22,28 @@ from marsupial.model.grid import Cell
 from marsupial_service.analyses.mapstate import MapState
 from marsupial_service.analyses.outlines import polygons
 from marsupial_service.examples.demos import DEMOS
+from marsupial_service.http.problems import HttpProblem, problem_of
 from marsupial_service.intake.maps import map_state_of
-from marsupial_service.jobs.documents import rounded
+from marsupial_service.jobs.documents import line, rounded
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.answers import AnalysisAnswer, FeatureAnswer, Geometry, GeometryAnswer
 from marsupial_service.schemas.mapstates import MapStateBody
 
 
-def analyse(argument: tuple[MapState, frozenset[str]]) -> Iterator[AnalysisAnswer | InputError]:
-    """Yield the analysis, or what is wrong with the map state."""
-    state, include = argument
+def analyse(argument: tuple[MapState, frozenset[str], int]) -> Iterator[bytes | HttpProblem]:
+    """Yield the analysis as JSON text of at most so many bytes, or what is wrong with the map state."""
+    state, include, most_bytes = argument
     try:
-        yield analysis(state, include)
+        text = line(analysis(state, include).model_dump()).encode()
     except InputError as error:
-        yield error
+        below = Notes("map_state")
+        below.take(error)
+        yield problem_of(InputError(below.problems), None)
+        return
+    if len(text) > most_bytes:
+        yield HttpProblem("too-large", f"the answer has {len(text)} bytes, more than {most_bytes}: include less")
+    else:
+        yield text
 
 
 def load_analysis() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Generic, NamedTuple, TypeVar
@@ -69,9 +70,13 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """What entries of one kind may use; those that ended are removed at the age of `retention_s`, or beyond `kept`."""
+    """What entries of one kind may use; those that ended are removed at the age of `retention_s`, or beyond `kept`.
+
+    Beyond `store_bytes` of all kinds no more are made.
+    """
 
     memory_bytes: int = 2 << 30
+    store_bytes: float = math.inf
     retention_s: float = 24 * 3600.0
     kept: int = 10_000
 

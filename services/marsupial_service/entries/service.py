@@ -14,6 +14,7 @@ from marsupial.processes.launcher import Preload
 from marsupial.processes.runner import Runner
 from marsupial_service.entries.bells import Bells
 from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
+from marsupial_service.entries.room import Room, Sizes, stored_bytes
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
@@ -50,6 +51,7 @@ class Entries(Generic[E]):
         self._runner = runner
         self._table = table
         self._kept = settings
+        self._room = Room(settings.store_bytes)
         self.now_ms = now_ms
         self._bells = Bells()
         self._stop = asyncio.Event()
@@ -91,6 +93,11 @@ class Entries(Generic[E]):
     def bell(self, topic: str) -> AbstractContextManager[asyncio.Event]:
         """Give an event that is set whenever there is news on `topic`; a waiting caller clears it before looking."""
         return self._bells.bell(topic)
+
+    async def is_told(self, entry: str, after: int) -> bool:
+        """Say whether nothing comes after event number `after`, nor ever will."""
+        batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
+        return not batch.events and not batch.is_open
 
     async def _existing(self, entry: str) -> E:
         """Return an entry of any owner. Raises UnknownEntry."""
@@ -138,11 +145,18 @@ class Entries(Generic[E]):
                         await bell.wait()
 
     async def _sweep(self) -> None:
-        """Remove old entries now and then."""
+        """Remove old entries now and then, and give their space back: little by little, as others write."""
+        settled = True
         while not self.stopping:
             removed = await self.surely(lambda tx: self._table.remove_old(tx, self._kept, self.now_ms()))
-            if not removed:
-                await self._pause(_SWEEP_S)
+            more = await self.surely(lambda tx: tx.shrink())
+            settled = settled and not removed and not more
+            if removed or more:
+                continue
+            if not settled:
+                await asyncio.to_thread(self._store.settle)
+                settled = True
+            await self._pause(_SWEEP_S)
 
     async def surely(self, write: Callable[[Transaction], T]) -> T | None:
         """Write, again and again while the disk refuses; None if that goes on until `stop`."""
@@ -159,6 +173,10 @@ class Entries(Generic[E]):
         with suppress(TimeoutError):
             async with asyncio.timeout(seconds):
                 await self._stop.wait()
+
+    async def sizes(self) -> Sizes:
+        """Return how large the store is."""
+        return Sizes(await self.read(stored_bytes), await asyncio.wrap_future(self._store.disk_bytes()))
 
     def write(self, write: Callable[[Transaction], T]) -> Awaitable[T]:
         """Run `write` in a transaction; its result comes once that is on disk."""

@@ -6,7 +6,7 @@ is in, changes nothing and says so: that is how a final state is reached once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
@@ -15,11 +15,15 @@ from marsupial_service.entries import records
 from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import Row, Rows
+from marsupial_service.store.tables import ROW_BYTES
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 _SWEPT = 50
+_SWEPT_ROWS = 10_000
+"""So much is removed in one transaction: for longer, some 50 ms, nobody should have to wait."""
+
 _ANY_NUMBER = 1 << 62
 
 W = TypeVar("W", bound=StrEnum)
@@ -161,8 +165,8 @@ class EntryTable(Generic[E]):
 
     def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: object) -> None:
         """Add the next event of an entry, with `more` columns; its followers are told once that is committed."""
-        sql = f"UPDATE {self.name} SET events = events + 1 WHERE number = ? RETURNING id, events"
-        row = tx.execute(sql, (number,)).fetchone()
+        sql = f"UPDATE {self.name} SET events = events + 1, bytes = bytes + ? WHERE number = ? RETURNING id, events"
+        row = tx.execute(sql, (ROW_BYTES + len(data), number)).fetchone()
         event = {self.noun: number, "seq": row["events"], "type": kind, "data": data, "at_ms": now_ms}
         tx.insert(self.events_name, **event, **more)
         tx.news.add(row["id"])
@@ -173,13 +177,17 @@ class EntryTable(Generic[E]):
         row = reader.execute(sql, (entry,)).fetchone()
         if row is None:
             return EventBatch()
-        sql = f"SELECT seq, type, data FROM {self.events_name} WHERE {self.noun} = ? AND seq > ? ORDER BY seq LIMIT ?"
         found = tuple(
             EventRecord(seq=seq, type=self.event_type(kind), data=data)
-            for seq, kind, data in reader.execute(sql, (row["number"], after, limit))
+            for seq, kind, data in self._stored_events(reader, row["number"], after, limit)
         )
         last = found[-1].seq if found else after
         return EventBatch(events=found, is_open=row["finished_ms"] is None or last < row["events"])
+
+    def _stored_events(self, reader: Reader, number: int, after: int, limit: int) -> Iterable[tuple[int, str, str]]:
+        """Return number, type and data of the next events of an entry."""
+        sql = f"SELECT seq, type, data FROM {self.events_name} WHERE {self.noun} = ? AND seq > ? ORDER BY seq LIMIT ?"
+        return reader.execute(sql, (number, after, limit))
 
     def counts(self, reader: Reader, column: str, words: type[W]) -> dict[W, int]:
         """Return how many entries have each of the words in a column."""
@@ -187,7 +195,10 @@ class EntryTable(Generic[E]):
         return {word: found.get(word, 0) for word in words}
 
     def remove_old(self, tx: Transaction, settings: records.EntrySettings, now_ms: int, most: int = _SWEPT) -> int:
-        """Remove at most so many entries that ended too long ago or are too many; tell followers, return the count."""
+        """Remove at most so many entries that ended too long ago or are too many; tell followers.
+
+        Returns how many there were, as long as there is something to be removed.
+        """
         before_ms = now_ms - round(1000 * settings.retention_s)
         rows = tx.execute(
             f"SELECT number, id FROM {self.name} WHERE finished_ms < ?"
@@ -195,9 +206,16 @@ class EntryTable(Generic[E]):
             " ORDER BY finished_ms DESC, number DESC LIMIT ? OFFSET ?) LIMIT ?",
             (before_ms, _ANY_NUMBER, settings.kept, most),
         ).fetchall()
+        left = _SWEPT_ROWS
         for number, entry in rows:
-            tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
             tx.news.add(entry)
-        if rows:
-            tx.shrink()
+            left -= self._empty(tx, number, left)
+            if left <= 0:  # out of sight; the next call goes on with it
+                self._set(tx, {"number": (number,)}, id=f"{number} is removed", owner="", idempotency_key=None)
+                break
+            tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
         return len(rows)
+
+    def _empty(self, tx: Transaction, number: int, most: int) -> int:
+        """Remove about `most` rows that belong to an entry, or fewer if all others go with it; return how many."""
+        return 0

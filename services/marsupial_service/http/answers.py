@@ -14,12 +14,18 @@ from marsupial_service.schemas import answers
 from marsupial_service.schemas.answers import JobAnswer, JobSummaryAnswer, MissionAnswer, PlanAnswer
 from marsupial_service.schemas.base import Answer
 
+UNKEPT = {"Cache-Control": "no-store"}
+"""Headers of answers that nobody on the way is to keep."""
+
 
 def json_answer(body: Answer, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
     """Return a response with a JSON body."""
-    fixed = {"Cache-Control": "no-store", **(headers or {})}
-    text = line(body.model_dump())
-    return Response(text.encode(), status_code=status, headers=fixed, media_type="application/json")
+    return text_answer(line(body.model_dump()).encode(), status, headers)
+
+
+def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    """Return a response whose body is JSON text already."""
+    return Response(text, status_code=status, headers={**UNKEPT, **(headers or {})}, media_type="application/json")
 
 
 def plan_answer(record: PlanRecord) -> PlanAnswer:

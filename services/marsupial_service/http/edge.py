@@ -49,7 +49,12 @@ class Edge:
             self._note(scope, passage, time.perf_counter() - begun)
 
     async def _serve(self, scope: Scope, receive: Receive, passage: _Passage) -> None:
-        if not self._state.settings.needs_keys and not _names_this_machine(Headers(scope=scope).get("host", "")):
+        headers = Headers(scope=scope)
+        if "transfer-encoding" in headers and "content-length" in headers:
+            problem = HttpProblem("bad-request", "two lengths contradict each other", headers={"Connection": "close"})
+            await answer(problem, scope["path"])(scope, receive, passage.send)
+            return
+        if not self._state.settings.needs_keys and not _names_this_machine(headers.get("host", "")):
             problem = HttpProblem("misdirected", "without keys the service answers to localhost only")
             await answer(problem, scope["path"])(scope, receive, passage.send)
             return

@@ -6,11 +6,12 @@ A stream that is taken up after an event (``Last-Event-ID``) continues as an uni
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from functools import partial
 
-from starlette.responses import StreamingResponse
+from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
 
 from marsupial_service.entries.records import E, EventRecord, TooMany
@@ -18,6 +19,10 @@ from marsupial_service.entries.service import Entries
 from marsupial_service.state import State
 
 KEEP_ALIVE_S = 15.0
+KEY_S = 2.0
+"""How often it is looked whether the key of a stream is still good."""
+
+NO_KEY = b": the key has expired or was revoked\n\n"
 BYE = b": the service is ending; take this stream up again later\n\n"
 
 
@@ -47,25 +52,45 @@ def frame(event: EventRecord) -> bytes:
     return f"id: {event.seq}\nevent: {event.type.value}\ndata: {event.data}\n\n".encode()
 
 
-def stream(state: State, owner: str, entries: Entries[E], entry: str, last_event_id: str | None) -> EventStream:
-    """Return the answer that streams the events of an entry after the last one that was seen. Raises TooMany."""
+async def stream(
+    state: State, owner: str, holds: Callable[[], bool], entries: Entries[E], entry: str, last_event_id: str | None
+) -> Response:
+    """Return the answer that streams the events of an entry after the last one that was seen. Raises TooMany.
+
+    Who asks again after the last event of all is answered 204: a browser then asks no more. The stream ends when the
+    key of who asked `holds` no more.
+    """
+    after = int(last_event_id or 0)
+    if last_event_id is not None and await entries.is_told(entry, after):
+        return Response(status_code=204, headers={"Cache-Control": "no-store"})
     if state.streams[owner] >= state.settings.limits.streams:
         raise TooMany(f"at most {state.settings.limits.streams} streams at a time", retry_after_s=5)
     state.streams[owner] += 1
-    return _Counted(_frames(entries, entry, int(last_event_id or 0)), partial(state.streams.subtract, (owner,)))
+    frames = _frames(entries, entry, after, holds)
+    return _Counted(frames, partial(state.streams.subtract, (owner,)))
 
 
-async def _frames(entries: Entries[E], entry: str, after: int) -> AsyncIterator[bytes]:
+async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[], bool]) -> AsyncIterator[bytes]:
     yield b": events\n\n"
     events = entries.follow(entry, after)
     coming: asyncio.Future[EventRecord | None] | None = None
+    told_s = checked_s = time.monotonic()
     try:
         while True:
             coming = coming or asyncio.ensure_future(_next(events))
-            await asyncio.wait({coming}, timeout=KEEP_ALIVE_S)
+            await asyncio.wait({coming}, timeout=KEY_S)
+            now_s = time.monotonic()
+            if now_s - checked_s >= KEY_S:
+                checked_s = now_s
+                if not holds():
+                    yield NO_KEY
+                    return
             if not coming.done():
-                yield b": still there\n\n"
+                if now_s - told_s >= KEEP_ALIVE_S:
+                    told_s = now_s
+                    yield b": still there\n\n"
                 continue
+            told_s = now_s
             event, coming = coming.result(), None
             if event is None:
                 break

@@ -8,18 +8,17 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Mapping
-from enum import StrEnum
 from importlib.resources import files
 from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from pydantic import BaseModel
 
 from marsupial_service.examples.bodies import EXAMPLES
 from marsupial_service.http.problems import KINDS, MEDIA_TYPE
-from marsupial_service.jobs import records as jobs
-from marsupial_service.missions import values as missions
 from marsupial_service.schemas.answers import ProblemAnswer
+from marsupial_service.schemas.events import JOB_EVENTS, MISSION_EVENTS
 
 FILE = "openapi.json"
 _REF = "#/components/schemas/{model}"
@@ -39,7 +38,8 @@ _EVENT: dict[str, Any] = {
     "required": ["id", "event", "data"],
 }
 
-_EVENT_TYPES: Mapping[str, type[StrEnum]] = {"jobs": jobs.JobEventType, "missions": missions.EventType}
+_EVENT_DATA: Mapping[str, Mapping[Any, type[BaseModel]]] = {"jobs": JOB_EVENTS, "missions": MISSION_EVENTS}
+"""What the data of each type of event is, by the tag of the routes."""
 
 _ALWAYS = ("not-acceptable", "invalid", "internal")
 _BODY = ("bad-json", "too-slow", "too-large", "media-type")
@@ -66,6 +66,10 @@ def document(app: FastAPI, *, needs_keys: bool) -> dict[str, Any]:
         schemas.pop(name, None)
     problem = ProblemAnswer.model_json_schema(ref_template="#/components/schemas/{model}")
     schemas |= problem.pop("$defs", {}) | {"ProblemAnswer": problem}
+    for model in (model for models in _EVENT_DATA.values() for model in models.values()):
+        schema = model.model_json_schema(ref_template="#/components/schemas/{model}", mode="serialization")
+        schemas |= {name: part for name, part in schema.pop("$defs", {}).items() if name not in schemas}
+        schemas[model.__name__] = schema
     for path in found["paths"].values():
         for operation in path.values():
             _tidy(operation, needs_keys)
@@ -105,9 +109,17 @@ def _tidy(operation: dict[str, Any], needs_keys: bool) -> None:
 
 
 def _event(tag: str) -> dict[str, Any]:
-    """Return the schema of the events of jobs or missions."""
-    kinds = {"type": "string", "enum": [kind.value for kind in _EVENT_TYPES[tag]]}
-    return {**_EVENT, "properties": {**_EVENT["properties"], "event": kinds}}
+    """Return the schema of the events of jobs or missions: what `data` holds as JSON goes by `event`."""
+    variants = []
+    for kind, model in _EVENT_DATA[tag].items():
+        data = {**_EVENT["properties"]["data"], "contentSchema": {"$ref": _REF.format(model=model.__name__)}}
+        told = {**_EVENT["properties"], "event": {"type": "string", "const": kind.value}, "data": data}
+        variants.append({**_EVENT, "title": kind.value, "description": _first_line(model), "properties": told})
+    return {"oneOf": variants}
+
+
+def _first_line(model: type[BaseModel]) -> str:
+    return (model.__doc__ or "").partition("\n")[0]
 
 
 def _drop_null_defaults(node: object) -> None:

@@ -6,15 +6,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from http import HTTPStatus
 
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 from starlette.responses import Response
 
 from marsupial import errors as library
-from marsupial.errors import MarsupialError
+from marsupial.errors import InputError, MarsupialError, Problem
+from marsupial_service.http.pointers import of_location, of_path
 from marsupial_service.schemas.answers import ProblemAnswer, ProblemDetailAnswer
+from marsupial_service.schemas.base import NONE_OF
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -28,6 +33,7 @@ class Kind:
 
 
 KINDS: Mapping[str, Kind] = {
+    "bad-request": Kind(400, "The request is not valid HTTP"),
     "bad-json": Kind(400, "The body is not valid JSON"),
     "no-key": Kind(401, "An API key is needed"),
     "no-scope": Kind(403, "The API key does not allow this"),
@@ -44,6 +50,7 @@ KINDS: Mapping[str, Kind] = {
     "too-many": Kind(429, "Too many at a time"),
     "internal": Kind(500, "Something went wrong in the service"),
     "not-ready": Kind(503, "The service is not ready"),
+    "store-full": Kind(507, "The store is full"),
 }
 
 ERROR_KINDS: Mapping[type[MarsupialError], str] = {
@@ -79,9 +86,14 @@ class HttpProblem(Exception):
     ) -> None:
         super().__init__(detail)
         self.kind = kind
+        self.title = KINDS[kind].title
         self.detail = detail
         self.errors = tuple(errors)
         self.headers = dict(headers or {})
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Say how it is sent from another process."""
+        return partial(HttpProblem, errors=self.errors, headers=self.headers), (self.kind, self.detail)
 
 
 MOST_ERRORS = 100
@@ -96,7 +108,7 @@ def answer(problem: HttpProblem, instance: str) -> Response:
         type=f"urn:marsupial:problem:{problem.kind}",
         title=kind.title,
         status=kind.status,
-        detail=problem.detail or summary(problem.errors) or HTTPStatus(kind.status).description or kind.title,
+        detail=problem.detail or summary(errors, len(problem.errors)) or _described(kind),
         instance=instance,
         errors=list(errors) or None,
     )
@@ -104,13 +116,56 @@ def answer(problem: HttpProblem, instance: str) -> Response:
     return Response(text.encode(), status_code=kind.status, headers=problem.headers, media_type=MEDIA_TYPE)
 
 
-def summary(errors: tuple[ProblemDetailAnswer, ...]) -> str:
-    """Return the first error in a line, and how many more there are."""
+def _described(kind: Kind) -> str:
+    return HTTPStatus(kind.status).description or kind.title
+
+
+def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
+    """Return the first of `count` errors in a line, and how many more there are."""
     if not errors:
         return ""
     first = errors[0]
-    more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+    more = f" (and {count - 1} more)" if count > 1 else ""
     return f"{first.pointer or first.query or first.header or first.path or 'the body'}: {first.detail}{more}"
+
+
+def problem_of(error: MarsupialError, document: object) -> HttpProblem:
+    """Return the problem for what the library raises about input, which is the body `document`.
+
+    What is not the client's fault is raised again.
+    """
+    kind = kind_of(error)
+    if KINDS[kind].status >= 500:
+        raise error
+    if not isinstance(error, InputError):
+        return HttpProblem(kind, str(error))
+    return problem_of_all(kind, error.problems, document)
+
+
+def problem_of_all(kind: str, problems: Sequence[Problem], document: object) -> HttpProblem:
+    """Return the problem for all that is wrong with the body `document`; the first ones are told."""
+    details = [
+        ProblemDetailAnswer(pointer=of_path(problem.path, document), detail=problem.message)
+        for problem in problems[:MOST_ERRORS]
+    ]
+    return HttpProblem(kind, summary(details, len(problems)), errors=details)
+
+
+def problem_of_shape(error: ValidationError, document: object) -> HttpProblem:
+    """Return the problem for what pydantic finds wrong in the body `document`."""
+    found = error.errors(include_url=False, include_input=False)
+    details = [
+        ProblemDetailAnswer(pointer=of_location(_place(one), document), detail=one["msg"])
+        for one in found[:MOST_ERRORS]
+    ]
+    return HttpProblem("invalid", summary(details, len(found)), errors=details)
+
+
+def _place(error: ErrorDetails) -> tuple[str | int, ...]:
+    """Return what an error of pydantic's is about: where one of several fields is needed, the likeliest of them."""
+    if error["type"] == NONE_OF:
+        return (*error["loc"], error["ctx"]["keys"].split()[0])
+    return error["loc"]
 
 
 def kind_of(error: MarsupialError) -> str:

@@ -1,4 +1,4 @@
-"""What every route does before its own code: who asks, in which form the answer is wanted, the body as strict JSON.
+"""What every route does before its own code: who asks, in which form the answer is wanted, the body received.
 
 The order is: key (401, 403), form of the answer (406), type of the body (415), its size and time (413, 408), its
 syntax (400), its shape (422). So a stranger can't make the service read anything.
@@ -15,7 +15,7 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 
 from marsupial_service.http.problems import HttpProblem
-from marsupial_service.http.strict_json import parse
+from marsupial_service.intake.reading import Sent
 from marsupial_service.operations.keys import Scope
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
@@ -37,9 +37,13 @@ class Route(APIRoute):
             request.state.owner = self._owner(request)
             _check_accept(request, self._media_type())
             self._check_query(request)
-            if self.body_field is not None:
-                request = await _StrictRequest.read(request)
-            return await handle(request)
+            if self.body_field is None:
+                return await handle(request)
+            held = _Held(state_of(request.app))
+            try:
+                return await handle(await _ReadRequest.of(request, held))
+            finally:
+                held.release()
 
         return checked
 
@@ -50,6 +54,7 @@ class Route(APIRoute):
     def _owner(self, request: Request) -> str:
         """Return the name of the key, if its scope is that of the route."""
         state = state_of(request.app)
+        request.state.key = None
         if self.scope is None or not state.settings.needs_keys:
             return LOCAL_OWNER
         scheme, _, secret = request.headers.get("authorization", "").partition(" ")
@@ -59,6 +64,7 @@ class Route(APIRoute):
             raise HttpProblem("no-key", said, headers={"WWW-Authenticate": "Bearer"})
         if self.scope not in key.scopes:
             raise HttpProblem("no-scope", f"the key's scopes are {', '.join(key.scopes)}; this needs {self.scope}")
+        request.state.key = key
         return key.name
 
     def _check_query(self, request: Request) -> None:
@@ -84,42 +90,71 @@ class AdminRoute(Route):
     scope = Scope.ADMIN
 
 
-class _StrictRequest(Request):
-    """A request whose body has been read and parsed."""
+class _ReadRequest(Request):
+    """A request whose body has been received; what it says is found out by the route (`intake.reading`)."""
 
-    _parsed: Any
+    _sent: Sent
 
     @classmethod
-    async def read(cls, request: Request) -> _StrictRequest:
-        """Read the body of `request`."""
+    async def of(cls, request: Request, held: _Held) -> _ReadRequest:
+        """Receive the body of `request`."""
         kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
         if kind != "application/json":
             raise HttpProblem("media-type", f"Content-Type must be application/json, got {kind[:100] or 'none'}")
         if request.headers.get("content-encoding", "identity").lower() != "identity":
             raise HttpProblem("media-type", "Content-Encoding must be identity")
-        body = await _body(request, state_of(request.app))
-        strict = cls(request.scope, request.receive)
-        strict._body = body
-        strict._parsed = strict.state.json = parse(body)
-        return strict
+        read = cls(request.scope, request.receive)
+        read._body = await _body(request, held)
+        read._sent = Sent(read._body)
+        return read
+
+    async def body(self) -> bytes:
+        """Return something, so that the framework asks for what there is."""
+        return b"{}"
 
     async def json(self) -> Any:
-        """Return what the body says."""
-        return self._parsed
+        """Return what the route reads."""
+        return self._sent
 
 
-async def _body(request: Request, state: State) -> bytes:
-    limits = state.settings.limits
+class _Held:
+    """The bytes of one body, as far as it is there, among those that the service holds."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self.limits = state.settings.limits
+        self._bytes = 0
+
+    def take(self, count: int) -> None:
+        """Count bytes that came. Raises HttpProblem if there are too many of this body, or of all."""
+        self._bytes += count
+        self._state.held_bytes += count
+        if self._bytes > self.limits.body_bytes:
+            raise _too_large(self.limits.body_bytes)
+        if self._state.held_bytes > self.limits.bodies_bytes:
+            text = "the service is reading as much as it can"
+            raise HttpProblem("too-many", text, headers={"Connection": "close", "Retry-After": "1"})
+
+    def release(self) -> None:
+        """Count them no more."""
+        self._state.held_bytes -= self._bytes
+        self._bytes = 0
+
+
+async def _body(request: Request, held: _Held) -> bytes:
+    """Receive a body, which has to come at a rate; `body_s` are for what is slow at first."""
+    limits = held.limits
     length = request.headers.get("content-length", "")
     if length.isascii() and length.isdigit() and int(length[:20]) > limits.body_bytes:
         raise _too_large(limits.body_bytes)
     body = bytearray()
+    due_s = asyncio.get_running_loop().time() + limits.body_s
     try:
-        async with asyncio.timeout(limits.body_s):
+        async with asyncio.timeout_at(due_s) as timeout:
             async for chunk in request.stream():
+                held.take(len(chunk))
                 body += chunk
-                if len(body) > limits.body_bytes:
-                    raise _too_large(limits.body_bytes)
+                timeout.reschedule(due_s + len(body) / limits.body_rate)
     except TimeoutError:
         raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
     return bytes(body)

@@ -19,6 +19,10 @@ _REASONS = {
 }
 
 
+_LONGEST_SHOWN = 100
+"""Characters of a field's name."""
+
+
 def parse(data: bytes) -> Any:
     """Return the value that JSON text describes. Raises HttpProblem if it is no such text."""
     try:
@@ -38,9 +42,9 @@ def parse(data: bytes) -> Any:
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     fields = dict(pairs)
     if len(fields) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for key in fields if keys.count(key) > 1)
-        raise HttpProblem("bad-json", f"field {twice!r} is given twice")
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise HttpProblem("bad-json", f"field {twice[:_LONGEST_SHOWN]!r} is given twice")
     return fields
 
 

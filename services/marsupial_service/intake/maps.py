@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import base64
 import binascii
+import math
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,8 +21,9 @@ from marsupial.formats.mapfiles.terrain_mask import apply_mask
 from marsupial.formats.scenario.map import drawn_cells, mask_codes
 from marsupial.model.grid import Grid, Terrain
 from marsupial.model.situation import SituationGoal
+from marsupial.model.sizes import Extent
 from marsupial_service.analyses.mapstate import MapState
-from marsupial_service.intake.situations import check_count
+from marsupial_service.intake.counts import check_count
 from marsupial_service.intake.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
@@ -31,12 +34,11 @@ def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
 
     Raises ScenarioError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
-    check_count("map_state.robots", len(body.robots), limits.robots, "robots")
-    check_count("map_state.robot_types", len(body.robot_types), limits.robots, "robot types")
     notes = Notes("map_state")
     terrains = terrains_of(body.terrains, notes)
     grid = _grid(body.map, terrains, limits, notes.below("map"))
-    kinds = types_of(body.robot_types, terrains, None if grid is None else grid.resolution_m, notes)
+    extent = None if grid is None else Extent(grid.cells.size, grid.resolution_m)
+    kinds = types_of(body.robot_types, terrains, extent, limits, notes)
     notes.check(ScenarioError)
     assert grid is not None
     goal = body.goal or SituationGoal()
@@ -53,6 +55,21 @@ def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
     return state
 
 
+def image_cells(body: MapBody) -> int:
+    """Return how many pixels the images of a map have by their headers; what is no image has none."""
+    images = [] if body.mask is None else [body.mask.image]
+    images += (
+        [] if isinstance(body, RowsMapBody) else [body.nav2.image if isinstance(body, Nav2MapBody) else body.image]
+    )
+    return sum(_pixels(image) for image in images)
+
+
+def _pixels(image: str) -> int:
+    with suppress(binascii.Error, MapError):
+        return math.prod(size_of(base64.b64decode(image, validate=True)))
+    return 0
+
+
 def _grid(body: MapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, notes: Notes) -> Grid | None:
     """Return the map, or None with the problems noted."""
     before = len(notes.problems)
@@ -64,7 +81,7 @@ def _grid(body: MapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, n
 
 
 def _drawn(body: RowsMapBody, terrains: tuple[Terrain, ...], limits: ServiceLimits, notes: Notes) -> Grid | None:
-    check_count(notes.at("rows"), len(body.rows) * len(body.rows[0]), limits.cells, "cells")
+    check_count("/map_state/map/rows", len(body.rows) * len(body.rows[0]), limits.cells, "cells")
     cells = drawn_cells(body.rows, body.legend or {}, terrains, notes)
     return Grid(cells=cells, resolution_m=body.resolution_m, origin_m=body.origin_m or ORIGIN) if cells.size else None
 
@@ -108,7 +125,7 @@ def _image(text: str, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
     try:
         data = base64.b64decode(text, validate=True)
         width, height = size_of(data, field="image")
-        check_count(notes.at("image"), width * height, limits.cells, "pixels")
+        check_count("/" + notes.at("image").replace(".", "/"), width * height, limits.cells, "pixels")
         return grey_of(data, field="image", max_cells=limits.cells)
     except binascii.Error as error:
         notes.wrong("image", f"is not base64 ({error})")

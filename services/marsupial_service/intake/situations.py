@@ -14,9 +14,8 @@ from marsupial.formats.situation import check_places, travel_tables
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation, SituationGoal
-from marsupial_service.http.problems import HttpProblem
+from marsupial_service.intake.counts import check_count
 from marsupial_service.operations.settings import ServiceLimits
-from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 from marsupial_service.schemas.situations import SituationBody
 
@@ -26,24 +25,13 @@ def refuse(path: str, text: str) -> InputError:
     return InputError([Problem(path, text)])
 
 
-def check_count(path: str, count: int, limit: int, noun: str) -> None:
-    """Raise HttpProblem if there are more than the limit allows."""
-    if count > limit:
-        text = f"has {count} {noun}, more than the limit of {limit}"
-        pointer = "/" + path.replace(".", "/")
-        raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=pointer, detail=text)])
-
-
 def situation_of(body: SituationBody, limits: ServiceLimits) -> Situation:
     """Return the situation of a request, which stands in its field ``situation``.
 
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
-    check_count("situation.robots", len(body.robots), limits.robots, "robots")
-    check_count("situation.types", len(body.types), limits.robots, "robot types")
-    check_count("situation.targets", len(body.targets), limits.targets, "targets")
     count = len(body.meetings) + len(body.homes) + len(body.targets)
-    check_count("situation.meetings", count, limits.places, "places")
+    check_count("/situation/meetings", count, limits.places, "places")
     notes = Notes("situation")
     starts = [robot.place for robot in body.robots if robot.place is not None]
     places = [*starts, *(target.name for target in body.targets), *body.meetings, *body.homes]

@@ -17,7 +17,9 @@ from marsupial.model.grid import TERRAINS, Cell, Grid, Terrain
 from marsupial.model.mission import MapMeeting
 from marsupial.model.robots import EnergyModel, RobotType, Role, Routes, TeamMember
 from marsupial.model.situation import SituationGoal
+from marsupial.model.sizes import Extent, ground_faults, radius_fault
 from marsupial.model.world import RobotReport
+from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.mapstates import (
     CarrierTypeBody,
     DockBody,
@@ -29,9 +31,6 @@ from marsupial_service.schemas.mapstates import (
     UndockBody,
 )
 from marsupial_service.schemas.missions import RobotNoteBody
-
-MOST_RADIUS_CELLS = 200
-"""Of a robot: what the cells under its footprint cost goes with the square."""
 
 ORIGIN = (0.0, 0.0, 0.0)
 """Pose of a map whose origin is not said."""
@@ -51,17 +50,25 @@ def terrains_of(bodies: Sequence[TerrainBody], notes: Notes) -> tuple[Terrain, .
 
 
 def types_of(
-    bodies: Sequence[RobotTypeBody], terrains: tuple[Terrain, ...], resolution_m: float | None, notes: Notes
+    bodies: Sequence[RobotTypeBody],
+    terrains: tuple[Terrain, ...],
+    extent: Extent | None,
+    limits: ServiceLimits,
+    notes: Notes,
 ) -> dict[str, RobotType]:
-    """Return ``robot_types`` by name; none may be too big for the cells of the map, where their size is known."""
+    """Return ``robot_types`` by name; they may not be too large for the cells of the map, where that is known."""
     types: dict[str, RobotType] = {}
     for i, body in enumerate(bodies):
         part = notes.below(f"robot_types[{i}]")
         if body.name.lower() in {name.lower() for name in types}:
             part.wrong("name", f"{body.name!r} is used twice")
-        if resolution_m is not None and body.radius_m > MOST_RADIUS_CELLS * resolution_m:
-            part.wrong("radius_m", f"must be at most {MOST_RADIUS_CELLS} cells of the map")
+        fault = None if extent is None else radius_fault(body.radius_m, extent, limits.sizes)
+        if fault is not None:
+            part.wrong("radius_m", fault)
         types[body.name] = _type(body, terrains, part)
+    if extent is not None:
+        for fault in ground_faults(list(types.values()), extent, limits.sizes):
+            notes.wrong("robot_types", fault)
     return types
 
 

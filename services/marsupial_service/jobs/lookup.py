@@ -5,10 +5,12 @@ from __future__ import annotations
 import zlib
 
 from marsupial.model.planning import Budget
+from marsupial_service.entries.records import UnknownEntry
 from marsupial_service.entries.table import EntryTable, Reader, made_of
-from marsupial_service.jobs.documents import plan_of
+from marsupial_service.jobs.documents import line, plan_of
 from marsupial_service.jobs.messages import Analysed
 from marsupial_service.jobs.records import MOVES, JobEventType, JobOutcome, JobRecord, JobState, PlanRecord
+from marsupial_service.moments import timestamp
 from marsupial_service.store.engine import Row
 
 _SELECT = (
@@ -21,6 +23,17 @@ def plans(reader: Reader, job: str) -> tuple[PlanRecord, ...]:
     """Return the plans of a job in order."""
     sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? ORDER BY revision"
     return tuple(_plan(row) for row in reader.execute(sql, (job,)))
+
+
+def plan_text(reader: Reader, job: str, revision: int) -> str:
+    """Return a revision of a job's plan as it is told, without looking at its actions. Raises UnknownEntry."""
+    sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? AND revision = ?"
+    row = reader.execute(sql, (job, revision)).fetchone()
+    if row is None:
+        raise UnknownEntry("job")
+    words = {"revision": row["revision"], "makespan_ms": row["makespan_ms"], "found_after_ms": row["found_after_ms"]}
+    head, ipc = line({**words, "found_at": timestamp(row["at_ms"])}), line(row["ipc"])
+    return f'{head[:-1]},"actions":{row["actions"]},"ipc":{ipc}}}'
 
 
 def analysis(reader: Reader, job: str) -> Analysed | None:

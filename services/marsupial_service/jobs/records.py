@@ -103,6 +103,17 @@ class JobRequest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PackedRequest:
+    """A job to be done as it is stored: `task` pickled, `source` as compressed JSON text."""
+
+    planner: str
+    budget: Budget
+    digest: bytes
+    task: bytes
+    source: bytes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanRecord:
     """A revision of a job's plan, counted from 1, each better than the last and accepted by the checker.
 
@@ -160,10 +171,11 @@ class JobRecord(StoredEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Counts for operators: jobs in the store by state and by outcome, and slots in use."""
+    """Counts for operators: jobs in the store by state and by outcome, those that wait by owner, and slots in use."""
 
     states: Mapping[JobState, int]
     outcomes: Mapping[JobOutcome, int]
+    waiting: Mapping[str, int]
     slots: int
     slots_in_use: int
 
@@ -184,6 +196,7 @@ class JobSettings(EntrySettings):
 
     slots: int = 2
     queue: int = 100
+    key_queue: int = 100
     max_attempts: int = 3
     steps_limit_s: float = 60.0
     commands: Mapping[str, str] = field(default_factory=dict)

@@ -7,27 +7,37 @@ a running job in a thread per slot, planning in processes of its own.
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import uuid
-import zlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import ExitStack, closing, suppress
+from dataclasses import replace
+from typing import NamedTuple
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
 from marsupial.processes.runner import LOCAL, Room, Runner
 from marsupial_service.entries.records import Created, UnknownEntry
 from marsupial_service.entries.service import Entries
+from marsupial_service.entries.slots import Place, Slots
 from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed
-from marsupial_service.jobs.records import JobOutcome, JobRecord, JobRequest, JobSettings, JobState, Metrics, PlanRecord
+from marsupial_service.jobs.packing import pack
+from marsupial_service.jobs.records import (
+    JobOutcome,
+    JobRecord,
+    JobRequest,
+    JobSettings,
+    Metrics,
+    PackedRequest,
+    PlanRecord,
+)
 from marsupial_service.jobs.warm import load_planners
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, StoreError, kept
+from marsupial_service.store import Store, StoreError
 
 PRELOAD = (*engines.PRELOAD, work, load_planners)
 """What all workers need, loaded before they are forked."""
@@ -41,6 +51,15 @@ _HANG_S = 1.0
 log = logging.getLogger("marsupial.jobs")
 
 
+class _Claimed(NamedTuple):
+    """A job that is taken, and where it is to run; leaving `held` gives slot and room back."""
+
+    claim: table.Claim
+    place: Place
+    room: Room
+    held: ExitStack
+
+
 class Jobs(Entries[JobRecord]):
     """All planning jobs of one store."""
 
@@ -50,9 +69,11 @@ class Jobs(Entries[JobRecord]):
         settings: JobSettings,
         now_ms: Callable[[], int] = wall_clock_ms,
         runner: Runner = LOCAL,
+        slots: Slots | None = None,
     ) -> None:
         super().__init__(store, JOBS, settings, now_ms, runner)
         self._settings = settings
+        self._slots = slots or Slots(settings.slots)
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
         self._storing = 0
@@ -83,15 +104,16 @@ class Jobs(Entries[JobRecord]):
         self._threads.shutdown(wait=False)
 
     async def submit(
-        self, request: JobRequest, *, owner: str, idempotency_key: str | None = None
+        self, request: JobRequest | PackedRequest, *, owner: str, idempotency_key: str | None = None
     ) -> Created[JobRecord]:
         """Store a job; what is returned is committed. Raises TooMany, KeyReused, StoreError."""
         if self._storing >= self._settings.queue:
             raise table.queue_full(_BUSY_RETRY_S)
         self._storing += 1
         try:
-            job = await asyncio.to_thread(_packed, request, owner, idempotency_key)
-            submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms()))
+            packed = request if isinstance(request, PackedRequest) else await asyncio.to_thread(pack, request)
+            job = _new(packed, owner, idempotency_key)
+            submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._room))
         finally:
             self._storing -= 1
         return submitted
@@ -99,6 +121,10 @@ class Jobs(Entries[JobRecord]):
     async def plans(self, job: str) -> tuple[PlanRecord, ...]:
         """Return every revision, the first one first."""
         return await self.read(lambda reader: lookup.plans(reader, job))
+
+    async def plan_text(self, job: str, revision: int) -> str:
+        """Return a revision as JSON text. Raises UnknownEntry."""
+        return await self.read(lambda reader: lookup.plan_text(reader, job, revision))
 
     async def analysis(self, job: str) -> Analysed | None:
         """Return what was found on the map, or None (not yet, or a ready situation was sent)."""
@@ -126,10 +152,8 @@ class Jobs(Entries[JobRecord]):
 
     async def metrics(self) -> Metrics:
         """Return counts for operators."""
-        states, outcomes = await self.read(
-            lambda reader: (JOBS.counts(reader, "state", JobState), JOBS.counts(reader, "outcome", JobOutcome))
-        )
-        return Metrics(states=states, outcomes=outcomes, slots=self._settings.slots, slots_in_use=len(self._attempts))
+        found = await self.read(table.counts)
+        return replace(found, slots=self._slots.count, slots_in_use=self._slots.in_use)
 
     async def _take_up(self) -> None:
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms()))
@@ -142,22 +166,25 @@ class Jobs(Entries[JobRecord]):
             async with self._claiming:  # one slot after the other: they would all wait for the same
                 claimed = await self._claimed()
             if claimed is not None:
-                await self._attend(*claimed)
+                with claimed.held:
+                    await self._attend(claimed)
 
-    async def _claimed(self) -> tuple[table.Claim, Room] | None:
-        """Wait for a job and for room, and only then take it: it might run elsewhere meanwhile. None at `stop`."""
+    async def _claimed(self) -> _Claimed | None:
+        """Wait for a job, a slot and room, and only then take it: it might run elsewhere meanwhile. None at `stop`."""
         with self._bells.bell(table.QUEUE) as bell:
             while not self.stopping:
                 bell.clear()
                 if not await self._is_queued():
                     await bell.wait()
                     continue
-                room = self._asked = self._runner.room(_CPUS)
-                there = await asyncio.get_running_loop().run_in_executor(self._threads, room.wait)
-                claim = await self.surely(lambda tx: table.claim(tx, self.now_ms())) if there else None
-                if claim is not None:
-                    return claim, room
-                room.close()
+                with ExitStack() as held:
+                    place = held.enter_context(self._slots.taken(await self._slots.for_job()))
+                    room = held.enter_context(closing(self._runner.room(_CPUS)))
+                    if not await self._is_there(room, place):
+                        continue
+                    claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+                    if claim is not None:
+                        return _Claimed(claim, place, room, held.pop_all())
         return None
 
     async def _is_queued(self) -> bool:
@@ -165,18 +192,30 @@ class Jobs(Entries[JobRecord]):
             return await self.read(table.is_queued)
         return True  # who tries to take it waits for the store
 
-    async def _attend(self, claim: table.Claim, room: Room) -> None:
+    async def _is_there(self, room: Room, place: Place) -> bool:
+        """Wait for room; a mission that wants the slot meanwhile gets it, and `stop` ends the waiting."""
+        place.breaks = room.close
+        self._asked = room
+        there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, room.wait)
+        is_wanted = place.breaks is None
+        place.breaks = self._asked = None
+        return there and not is_wanted and not self.stopping
+
+    async def _attend(self, claimed: _Claimed) -> None:
         """Do an attempt at a job and store how it ended."""
-        end = await self._attempt(claim, room)
+        claim = claimed.claim
+        end = await self._attempt(claimed)
         try:
             await self._settle(claim, end)
         except Exception as error:
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
             await self._settle(claim, _failed(error))
 
-    async def _attempt(self, claim: table.Claim, room: Room) -> Closed | Lost:
-        attempt = self._attempts[claim.id] = Attempt(claim, room, self._store, self._settings, self.now_ms)
+    async def _attempt(self, claimed: _Claimed) -> Closed | Lost:
+        claim, place = claimed.claim, claimed.place
+        attempt = self._attempts[claim.id] = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
+        place.breaks = attempt.cancel
         heed = asyncio.create_task(self._heed(attempt))
         try:
             if self.stopping:
@@ -187,7 +226,7 @@ class Jobs(Entries[JobRecord]):
             return _failed(error)
         finally:
             heed.cancel()
-            room.close()
+            place.breaks = None
             del self._attempts[claim.id]
 
     async def _heed(self, attempt: Attempt) -> None:
@@ -208,14 +247,17 @@ class Jobs(Entries[JobRecord]):
             return
         again = await self.surely(lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms()))
         if again:
-            log.warning("job interrupted", extra={"job": claim.id, "reason": end.reason or "the server stops"})
+            log.warning(
+                "job interrupted",
+                extra={"job": claim.id, "reason": end.reason or "the server stops, or a mission is planned"},
+            )
 
 
 def _failed(error: Exception) -> Closed:
     return Closed(outcome=JobOutcome.ENGINE_FAILED, detail=f"internal error ({type(error).__name__})")
 
 
-def _packed(request: JobRequest, owner: str, key: str | None) -> table.NewJob:
+def _new(request: PackedRequest, owner: str, key: str | None) -> table.NewJob:
     return table.NewJob(
         id=uuid.uuid4().hex,
         owner=owner,
@@ -223,6 +265,6 @@ def _packed(request: JobRequest, owner: str, key: str | None) -> table.NewJob:
         digest=request.digest,
         planner=request.planner,
         budget=request.budget,
-        task=kept.dumps(request.task),
-        source=zlib.compress(json.dumps(request.source).encode(), 1),
+        task=request.task,
+        source=request.source,
     )

@@ -8,22 +8,28 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
 from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import Reader, made_of
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
-from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, JobRecord, JobSettings, JobState
+from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, JobRecord, JobSettings, JobState, Metrics
 from marsupial_service.moments import timestamp
 from marsupial_service.store import Transaction
+from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
 QUEUE = "queue"
 """The topic of jobs that wait to be claimed."""
+
+_LEAST_S = 0.1
+"""The budget of a job whose time was over when it was broken off."""
 
 _LONGEST_RETRY_S = 60
 _LONGEST_DETAIL = 4000
@@ -53,11 +59,14 @@ class Claim:
     start: Plan | None
 
 
-def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> Created[JobRecord]:
-    """Store a job, or find the one that the same request made before. Raises KeyReused, TooMany."""
+def insert(
+    tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int, room: Room = BOUNDLESS
+) -> Created[JobRecord]:
+    """Store a job, or find the one that the same request made before. Raises KeyReused, StoreFull, TooMany."""
 
     def add() -> None:
-        _find_room(tx, settings)
+        room.check(tx)
+        _find_room(tx, job.owner, settings)
         number = JOBS.add(
             tx,
             job,
@@ -67,6 +76,7 @@ def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> 
             seconds=job.budget.seconds,
             steps=job.budget.steps,
             queued_ms=now_ms,
+            bytes=ENTRY_BYTES + ROW_BYTES + len(job.task) + len(job.source),
         )
         tx.insert("payloads", job=number, task=job.task, source=job.source)
         _tell_state(tx, number, now_ms)
@@ -75,13 +85,13 @@ def insert(tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int) -> 
     return JOBS.create(tx, job, add)
 
 
-def _find_room(tx: Transaction, settings: JobSettings) -> None:
-    waiting, mean_s = tx.execute(
-        "SELECT count(*), avg(seconds) FROM jobs WHERE state = ? AND finished_ms IS NULL", (JobState.QUEUED,)
-    ).fetchone()
-    if waiting >= settings.queue:
-        retry_s = math.ceil((mean_s or settings.steps_limit_s) / settings.slots)
-        raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)))
+def _find_room(tx: Transaction, owner: str, settings: JobSettings) -> None:
+    sql = "SELECT count(*), avg(seconds) FROM jobs WHERE state = ? AND finished_ms IS NULL"
+    for more, values, most in (("", (), settings.queue), (" AND owner = ?", (owner,), settings.key_queue)):
+        waiting, mean_s = tx.execute(sql + more, (JobState.QUEUED, *values)).fetchone()
+        if waiting >= most:
+            retry_s = math.ceil((mean_s or settings.steps_limit_s) / settings.slots)
+            raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)), yours=bool(more))
 
 
 def cancelled(job: str) -> str:
@@ -89,9 +99,10 @@ def cancelled(job: str) -> str:
     return f"{job}/cancelled"
 
 
-def queue_full(retry_after_s: int) -> TooMany:
-    """Return why a job is not taken."""
-    return TooMany(f"the queue is full, try again in {retry_after_s} s", retry_after_s)
+def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
+    """Return why a job is not taken: too many wait in all, or of this owner."""
+    whose = "your part of the queue" if yours else "the queue"
+    return TooMany(f"{whose} is full, try again in {retry_after_s} s", retry_after_s)
 
 
 def is_queued(reader: Reader) -> bool:
@@ -101,27 +112,71 @@ def is_queued(reader: Reader) -> bool:
 
 
 def claim(tx: Transaction, now_ms: int) -> Claim | None:
-    """Take the job that has waited longest, if there is one: it is running from now on."""
-    head = tx.execute(
-        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL ORDER BY number LIMIT 1" + tx.skip_locked,
-        (JobState.QUEUED,),
-    ).fetchone()
-    if head is None:
+    """Take a job, if one waits: it is running from now on.
+
+    It is the one that has waited longest, of the owner of whom the fewest run, and of those the one served longest ago.
+    """
+    number = next((found for owner in _waiting(tx) if (found := _first_of(tx, owner)) is not None), None)
+    if number is None:
         return None
     row = tx.execute(
-        "SELECT number, id, planner, seconds, steps, attempts, started_ms, task FROM jobs JOIN payloads ON job = number"
-        " WHERE number = ?",
-        (head["number"],),
+        "SELECT number, id, planner, seconds, steps, spent_ms, attempts, started_ms, task"
+        " FROM jobs JOIN payloads ON job = number WHERE number = ?",
+        (number,),
     ).fetchone()
-    number, attempt = row["number"], row["attempts"] + 1
+    attempt = row["attempts"] + 1
     started_ms = now_ms if row["started_ms"] is None else row["started_ms"]
     JOBS.move(tx, number, JobState.RUNNING, now_ms, attempts=attempt, started_ms=started_ms)
-    term = JOBS.take_over(tx, number)
+    term = JOBS.take_over(tx, number, claimed_ms=now_ms)
     _tell_state(tx, number, now_ms)
     best = _best(tx, number)
-    budget = Budget(seconds=row["seconds"], steps=row["steps"])
+    seconds = None if row["seconds"] is None else max(_LEAST_S, row["seconds"] - row["spent_ms"] / 1000)
+    budget = Budget(seconds=seconds, steps=row["steps"])
     start = None if best is None else plan_of(best[1])
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
+
+
+def _waiting(tx: Transaction) -> Sequence[str]:
+    """Return the owners of jobs that wait, the one first that is to be served next."""
+    counts = "SELECT owner, min(number) AS first, count(*) AS jobs FROM jobs WHERE state = ? AND finished_ms IS NULL"
+    rows = tx.execute(
+        f"SELECT waits.owner FROM ({counts} GROUP BY owner) AS waits"
+        f" LEFT JOIN ({counts} GROUP BY owner) AS runs ON runs.owner = waits.owner"
+        " LEFT JOIN owners ON owners.name = waits.owner"
+        " ORDER BY coalesce(runs.jobs, 0), coalesce(owners.served, 0), waits.first",
+        (JobState.QUEUED, JobState.RUNNING),
+    )
+    return [row["owner"] for row in rows]
+
+
+def _first_of(tx: Transaction, owner: str) -> int | None:
+    """Return the job of an owner that has waited longest, and enter that they are served with it."""
+    row = tx.execute(
+        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
+        + tx.skip_locked,
+        (JobState.QUEUED, owner),
+    ).fetchone()
+    if row is None:
+        return None
+    tx.execute(
+        "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
+        " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
+        (owner,),
+    )
+    number: int = row["number"]
+    return number
+
+
+def counts(reader: Reader) -> Metrics:
+    """Return counts for operators, all slots free."""
+    sql = "SELECT owner, count(*) FROM jobs WHERE state = ? AND finished_ms IS NULL GROUP BY owner"
+    return Metrics(
+        states=JOBS.counts(reader, "state", JobState),
+        outcomes=JOBS.counts(reader, "outcome", JobOutcome),
+        waiting=dict(map(tuple, reader.execute(sql, (JobState.QUEUED,)).fetchall())),
+        slots=0,
+        slots_in_use=0,
+    )
 
 
 def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
@@ -130,6 +185,7 @@ def add_analysis(tx: Transaction, claim: Claim, analysed: Analysed) -> bool:
         return False
     sql = "UPDATE payloads SET situation = ?, places = ? WHERE job = ?"
     tx.execute(sql, (analysed.situation, analysed.places, claim.number))
+    _grow(tx, claim.number, len(analysed.situation) + len(analysed.places))
     return True
 
 
@@ -155,6 +211,7 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
         actions=found.actions,
         ipc=found.ipc,
     )
+    _grow(tx, claim.number, ROW_BYTES + len(found.actions) + len(found.ipc))
     data = plan_event(revision, found.makespan_ms, after_ms, now_ms, found.actions)
     JOBS.tell(tx, claim.number, JobEventType.PLAN, data, now_ms)
     return True
@@ -176,8 +233,11 @@ def cancel(tx: Transaction, job: str, now_ms: int) -> JobRecord:
 def give_back(tx: Transaction, claim: Claim, reason: str, settings: JobSettings, now_ms: int) -> bool:
     """Put a job whose attempt was lost into the queue again, or end it if that was the last; say which (True: queue).
 
-    With no `reason` the attempt was ended by us and does not count.
+    With no `reason` the attempt was ended by us: it does not count, but for the time that it took.
     """
+    if not reason:
+        sql = "UPDATE jobs SET spent_ms = spent_ms + ? - claimed_ms WHERE number = ? AND term = ?"
+        tx.execute(sql, (now_ms, claim.number, claim.term))
     return _is_running(tx, claim) and _try_again(tx, claim.number, claim.attempt, reason, settings, now_ms)
 
 
@@ -225,7 +285,9 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:
     bound_ms = closed.lower_bound_ms
     if not JOBS.move(tx, number, state, now_ms, outcome=closed.outcome, detail=detail, lower_bound_ms=bound_ms):
         return False
+    (task,) = tx.execute("SELECT coalesce(length(task), 0) FROM payloads WHERE job = ?", (number,)).fetchone()
     tx.execute("UPDATE payloads SET task = NULL WHERE job = ?", (number,))
+    _grow(tx, number, -task)
     (plans,) = tx.execute("SELECT plans FROM jobs WHERE number = ?", (number,)).fetchone()
     end = {
         "state": state,
@@ -237,6 +299,10 @@ def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:
     }
     JOBS.tell(tx, number, JobEventType.END, line(end), now_ms)
     return True
+
+
+def _grow(tx: Transaction, number: int, more: int) -> None:
+    tx.execute("UPDATE jobs SET bytes = bytes + ? WHERE number = ?", (more, number))
 
 
 def _tell_state(tx: Transaction, number: int, now_ms: int) -> None:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
 
 from marsupial.model.grid import Grid
-from marsupial.model.mission import Status
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import Decision, PlanningReport
+from marsupial.model.mission import FrameGrown, Status
+from marsupial.model.strategy import Decision
 from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
-from marsupial_service.missions.values import Event, EventType, Wish
+from marsupial_service.missions.values import Event, EventType, Wish, planning_of
 from marsupial_service.missions.world import RobotCommand
 
 
@@ -33,12 +31,19 @@ def command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *
     return head
 
 
-def commands(
-    batch: int, revision: int, n: int, t_ms: int, until_ms: int | None, commands: Sequence[dict[str, object]]
-) -> str:
-    """Return what robots are to do after report `n`; the next report is due at `until_ms` of mission time."""
-    head = {"batch": batch, "revision": revision, "n": n, "t_ms": t_ms, "until_ms": until_ms}
-    return line({**head, "commands": list(commands)})
+def commands(head: Mapping[str, int | None], robots: Mapping[str, int], commands: Sequence[dict[str, object]]) -> str:
+    """Return what robots are to do after report `n`; the next report is due at `until_ms` of mission time.
+
+    Where `robots` report by their own counts, the last one of each is told as well.
+    """
+    counts: dict[str, object] = {"robots": dict(robots)} if robots else {}
+    return line({**head, **counts, "commands": list(commands)})
+
+
+def frame(grown: FrameGrown, resolution_m: float) -> str:
+    """Return the frame that all cells are of from now on; what was cell (x, y) is that plus `shift`."""
+    size = {"width": grown.width, "height": grown.height, "resolution_m": resolution_m}
+    return line({**size, "origin_m": list(grown.origin_m), "shift": list(grown.shift), "t_ms": grown.t_ms})
 
 
 def decision(decision: Decision) -> str:
@@ -50,18 +55,17 @@ def decision(decision: Decision) -> str:
 def decision_of(text: str) -> Decision:
     """Return the decision whose document this is."""
     fields = json.loads(text)
-    return Decision(plan=plan_of(line(fields["actions"])), report=report_of(fields))
-
-
-def report_of(fields: dict[str, Any]) -> PlanningReport:
-    """Return how a decision was found, from its document."""
-    report = {key: value for key, value in fields.items() if key != "actions"}
-    return PlanningReport(**{**report, "outcome": Outcome(fields["outcome"])})
+    return Decision(plan=plan_of(line(fields["actions"])), report=planning_of(fields))
 
 
 def state(wish: Wish, t_ms: int) -> str:
     """Return that a mission is paused or goes on."""
     return line({"state": "paused" if wish is Wish.PAUSE else "running", "t_ms": t_ms})
+
+
+def waiting(reason: str, t_ms: int) -> str:
+    """Return that a mission waits for a map on which its robots can stand, and why, or that it goes on."""
+    return line({"state": "waiting", "reason": reason, "t_ms": t_ms} if reason else {"state": "running", "t_ms": t_ms})
 
 
 def end(status: Status, reason: str, t_ms: int) -> str:

@@ -13,13 +13,34 @@ from marsupial.formats.loglines import LogEncoder
 from marsupial.library.first_use import try_mission
 from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import ActionEnded, ActionStarted, MissionEnded, MissionEvent, MissionStarted, Planned
+from marsupial.model.mission import (
+    ActionStarted,
+    FrameGrown,
+    MissionEnded,
+    MissionEvent,
+    MissionStarted,
+    Planned,
+)
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn, Wish
-from marsupial_service.missions.world import MapChanged, RemoteWorld, RobotCommand
+from marsupial_service.missions.values import (
+    Brief,
+    Due,
+    Dues,
+    Event,
+    EventType,
+    HasPlanned,
+    Input,
+    MayPlan,
+    Report,
+    Turn,
+    Turns,
+    WantsToPlan,
+    Wish,
+)
+from marsupial_service.missions.world import RemoteWorld, RobotCommand
 
 
 def load_missions() -> None:
@@ -28,7 +49,7 @@ def load_missions() -> None:
 
 
 def fly(brief: Brief, channel: Channel) -> None:
-    """Carry out a mission, again from the start each time the map turns out to have changed; the function of a job."""
+    """Carry out a mission; the function of a job."""
     desk = Desk(brief, channel)
     kinds = {kind.name: kind for kind in brief.kinds}
     world = RemoteWorld(brief, desk)
@@ -38,16 +59,10 @@ def fly(brief: Brief, channel: Channel) -> None:
         planning_time=brief.planning_time,
         reachable=brief.reachable,
         homes=world.homes,
+        waits=True,
     )
-    while True:
-        desk.event(_started(brief, world))
-        try:
-            Mission(world, kinds, desk, order, desk).run(lambda: world.cancelled)
-        except MapChanged:
-            desk.restart()
-            world.settle(brief.limits.time_ms)
-        else:
-            break
+    desk.event(_started(brief, world))
+    Mission(world, kinds, desk, order, desk).run(lambda: world.cancelled)
     world.stop_all()
     desk.end(world.now_ms)
 
@@ -84,23 +99,31 @@ class Desk(Observer):
         self._encoder = LogEncoder()
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []
-        self._n = self._t_ms = self._batch = self._stops = 0
-        self._revision = self._before = 0
+        self._grid = brief.grid
+        self._n = self._t_ms = self._batch = self._revision = 0
+        self._counts: dict[str, int] = {}
         self._action: ActionStarted | None = None
         self._ended: MissionEnded | None = None
-        self._decisions = deque(self._receive().decisions)
+        self._turns: list[Turn] = []
+        self._dues: deque[Due] = deque()
+        self._decisions = deque(self._due().decisions)
 
     def event(self, event: MissionEvent) -> None:
-        """Log an event; revisions continue counting when the mission restarts."""
-        if isinstance(event, Planned | ActionStarted | ActionEnded):
-            event = replace(event, revision=self._before + event.revision)
+        """Log an event; clients that follow no log are told of a frame that has grown as well."""
         if isinstance(event, Planned):
             self._revision = event.revision
         elif isinstance(event, ActionStarted):
             self._action = event
         elif isinstance(event, MissionEnded):
             self._ended = event
+        elif isinstance(event, FrameGrown):
+            self._grid = replace(self._grid, origin_m=event.origin_m)
+            self._tell(EventType.FRAME, documents.frame(event, self._grid.resolution_m))
         self._tell(EventType.LOG, self._encoder.line(event))
+
+    def waiting(self, reason: str) -> None:
+        """Tell that the mission waits for a map on which its robots can stand, or that it goes on."""
+        self._tell(EventType.STATE, documents.waiting(reason, self._t_ms))
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the decision that was made before, if there is one, or make one."""
@@ -108,7 +131,11 @@ class Desk(Observer):
             text = self._decisions.popleft()
             decision = documents.decision_of(text)
         else:
+            self._send_turns()
+            self._channel.send(WantsToPlan())
+            assert isinstance(self._channel.receive(), MayPlan)
             decision = self._told(self._inner.decide(briefing))
+            self._channel.send(HasPlanned())
             text = documents.decision(decision)
         self._tell(EventType.DECISION, text)
         return decision
@@ -118,29 +145,32 @@ class Desk(Observer):
         say, report = self._brief.without_command, decision.report
         return replace(decision, report=replace(report, planner=say(report.planner), detail=say(report.detail)))
 
-    def restart(self) -> None:
-        """Count revisions on from here."""
-        self._before = self._revision
-
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
         """Put a command among those to be sent next."""
         revision, place = self._revision, None
         if self._action is not None and not stop:
             revision, place = self._action.revision, self._action.action.place
-        self._commands.append(documents.command(order, revision, place, self._brief.grid, stop=stop))
+        self._commands.append(documents.command(order, revision, place, self._grid, stop=stop))
 
     def exchange(self, until_ms: int) -> Input:
-        """Send everything there is, to be answered by `until_ms`, and wait for the next input."""
+        """Send everything there is, to be answered by `until_ms`, and return the next input once it has come."""
         self._send_commands(until_ms)
-        self._send_turn(over=False)
-        answer = self._receive()
+        self._end_turn(over=False)
+        answer = self._due()
         assert answer.input is not None
         self._decisions = deque(answer.decisions)
         if not isinstance(answer.input, Wish):
-            self._n, self._t_ms = answer.input.n, answer.input.t_ms
+            self._count(answer.input)
         elif answer.input is not Wish.CANCEL:
             self._tell(EventType.STATE, documents.state(answer.input, self._t_ms))
         return answer.input
+
+    def _count(self, report: Report) -> None:
+        self._t_ms = max(self._t_ms, report.t_ms)
+        if report.robot is None:
+            self._n = report.n
+        else:
+            self._counts[report.robot] = report.n
 
     def end(self, t_ms: int) -> None:
         """Send the last turn."""
@@ -148,22 +178,33 @@ class Desk(Observer):
             self._send_commands(None)
         assert self._ended is not None
         self._tell(EventType.END, documents.end(self._ended.status, self._ended.reason, t_ms))
-        self._send_turn(over=True)
+        self._end_turn(over=True)
+        self._send_turns()
 
     def _tell(self, kind: EventType, data: str) -> None:
         self._events.append(Event(kind, data))
 
     def _send_commands(self, until_ms: int | None) -> None:
         self._batch += 1
-        data = documents.commands(self._batch, self._revision, self._n, self._t_ms, until_ms, self._commands)
+        head = {"batch": self._batch, "revision": self._revision, "n": self._n, "t_ms": self._t_ms}
+        data = documents.commands({**head, "until_ms": until_ms}, self._counts, self._commands)
         self._tell(EventType.COMMANDS, data)
         self._commands = []
 
-    def _send_turn(self, *, over: bool) -> None:
-        self._channel.send(Turn(events=tuple(self._events), over=over))
+    def _end_turn(self, *, over: bool) -> None:
+        self._turns.append(Turn(events=tuple(self._events), over=over))
         self._events = []
 
-    def _receive(self) -> Next:
-        answer = self._channel.receive()
-        assert isinstance(answer, Next)
-        return answer
+    def _send_turns(self) -> None:
+        if self._turns:
+            self._channel.send(Turns(tuple(self._turns)))
+            self._turns = []
+
+    def _due(self) -> Due:
+        """Return what is to be answered next; all turns are sent before it is waited for."""
+        if not self._dues:
+            self._send_turns()
+            told = self._channel.receive()
+            assert isinstance(told, Dues)
+            self._dues.extend(told.dues)
+        return self._dues.popleft()

@@ -9,16 +9,30 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Room, Runner
 from marsupial_service.entries.service import Entries
-from marsupial_service.missions import table
+from marsupial_service.entries.slots import Slots
+from marsupial_service.missions import packed, table
 from marsupial_service.missions.host import fly
-from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Next, Turn
+from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.values import (
+    Brief,
+    Due,
+    Dues,
+    Event,
+    EventType,
+    HasPlanned,
+    Input,
+    MayPlan,
+    Turn,
+    Turns,
+    WantsToPlan,
+)
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
@@ -30,6 +44,9 @@ _MOST_KILLED = 20
 
 _CPUS = 0.1
 """Processors that a mission is counted as, where they are counted: it plans now and then, and waits in between."""
+
+_AT_A_TIME = 32
+"""Inputs that a process is given at a time, where so many wait: their turns are stored together."""
 
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
@@ -55,19 +72,22 @@ class Keeper:
         record: MissionRecord,
         brief: Brief,
         missions: Entries[MissionRecord],
+        slots: Slots,
         threads: Executor,
         runner: Runner,
-        memory_bytes: int,
+        settings: MissionSettings,
     ) -> None:
         self.id = record.id
         self._turns = record.turns
         self._number = record.number
         self._term = record.term
         self._brief = brief
+        self._owner = record.owner
         self._missions = missions
+        self._slots = slots
         self._threads = threads
         self._runner = runner
-        self._memory_bytes = memory_bytes
+        self._settings = settings
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended or is another server's."""
@@ -102,7 +122,7 @@ class Keeper:
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
-        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._memory_bytes)
+        limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._settings.memory_bytes)
         run = await self._started(Job(function=fly, argument=self._brief, limits=limits, talks=True))
         if run is None:
             raise Dismissed
@@ -134,41 +154,61 @@ class Keeper:
             starting.add_done_callback(_close)
             raise
 
-    async def _talk(self, run: JobRun, turns: asyncio.Queue[object]) -> None:
+    async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
-        number, due = 0, Next(input=None, decisions=await self._decisions(0))
+        number, asked = 0, await self._ask(run, 0)
         while True:
-            await asyncio.get_running_loop().run_in_executor(self._threads, run.send, due)
-            turn = await turns.get()
-            assert isinstance(turn, Turn)
-            await self._take(number, turn)
-            if turn.over:
-                return
-            number += 1
-            due = await self._next(number)
+            match await told.get():
+                case Turns(turns):
+                    await self._take(number, turns)
+                    number += len(turns)
+                    if turns[-1].over:
+                        return
+                    if number == asked:
+                        asked += await self._ask(run, number)
+                case WantsToPlan():
+                    with self._slots.taken(await self._slots.for_mission(self._owner)):
+                        await self._send(run, MayPlan())
+                        assert isinstance(await told.get(), HasPlanned)
+                case other:
+                    raise AssertionError(other)
 
-    async def _take(self, number: int, turn: Turn) -> None:
-        if number < self._turns:
+    async def _ask(self, run: JobRun, number: int) -> int:
+        """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
+        dues = (Due(input=None, decisions=await self._decisions(0)),) if number == 0 else await self._dues(number)
+        await self._send(run, Dues(dues))
+        return len(dues)
+
+    async def _send(self, run: JobRun, value: Dues | MayPlan) -> None:
+        await asyncio.get_running_loop().run_in_executor(self._threads, run.send, value)
+
+    async def _take(self, number: int, turns: Sequence[Turn]) -> None:
+        for turn in turns[: self._turns - number]:
             if await self._stored(number) != turn.events:
                 raise Diverged(f"what happened after report {number} can't be repeated: it comes out different")
+            number, turns = number + 1, turns[1:]
+        if not turns:
             return
         now_ms = self._missions.now_ms()
-        if not await self._missions.write(lambda tx: table.add_turn(tx, self.id, self._term, number, turn, now_ms)):
+        lags_ms = await self._missions.write(lambda tx: table.add_turns(tx, self.id, self._term, number, turns, now_ms))
+        if lags_ms is None:
             raise Dismissed
-        self._turns = number + 1
+        for lag_ms in lags_ms:
+            self._settings.lag(lag_ms / 1000)
+        self._turns = number + len(turns)
 
-    async def _next(self, number: int) -> Next:
+    async def _dues(self, number: int) -> tuple[Due, ...]:
         with self._missions.bell(table.inputs_of(self.id)) as bell:
-            while (found := await self._missions.read(lambda reader: self._due(reader, number))) is None:
+            while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
                 await bell.wait()
                 bell.clear()
-        return Next(input=found, decisions=await self._decisions(number))
+        return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
-    def _due(self, reader: Connection, number: int) -> Input | None:
-        """Return an input, None if it has not come. Raises Dismissed."""
+    def _inputs(self, reader: Connection, number: int) -> tuple[Input, ...]:
+        """Return the inputs that have come from `number` on. Raises Dismissed."""
         if table.of_term(reader, self.id, self._term) is None:
             raise Dismissed
-        return table.input_at(reader, self._number, number)
+        return packed.inputs_from(reader, self._number, number, _AT_A_TIME)
 
     async def _decisions(self, number: int) -> tuple[str, ...]:
         if number >= self._turns:
@@ -176,7 +216,7 @@ class Keeper:
         return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
 
     async def _stored(self, number: int) -> tuple[Event, ...]:
-        return await self._missions.read(lambda source: table.turn_at(source, self._number, number))
+        return await self._missions.read(lambda source: packed.events_of_turn(source, self._number, number))
 
 
 def _start(room: Room, job: Job) -> JobRun | None:

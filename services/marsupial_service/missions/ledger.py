@@ -7,17 +7,21 @@ commands before reports.
 
 from __future__ import annotations
 
+import copy
 import json
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from marsupial.errors import Problem
-from marsupial.model.grid import UNKNOWN, CellArray
+from marsupial.formats.fields import Notes
+from marsupial.model.grid import CellArray
 from marsupial.model.mission import ActionEnd
 from marsupial.model.plan import ActionName
 from marsupial.model.team import Whereabouts
+from marsupial_service.missions.frames import Frame, laid_out, placed
 from marsupial_service.missions.values import Brief, Event, EventType, Report, expand
 
 _GROUND = "ground"
@@ -50,40 +54,60 @@ class Ledger:
         self.t_ms = 0
         self.revision = 0
         self.cells: CellArray = brief.grid.cells.copy()
+        self.first_frame = self.frame = Frame.of(brief.grid)
+        self._told_ms: dict[str, int] = {}
         self._open: dict[int, _Order] = {}
         self._lost: set[str] = set()
         self._where = {
             robot.name: Whereabouts(_GROUND if robot.cell is not None else None, robot.carrier)
             for robot in brief.robots
         }
-        self._digests: list[bytes] = []
+        self._digests: dict[str | None, list[bytes]] = {None: []}
 
-    def is_repeat(self, n: int, digest: bytes) -> bool:
-        """Say whether a report was taken before. Raises Conflict if another one was, or one is missing before it."""
-        if n == self.n + 1:
+    def copy(self) -> Ledger:
+        """Return a ledger to try reports on."""
+        other = copy.copy(self)
+        other.cells = self.cells.copy()
+        other._told_ms, other._open, other._where = dict(self._told_ms), dict(self._open), dict(self._where)
+        other._lost = set(self._lost)
+        other._digests = {robot: list(digests) for robot, digests in self._digests.items()}
+        return other
+
+    def is_repeat(self, n: int, digest: bytes, robot: str | None = None) -> bool:
+        """Say whether a report (of the team, or a robot's own) was taken before.
+
+        Raises Conflict if another one was, or one is missing before it.
+        """
+        digests = self._digests.get(robot, [])
+        if n == len(digests) + 1:
             return False
-        if n > self.n:
-            raise Conflict(Problem("n", f"must be {self.n + 1}, the number after the last report, got {n}"))
-        if self._digests[n - 1] != digest:
+        if n > len(digests):
+            whose = "" if robot is None else f" of {robot}"
+            said = f"must be {len(digests) + 1}, the number after the last report{whose}, got {n}"
+            raise Conflict(Problem("n", said))
+        if digests[n - 1] != digest:
             raise Conflict(Problem("n", f"report {n} was another one"))
         return True
 
-    def check(self, report: Report) -> None:
-        """Raise Conflict if `report` can't be true after all that was reported."""
+    def check(self, report: Report, most_cells: float = math.inf) -> None:
+        """Raise Conflict if `report` can't be true after all that was reported, or the map would get too large."""
         problems = tuple(self._faults(report))
+        size = self._frame_with(report).size
+        if size > most_cells:
+            said = f"the map of the mission would have {size} cells, more than the limit of {most_cells:g}"
+            problems += (Problem("frame", said),)
         if problems:
             raise Conflict(*problems)
 
     def take(self, report: Report, digest: bytes) -> None:
         """Enter a report that was checked."""
-        self.n, self.t_ms = report.n, report.t_ms
-        self._digests.append(digest)
-        flat = self.cells.reshape(-1)
-        for _, runs in report.revealed:
-            indices, codes = expand(runs)
-            flat[indices] = codes
-        if report.map is not None:
-            self.cells = report.map.copy()
+        self._digests.setdefault(report.robot, []).append(digest)
+        self.t_ms = max(self.t_ms, report.t_ms)
+        if report.robot is None:
+            self.n = report.n
+        else:
+            self._told_ms[report.robot] = report.t_ms
+        self.draw(report)
         for number in report.finished:
             order = self._open.pop(number)
             if len(order.robots) == 2:
@@ -93,6 +117,22 @@ class Ledger:
             del self._open[number]
         for name, _ in report.lost:
             self._lose(name)
+
+    def _frame_with(self, report: Report) -> Frame:
+        """Return the frame of the mission after a report."""
+        return self.frame if report.frame is None else self.frame.grown(report.frame)
+
+    def draw(self, report: Report) -> None:
+        """Enter what a report says of the map."""
+        before, self.frame = self.frame, self._frame_with(report)
+        self.cells = laid_out(self.cells, before, self.frame)
+        of = report.frame or self.first_frame
+        flat = self.cells.reshape(-1)
+        for _, runs in report.revealed:
+            indices, codes = expand(runs)
+            flat[placed(indices, of, self.frame)] = codes
+        if report.map is not None:
+            self.cells = laid_out(report.map.copy(), of, self.frame)
 
     def publish(self, event: Event) -> None:
         """Enter what the mission has told."""
@@ -119,8 +159,11 @@ class Ledger:
         return where.aboard
 
     def _faults(self, report: Report) -> Iterator[Problem]:
-        if report.t_ms < self.t_ms:
-            yield Problem("t_ms", f"must not go back, got {report.t_ms} after {self.t_ms}")
+        last_ms = self.t_ms if report.robot is None else self._told_ms.get(report.robot, 0)
+        if report.t_ms < last_ms:
+            yield Problem("t_ms", f"must not go back, got {report.t_ms} after {last_ms}")
+        if report.robot in self._lost:
+            yield Problem("robot", f"{report.robot} is lost")
         ended = [(f"finished[{i}]", number) for i, number in enumerate(report.finished)]
         ended += [(f"failed[{i}].id", number) for i, (number, _) in enumerate(report.failed)]
         for path, number in ended:
@@ -146,16 +189,33 @@ class Ledger:
     def _map_faults(self, report: Report) -> Iterator[Problem]:
         if not report.revealed:
             return
-        pieces = [expand(runs) for _, runs in report.revealed]
-        flat = self.cells.reshape(-1)
-        for i, (indices, codes) in enumerate(pieces):
-            known = flat[indices]
-            wrong = indices[(known != UNKNOWN) & (known != codes)]
-            if len(wrong):
-                text = f"cell {wrong[0]} is known to be {flat[wrong[0]]}; a changed map is reported whole, as map"
-                yield Problem(f"revealed[{i}].runs", text)
-        indices, codes = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+        indices, codes = (np.concatenate(parts) for parts in zip(*(expand(r) for _, r in report.revealed), strict=True))
         order = np.argsort(indices, kind="stable")
         indices, codes = indices[order], codes[order]
         if np.any((indices[1:] == indices[:-1]) & (codes[1:] != codes[:-1])):
             yield Problem("revealed", "two robots see one cell differently")
+
+
+def new_reports(ledger: Ledger, sent: Sequence[tuple[Report, bytes]], most_cells: float) -> list[tuple[Report, bytes]]:
+    """Return the reports of a request, with their digests, that were not taken before.
+
+    Several are entered in the ledger one after the other, as each is judged by those before it: let it be a copy. A
+    single one is not. Raises Conflict, which in a batch says whose fault it is.
+    """
+    new: list[tuple[Report, bytes]] = []
+    for i, (report, digest) in enumerate(sent):
+        try:
+            if ledger.is_repeat(report.n, digest, report.robot):
+                continue
+            ledger.check(report, most_cells)
+        except Conflict as error:
+            if len(sent) == 1:
+                raise
+            notes = Notes(f"reports[{i}]")
+            for one in error.problems:
+                notes.wrong(one.path, one.message)
+            raise Conflict(*notes.problems) from error
+        if len(sent) > 1:
+            ledger.take(report, digest)
+        new.append((report, digest))
+    return new

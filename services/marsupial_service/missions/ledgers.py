@@ -7,14 +7,15 @@ by then the ledger has taken in whatever other servers have stored.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from marsupial_service.entries.table import Reader
+from marsupial_service.missions import packed
 from marsupial_service.missions.ledger import Ledger
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Brief, Event, EventType, Report
-from marsupial_service.store import kept
+from marsupial_service.missions.values import Brief, Report
+from marsupial_service.store import kept, packing
 
 _MOST_CELLS = 200_000_000
 
@@ -48,30 +49,28 @@ class Ledgers:
             known = self._known[record.id] = _Known(found, Ledger(found))
         self._known.move_to_end(record.id)
         if record.events > known.events:
-            for event in events(reader, record.number, "AND seq > ? AND type = 'commands' ORDER BY seq", known.events):
+            for _, event in packed.events_after(reader, record.number, known.events):
                 known.ledger.publish(event)
             known.events = record.events
         if record.inputs > known.inputs:
-            sql = "SELECT digest, data FROM mission_inputs WHERE mission = ? AND seq > ? ORDER BY seq"
-            for digest, data in reader.execute(sql, (record.number, known.inputs)):
-                if digest is None:  # no report
-                    continue
-                known.ledger.take(kept.loads(data), digest)
+            for report, digest in packed.inputs_after(reader, record.number, known.inputs):
+                if digest is not None:
+                    assert isinstance(report, Report)
+                    known.ledger.take(report, digest)
             known.inputs = record.inputs
         self._forget()
         return known.ledger
 
-    def take(self, record: MissionRecord, report: Report, digest: bytes) -> Callable[[], None]:
-        """Enter a report, the last input of `record`, in a ledger that is up to date but for it.
+    def replace(self, record: MissionRecord, ledger: Ledger) -> Callable[[], None]:
+        """Let `ledger`, which has taken in all inputs of `record`, stand for the one there is.
 
         Returns
         -------
         callable
-            To be called if the report is not stored after all.
+            To be called if they are not stored after all.
         """
         known = self._known[record.id]
-        known.ledger.take(report, digest)
-        known.inputs = record.inputs
+        known.ledger, known.inputs = ledger, record.inputs
         return lambda: self.drop(record.id)
 
     def drop(self, mission: str) -> None:
@@ -86,12 +85,5 @@ class Ledgers:
 def brief(reader: Reader, record: MissionRecord) -> Brief:
     """Return what a mission was created with."""
     row = reader.execute("SELECT brief FROM mission_briefs WHERE mission = ?", (record.number,)).fetchone()
-    found: Brief = kept.loads(row["brief"])
+    found: Brief = kept.loads(packing.unpack(row["brief"]))
     return found
-
-
-def events(reader: Reader, number: int, rest: str, *values: object) -> Iterator[Event]:
-    """Yield events of the mission with that number: those of the `rest` of the statement."""
-    sql = f"SELECT type, data FROM mission_events WHERE mission = ? {rest}"
-    for kind, data in reader.execute(sql, (number, *values)):
-        yield Event(EventType(kind), data)

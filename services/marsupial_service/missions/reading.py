@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
-from marsupial.errors import EngineUnavailable, ScenarioError, UsageError
+from marsupial.errors import EngineUnavailable, InputError, ScenarioError, UsageError
 from marsupial.formats.fields import Notes
+from marsupial.formats.scenario.team import MemberEntry, standing_fault
+from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.sizes import Extent
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
-from marsupial_service.intake.situations import budget_of, check_count, refuse
+from marsupial_service.intake import counts
+from marsupial_service.intake.counts import check_count
+from marsupial_service.intake.reading import Digested, Reading, digest_of
+from marsupial_service.intake.situations import budget_of, refuse
 from marsupial_service.intake.team import ORIGIN, Types, cell_of, entries_of, terrains_of, types_of
+from marsupial_service.missions.frames import Frame, frame_at
 from marsupial_service.missions.values import Brief, Report, RobotNote, Runs, expand, fault_of
 from marsupial_service.operations.settings import ServiceLimits
-from marsupial_service.schemas.missions import MissionBody, ReportBody, RobotNoteBody
+from marsupial_service.schemas.missions import (
+    BatchBody,
+    MissionBody,
+    ReportBody,
+    ReportFrameBody,
+    ReportsBody,
+    RobotNoteBody,
+)
 
 DEFAULT_BUDGET_S = 1.0
 
@@ -26,13 +42,13 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
 
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
-    check_count("team", len(body.team), limits.robots, "robots")
-    check_count("robot_types", len(body.robot_types), limits.robots, "robot types")
-    check_count("frame", body.frame.width * body.frame.height, limits.cells, "cells")
+    check_count("/frame", body.frame.width * body.frame.height, limits.cells, "cells")
     budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
-    grid, types = _field(body)
+    grid, types = _field(body, limits)
     notes = Notes()
-    members = [entry.member for entry in entries_of(body.team, types, grid, notes.below("team"))]
+    entries = entries_of(body.team, types, grid, notes.below("team"))
+    _check_starts(entries, body, types, grid)
+    members = [entry.member for entry in entries]
     brief = Brief(
         name=body.name,
         strategy=body.strategy,
@@ -60,6 +76,18 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     return brief
 
 
+def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Types, grid: Grid) -> None:
+    """Note robots on ground that is known to be none for them; where it is unknown, the mission waits for a map."""
+    for kind in types.values():
+        hopeful = replace(grid, cells=np.where(grid.cells == UNKNOWN, np.uint8(min(kind.terrains)), grid.cells))
+        for entry, sent in zip(entries, body.team, strict=True):
+            start = entry.member.start
+            if entry.member.type == kind.name and start is not None and not fits(hopeful, kind, start):
+                fault = standing_fault(grid, kind, start)
+                key = "cell" if sent.pose_m is None else "pose_m"
+                entry.notes.wrong(key, f"a {kind.name} can't stand at [{start.x}, {start.y}]: {fault}")
+
+
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     if not is_strategy(body.strategy):
         raise refuse("strategy", f"unknown strategy {body.strategy!r}; there are {', '.join(strategy_names())}")
@@ -68,12 +96,12 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     return commands.get(body.planner, body.planner)
 
 
-def _field(body: MissionBody) -> tuple[Grid, Types]:
+def _field(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:
     """Return the map as far as it is known, and the robot types for it."""
     notes, frame = Notes(), body.frame
     size = frame.width * frame.height
     terrains = terrains_of(body.terrains, notes)
-    types = types_of(body.robot_types, terrains, frame.resolution_m, notes)
+    types = types_of(body.robot_types, terrains, Extent(size, frame.resolution_m), limits, notes)
     _check_runs(frame.known, size, {terrain.code for terrain in terrains}, "frame.known", notes)
     _check_runs(body.area or (), size, range(256), "area", notes)
     notes.check(ScenarioError)
@@ -105,31 +133,92 @@ def _check_runs(runs: Sequence[int], size: int, codes: Iterable[int], path: str,
         notes.wrong(path, fault)
 
 
-def report_of(body: ReportBody, brief: Brief) -> Report:
-    """Return the report of a request. Raises ScenarioError naming all that is wrong, whatever happened before."""
-    notes = Notes()
+def report_of(
+    body: ReportBody, brief: Brief, frame: Frame | None = None, limits: ServiceLimits | None = None
+) -> Report:
+    """Return the report of a request, whatever happened before.
+
+    Parameters
+    ----------
+    frame
+        Of the mission when the report comes; None for the one that it was created with.
+
+    Raises ScenarioError naming all that is wrong.
+    """
+    notes, first = Notes(), Frame.of(brief.grid)
+    told = frame or first
+    if body.frame is not None:
+        told = _frame(body.frame, brief.grid, notes, (limits or ServiceLimits()).cells) or told
+        notes.check(ScenarioError)
+    grid = told.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (told.height, told.width)))
     _check_names(body, {robot.name for robot in brief.robots}, notes)
-    _check_map(body, brief.grid, notes)
-    robots = tuple(_note(note, brief.grid, notes.below(f"robots[{i}]")) for i, note in enumerate(body.robots))
+    _check_map(body, grid, notes)
+    robots = tuple(_note(note, grid, notes.below(f"robots[{i}]")) for i, note in enumerate(body.robots))
     notes.check(ScenarioError)
     return Report(
         n=body.n,
         t_ms=body.t_ms,
         revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
-        map=None if body.map is None else _cells(body.map.runs, brief.grid.cells.shape),
+        map=None if body.map is None else _cells(body.map.runs, grid.cells.shape),
         robots=robots,
         finished=tuple(body.finished),
         failed=tuple((failed.id, failed.reason) for failed in body.failed),
         lost=tuple((lost.robot, lost.reason) for lost in body.lost),
+        robot=body.robot,
+        frame=None if told == first else told,
     )
+
+
+def reports_of(body: ReportsBody, brief: Brief, frame: Frame, limits: ServiceLimits) -> list[Report]:
+    """Return the reports of one request; see `report_of`. Cells of each are of the frame that those before it leave."""
+    if isinstance(body.root, ReportBody):
+        return [report_of(body.root, brief, frame, limits)]
+    _check_maps(body.root, frame, limits)
+    reports: list[Report] = []
+    for i, one in enumerate(body.root.reports):
+        with within_batch(i):
+            reports.append(report_of(one, brief, frame, limits))
+        frame = frame.grown(reports[-1].frame or frame)
+    return reports
+
+
+def _check_maps(batch: BatchBody, frame: Frame, limits: ServiceLimits) -> None:
+    """Raise HttpProblem if the maps of a batch have more cells in all than one may have: few runs make many cells."""
+    frames = [one.frame for one in batch.reports if one.map is not None]
+    cells = sum(frame.size if told is None else told.width * told.height for told in frames)
+    check_count("/reports", cells if len(frames) > 1 else 0, limits.cells, "cells in their maps")
+
+
+@contextmanager
+def within_batch(i: int) -> Iterator[None]:
+    """Have what is wrong with a report told by its place in the batch."""
+    try:
+        yield
+    except InputError as error:
+        notes = Notes(f"reports[{i}]")
+        notes.take(error)
+        raise ScenarioError(notes.problems) from error
+
+
+def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> Frame | None:
+    """Return the frame that a report names, or None with what is wrong with it noted."""
+    if body.width * body.height > most_cells:
+        notes.wrong("frame", f"has {body.width * body.height} cells, more than the limit of {most_cells}")
+    if body.resolution_m is not None and body.resolution_m != grid.resolution_m:
+        notes.wrong("frame.resolution_m", f"must be the mission's, {grid.resolution_m:g}, got {body.resolution_m:g}")
+    frame = frame_at(grid, body.width, body.height, body.origin_m or grid.origin_m)
+    if frame is None:
+        notes.wrong("frame.origin_m", f"must have the yaw of the mission's frame, {grid.origin_m[2]:g}")
+    return frame
 
 
 def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
     """Note robots that are not of the team, and what is told twice."""
     names = [(f"robots[{i}].name", note.name) for i, note in enumerate(body.robots)]
     lost = [(f"lost[{i}].robot", one.robot) for i, one in enumerate(body.lost)]
+    teller = [] if body.robot is None else [("robot", body.robot)]
     seers = [(f"revealed[{i}].robot", seen.robot) for i, seen in enumerate(body.revealed)]
-    for path, name in (*names, *lost, *seers):
+    for path, name in (*teller, *names, *lost, *seers):
         if name not in known:
             notes.wrong(path, f"there is no robot {name!r}")
     ids = [(f"finished[{i}]", number) for i, number in enumerate(body.finished)]
@@ -147,8 +236,9 @@ def _check_map(body: ReportBody, grid: Grid, notes: Notes) -> None:
         notes.wrong("map", "a report has either a map or what was revealed")
     runs = [(f"revealed[{i}].runs", seen.runs) for i, seen in enumerate(body.revealed)]
     runs += [] if body.map is None else [("map.runs", body.map.runs)]
+    codes = {terrain.code for terrain in grid.terrains}
     for path, numbers in runs:
-        _check_runs(numbers, grid.cells.size, {terrain.code for terrain in grid.terrains}, path, notes)
+        _check_runs(numbers, grid.cells.size, codes if path == "map.runs" else codes | {UNKNOWN}, path, notes)
 
 
 def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotNote:
@@ -161,3 +251,31 @@ def _note(body: RobotNoteBody, grid: Grid, notes: Notes) -> RobotNote:
         distance_m=body.distance_m,
         driving_ms=body.driving_ms,
     )
+
+
+def _mission_of(
+    body: MissionBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
+) -> tuple[Brief, bytes]:
+    return brief_of(body, limits, commands), sent.digest
+
+
+def _reports_of(
+    body: ReportsBody, sent: Digested, brief: Brief, frame: Frame, limits: ServiceLimits
+) -> tuple[list[tuple[Report, bytes]], bool]:
+    """Return the reports of a request with their digests, and whether it is a batch."""
+    is_batch = isinstance(body.root, BatchBody)
+    bodies = body.root.reports if isinstance(body.root, BatchBody) else [body.root]
+    told = sum(_told(seen.runs) for one in bodies for seen in one.revealed)
+    check_count("/reports" if is_batch else "/revealed", told, max(limits.cells, frame.size), "cells")
+    digests = map(digest_of, sent.document["reports"]) if is_batch else [sent.digest]
+    return list(zip(reports_of(body, brief, frame, limits), digests, strict=True)), is_batch
+
+
+def _told(runs: Runs) -> int:
+    """Return how many cells runs tell of."""
+    return sum(runs[1::3])
+
+
+MISSION_READING = Reading(model=MissionBody, counts=counts.MISSION, make=_mission_of)
+REPORT_READING = Reading(model=ReportsBody, counts=counts.REPORTS, make=_reports_of)
+"""How the bodies of missions and reports are read: to what they mean, and the digest of what was sent."""

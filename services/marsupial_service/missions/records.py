@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
 from marsupial_service.entries.records import EntrySettings, StoredEntry
+from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.values import Wish
 
 
@@ -49,6 +50,8 @@ class MissionRecord(StoredEntry):
         How much went in, and how many answers came out: an answer to the brief and then one to each input.
     events
         How many there are in those answers.
+    frame
+        That of the map after the last report; None: the one it was created with.
     term
         Counts the servers that have held it, see `marsupial_service.store.tables`.
     """
@@ -65,13 +68,36 @@ class MissionRecord(StoredEntry):
     inputs: int
     turns: int
     events: int
+    frame: Frame | None
     term: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MissionCounts:
+    """Counts for operators: missions in the store by state, inputs that wait to be answered, open ones by owner."""
+
+    states: Mapping[MissionPhase, int]
+    backlog: int
+    owners: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """What missions may use, by the words of `ServiceLimits`."""
+    """What missions may use, by the words of `ServiceLimits`.
+
+    Parameters
+    ----------
+    may_go_on
+        Whether an owner still may have missions.
+    lag
+        Is told how long every input has waited for its answer, in s.
+    """
 
     missions: int = 20
+    key_missions: int = 20
+    idle_s: float = 86400.0
+    may_go_on: Callable[[str], bool] = lambda owner: True
+    lag: Callable[[float], None] = lambda seconds: None
+    cells: int = 4_000_000
     backlog: int = 1000
     kept: int = 1000

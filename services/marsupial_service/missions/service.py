@@ -5,26 +5,33 @@ from __future__ import annotations
 import asyncio
 import threading
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 
-from marsupial.model.grid import CellArray
+from marsupial.model.grid import CellArray, Grid
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
-from marsupial_service.missions import host, table
+from marsupial_service.entries.slots import Slots
+from marsupial_service.intake import analyses, jobs
+from marsupial_service.missions import host, reading, table, telling
+from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.keeper import Keeper
 from marsupial_service.missions.ledgers import Ledgers, brief
-from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
+from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, Wish
 from marsupial_service.moments import wall_clock_ms
-from marsupial_service.store import Store, StoreError, kept
+from marsupial_service.store import Store, StoreError, kept, packing
 from marsupial_service.store.engine import Connection
 
-PRELOAD = (load_analysis, host.load_missions)
+READERS = (load_analysis, reading, telling, jobs, analyses)
+"""What analyses need, and those who read and write what is large: they work on the server itself in any case."""
+
+PRELOAD = (*READERS, host.load_missions)
 _AT_A_TIME = 4
 
 
@@ -37,9 +44,11 @@ class Missions(Entries[MissionRecord]):
         settings: MissionSettings,
         now_ms: Callable[[], int] = wall_clock_ms,
         runner: Runner = LOCAL,
+        slots: Slots | None = None,
     ) -> None:
         super().__init__(store, MISSIONS, settings, now_ms, runner)
         self._settings = settings
+        self._slots = slots or Slots(settings.missions)
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
         self._ledgers = Ledgers()
@@ -67,7 +76,7 @@ class Missions(Entries[MissionRecord]):
 
         Raises TooMany, KeyReused, StoreError.
         """
-        packed = await asyncio.to_thread(kept.dumps, brief)
+        packed = await asyncio.to_thread(lambda: packing.pack(kept.dumps(brief)))
         new = table.NewMission(
             id=uuid.uuid4().hex, owner=owner, key=idempotency_key, digest=digest, brief=brief, packed=packed
         )
@@ -83,7 +92,11 @@ class Missions(Entries[MissionRecord]):
 
         Raises Conflict (also where the mission is over), TooMany, StoreError.
         """
-        return await asyncio.shield(asyncio.ensure_future(self._report(record, report, digest)))
+        return await self.reports(record, [(report, digest)])
+
+    async def reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
+        """Take reports in, with their digests: all of them, or none. Raises as `report` does, and says which it is."""
+        return await asyncio.shield(asyncio.ensure_future(self._reports(record, sent)))
 
     async def wish(self, record: MissionRecord, wish: Wish) -> MissionRecord:
         """Pause, resume or cancel a mission; asking twice is asking once.
@@ -93,45 +106,60 @@ class Missions(Entries[MissionRecord]):
         return await asyncio.shield(asyncio.ensure_future(self._wish(record.id, wish)))
 
     async def log(self, record: MissionRecord) -> str:
-        """Return the mission log as far as there is one; where the map changed, of the time since."""
+        """Return the mission log as far as there is one."""
         lines = await self.read(lambda reader: table.log(reader, record))
         return "".join(f"{line}\n" for line in lines)
 
-    async def known(self, record: MissionRecord) -> CellArray:
-        """Return what is known of the map after the last report."""
+    async def known(self, record: MissionRecord) -> Grid:
+        """Return the map after the last report."""
 
-        def cells(reader: Connection) -> CellArray:
+        def found(reader: Connection) -> tuple[Frame, CellArray]:
             with self._showing:
-                return self._shown.ledger(reader, MISSIONS.existing(reader, record.id)).cells.copy()
+                ledger = self._shown.ledger(reader, MISSIONS.existing(reader, record.id))
+                return ledger.frame, ledger.cells.copy()
 
-        return await self.read(cells)
+        frame, cells = await self.read(found)
+        return frame.grid((await self.brief(record)).grid, cells)
 
-    async def counts(self) -> dict[MissionPhase, int]:
-        """Return how many missions there are by state."""
-        return await self.read(lambda reader: MISSIONS.counts(reader, "state", MissionPhase))
+    async def counts(self) -> MissionCounts:
+        """Return counts for operators."""
+        return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
-        created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms()))
+        created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room))
         if not created.replayed:
             self._open(created.record, new.brief)
         return created
 
-    async def _report(self, record: MissionRecord, report: Report, digest: bytes) -> MissionRecord:
-        ledgers, most = self._ledgers, self._settings.backlog
+    async def _reports(self, record: MissionRecord, sent: Sequence[tuple[Report, bytes]]) -> MissionRecord:
+        ledgers, settings, room = self._ledgers, self._settings, self._room
         return await self.write(
-            lambda tx: table.add_report(tx, ledgers, record.id, report, digest, most, self.now_ms())
+            lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms(), room)
         )
 
     async def _wish(self, mission: str, wish: Wish) -> MissionRecord:
         return await self.write(lambda tx: table.add_wish(tx, mission, wish, self.now_ms()))
 
     async def _take_up(self) -> None:
+        await self._call_off()
         while found := await self.write(lambda tx: table.take_up(tx, _AT_A_TIME)):
             for record in found:
                 self._open(record, await self.brief(record))
 
+    async def _call_off(self) -> None:
+        """Cancel missions that nobody reports to any more, or nobody may."""
+        settings, now_ms = self._settings, self.now_ms()
+        for mission, owner, is_idle in await self.read(lambda r: table.abandoned(r, settings.idle_s, now_ms)):
+            if not settings.may_go_on(owner):
+                reason = "its key has expired or was revoked"
+            elif is_idle:
+                reason = f"no report came for {settings.idle_s:g} s"
+            else:
+                continue
+            await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
+
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._threads, self._runner, self._settings.memory_bytes)
+        keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 

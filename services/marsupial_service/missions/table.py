@@ -3,26 +3,56 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from itertools import islice
+from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial_service.entries.records import Created, NewEntry, TooMany
+from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import EntryTable, Reader, made_of
-from marsupial_service.missions import documents
-from marsupial_service.missions.ledger import Conflict
-from marsupial_service.missions.ledgers import Ledgers, events
-from marsupial_service.missions.records import MOVES, WISHED, MissionPhase, MissionRecord, MissionSettings
+from marsupial_service.missions import documents, packed
+from marsupial_service.missions.frames import Frame
+from marsupial_service.missions.ledger import Conflict, new_reports
+from marsupial_service.missions.ledgers import Ledgers
+from marsupial_service.missions.records import (
+    MOVES,
+    WISHED,
+    MissionCounts,
+    MissionPhase,
+    MissionRecord,
+    MissionSettings,
+)
 from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
-from marsupial_service.store import Transaction, kept
+from marsupial_service.store import Transaction
 from marsupial_service.store.engine import Row
+from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
 
 def _record(row: Row) -> MissionRecord:
-    return made_of(MissionRecord, row, state=MissionPhase(row["state"]))
+    frame = None if row["frame"] is None else Frame.from_text(row["frame"])
+    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame)
 
 
-MISSIONS = EntryTable(
+class MissionTable(EntryTable[MissionRecord]):
+    """The table of missions, whose events are stored by turns."""
+
+    def tell(self, tx: Transaction, number: int, kind: StrEnum, data: str, now_ms: int, **more: Any) -> None:
+        """Add the next event of a mission, of the turn `turn`."""
+        packed.add_events(tx, number, {more["turn"]: [Event(EventType(kind), data)]}, now_ms)
+
+    def _stored_events(self, reader: Reader, number: int, after: int, limit: int) -> Iterator[tuple[int, str, str]]:
+        for seq, event in islice(packed.events_after(reader, number, after, limit), limit):
+            yield seq, event.type, event.data
+
+    def _empty(self, tx: Transaction, number: int, most: int) -> int:
+        return packed.remove(tx, number, most)
+
+
+MISSIONS = MissionTable(
     name="missions",
     events_name="mission_events",
     noun="mission",
@@ -36,52 +66,79 @@ MISSIONS = EntryTable(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewMission(NewEntry):
-    """A mission to be stored; `packed` is the pickled brief."""
+    """A mission to be stored; `packed` is the brief as it is kept."""
 
     brief: Brief
     packed: bytes
 
 
-def insert(tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int) -> Created[MissionRecord]:
+def insert(
+    tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int, room: Room = BOUNDLESS
+) -> Created[MissionRecord]:
     """Store a mission, which is this server's, or find the one that the same request made before.
 
-    Raises KeyReused, TooMany.
+    Raises KeyReused, StoreFull, TooMany.
     """
 
     def add() -> None:
-        (count,) = tx.execute("SELECT count(*) FROM missions WHERE finished_ms IS NULL").fetchone()
+        room.check(tx)
+        sql = "SELECT count(*) FROM missions WHERE finished_ms IS NULL"
+        (count,) = tx.execute(sql).fetchone()
         if count >= settings.missions:
             raise TooMany(f"there are {count} open missions, more are not allowed at a time")
+        (count,) = tx.execute(f"{sql} AND owner = ?", (new.owner,)).fetchone()
+        if count >= settings.key_missions:
+            raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
         described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
-        number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described)
+        size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
+        number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
         MISSIONS.take_over(tx, number)
 
     return MISSIONS.create(tx, new, add)
 
 
-def add_report(
-    tx: Transaction, ledgers: Ledgers, mission: str, report: Report, digest: bytes, backlog: int, now_ms: int
+def add_reports(
+    tx: Transaction,
+    ledgers: Ledgers,
+    mission: str,
+    sent: Sequence[tuple[Report, bytes]],
+    settings: MissionSettings,
+    now_ms: int,
+    room: Room = BOUNDLESS,
 ) -> MissionRecord:
-    """Judge and store a report; one that was taken before changes nothing.
+    """Judge reports and store them with their digests, all or none; those that were taken before change nothing.
 
-    Raises Conflict (also where the mission has ended), TooMany if `backlog` reports wait, UnknownEntry.
+    Raises Conflict (also where the mission has ended), StoreFull, TooMany if too many wait, UnknownEntry.
     """
     record = MISSIONS.held(tx, mission)
     ledger = ledgers.ledger(tx, record)
-    if ledger.is_repeat(report.n, digest):
-        return record
     if record.state is MissionPhase.ENDED:
+        if all(ledger.is_repeat(report.n, digest, report.robot) for report, digest in sent):
+            return record
         raise Conflict(over(record))
-    if record.inputs + 1 - record.turns > backlog:
-        raise TooMany(f"{backlog} reports wait for the planner")
-    ledger.check(report)
-    _add_input(tx, record, report, digest, now_ms)
-    MISSIONS.change(tx, record.number, n=report.n, t_ms=report.t_ms)
-    stored = MISSIONS.existing(tx, mission)
-    tx.undone.append(ledgers.take(stored, report, digest))
-    return stored
+    tried = ledger if len(sent) == 1 else ledger.copy()
+    new = new_reports(tried, sent, settings.cells)
+    if not new:
+        return record
+    if record.inputs - record.turns >= settings.backlog:
+        raise TooMany(f"{settings.backlog} reports wait for the planner")
+    room.check(tx, of_reports=True)
+    for report, digest in new:
+        _add_input(tx, record, report, digest, now_ms)
+        record = replace(
+            record,
+            inputs=record.inputs + 1,
+            n=record.n if report.robot is not None else report.n,
+            t_ms=max(record.t_ms, report.t_ms),
+        )
+    if len(sent) == 1:
+        tried.take(*new[0])
+    frame = None if tried.frame == tried.first_frame else tried.frame.text
+    MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
+    tx.undone.append(ledgers.replace(record, tried))
+    return MISSIONS.existing(tx, mission)
 
 
 def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionRecord:
@@ -94,31 +151,65 @@ def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionR
     return MISSIONS.existing(tx, mission)
 
 
-def add_turn(tx: Transaction, mission: str, term: int, number: int, turn: Turn, now_ms: int) -> bool:
-    """Store what a mission made of its first `number` inputs; say whether it was the turn that was due.
+def add_turns(
+    tx: Transaction, mission: str, term: int, number: int, turns: Sequence[Turn], now_ms: int
+) -> tuple[int, ...] | None:
+    """Store what a mission made of its inputs from `number` on, and return how long each input has waited, in ms.
 
-    It is not if the mission has ended, or another server has taken it over since `term` began.
+    None if these turns were not due: the mission has ended, or another server has taken it over since `term` began.
     """
     record = _held(tx, mission, term)
     if record is None or record.turns != number:
-        return False
-    revision = max((documents.revision_of(event) for event in turn.events), default=0)
-    MISSIONS.change(tx, record.number, turns=number + 1, revision=max(record.revision, revision))
-    for event in turn.events:
-        MISSIONS.tell(tx, record.number, event.type, event.data, now_ms, turn=number)
-    if turn.over:
-        end = json.loads(turn.events[-1].data)
+        return None
+    sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq BETWEEN ? AND ? AND part = 0 ORDER BY seq"
+    rows = tx.execute(sql, (record.number, number, number + len(turns) - 1)).fetchall()
+    events = [event for turn in turns for event in turn.events]
+    revision = max(map(documents.revision_of, events), default=0)
+    MISSIONS.change(tx, record.number, turns=number + len(turns), revision=max(record.revision, revision))
+    packed.add_events(tx, record.number, {i: turn.events for i, turn in enumerate(turns, number)}, now_ms)
+    if turns[-1].over:
+        end = json.loads(events[-1].data)
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
-    return True
+    return tuple(now_ms - row["at_ms"] for row in rows)
 
 
 def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
     """End a mission that can't go on, unless it has ended or is another server's by now."""
     record = _held(tx, mission, term)
     if record is not None:
-        MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=Status.FAILED, reason=reason)
-        data = documents.end(Status.FAILED, reason, record.t_ms)
-        MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
+        _end(tx, record, Status.FAILED, reason, now_ms)
+
+
+def counts(reader: Reader) -> MissionCounts:
+    """Return counts for operators."""
+    open_ones = "FROM missions WHERE finished_ms IS NULL"
+    (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - turns), 0) {open_ones}").fetchone()
+    owners = dict(map(tuple, reader.execute(f"SELECT owner, count(*) {open_ones} GROUP BY owner").fetchall()))
+    return MissionCounts(states=MISSIONS.counts(reader, "state", MissionPhase), backlog=int(backlog), owners=owners)
+
+
+def abandoned(reader: Reader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:
+    """Return the id and owner of every open mission, and whether nothing was put into it for so long."""
+    last = "SELECT at_ms FROM mission_inputs WHERE mission = number ORDER BY seq DESC LIMIT 1"
+    rows = reader.execute(
+        f"SELECT id, owner, coalesce(({last}), created_ms) AS last_ms FROM missions WHERE finished_ms IS NULL"
+    )
+    return tuple((row["id"], row["owner"], row["last_ms"] < now_ms - 1000 * idle_s) for row in rows)
+
+
+def call_off(tx: Transaction, mission: str, reason: str, now_ms: int) -> None:
+    """Cancel a mission without its stop report, unless it has ended: nobody is there to do what it commands."""
+    record = MISSIONS.held(tx, mission)
+    if _end(tx, record, Status.CANCELLED, reason, now_ms):
+        tx.news.add(inputs_of(mission))
+
+
+def _end(tx: Transaction, record: MissionRecord, status: Status, reason: str, now_ms: int) -> bool:
+    if not MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=status, reason=reason):
+        return False
+    data = documents.end(status, reason, record.t_ms)
+    MISSIONS.tell(tx, record.number, EventType.END, data, now_ms, turn=record.turns)
+    return True
 
 
 def of_term(reader: Reader, mission: str, term: int) -> MissionRecord | None:
@@ -156,32 +247,16 @@ def inputs_of(mission: str) -> str:
     return f"{mission}/inputs"
 
 
-def input_at(reader: Reader, number: int, seq: int) -> Input | None:
-    """Return an input of the mission with that number, or None if it has not come."""
-    sql = "SELECT data FROM mission_inputs WHERE mission = ? AND seq = ?"
-    row = reader.execute(sql, (number, seq)).fetchone()
-    if row is None:
-        return None
-    found: Input = kept.loads(row["data"])
-    return found
-
-
-def turn_at(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
-    """Return the events of a turn of the mission with that number."""
-    return tuple(events(reader, number, "AND turn = ? ORDER BY seq", turn))
-
-
 def log(reader: Reader, record: MissionRecord) -> tuple[str, ...]:
-    """Return the lines of the mission's log; where it was restarted, since then."""
-    lines = [event.data for event in events(reader, record.number, "AND type = 'log' ORDER BY seq")]
+    """Return the lines of the mission's log; where an earlier version began it anew, since then."""
+    events = packed.events_after(reader, record.number)
+    lines = [event.data for _, event in events if event.type is EventType.LOG]
     starts = [i for i, text in enumerate(lines) if text.startswith('{"event":"mission"')]
     return tuple(lines[starts[-1] :]) if starts else ()
 
 
 def _add_input(tx: Transaction, record: MissionRecord, data: Input, digest: bytes | None, now_ms: int) -> None:
-    packed, seq = kept.dumps(data), record.inputs + 1
-    tx.insert("mission_inputs", mission=record.number, seq=seq, digest=digest, data=packed, at_ms=now_ms)
-    MISSIONS.change(tx, record.number, inputs=seq)
+    packed.add_input(tx, record.number, record.inputs + 1, data, digest, now_ms)
     tx.news.add(inputs_of(record.id))
 
 

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from enum import StrEnum
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
-from marsupial.model.planning import Budget
+from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.strategy import PlanningReport
+from marsupial_service.missions.frames import Frame
 
 Runs = tuple[int, ...]
-"""Cells of the map: (start, length, code) three by three as in mission logs, in ascending order."""
+"""Cells of the map: (start, length, code) three by three, cells numbered row by row, in ascending order."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -80,13 +84,17 @@ class Report:
     Parameters
     ----------
     n
-        Counts the reports of a mission, from 1.
+        Counts the reports of a mission, or those of `robot`, from 1.
     revealed
-        (robot, cells it has seen).
+        (robot, cells it has seen); code 255 for those that are not known any more.
     map
         A whole new map, shape (height, width), instead.
     finished, failed
         Commands by their ids; with the reason.
+    robot
+        Who reports by its own count; None if the team does.
+    frame
+        The frame that all cells of the report are of; None for the one that the mission was created with.
     """
 
     n: int
@@ -97,6 +105,21 @@ class Report:
     finished: tuple[int, ...] = ()
     failed: tuple[tuple[int, str], ...] = ()
     lost: tuple[tuple[str, str], ...] = ()
+    robot: str | None = None
+    frame: Frame | None = None
+
+    def __getstate__(self) -> list[object]:
+        """Return what is stored; maps are long runs of few codes, and are stored as short as that makes them."""
+        packed = None if self.map is None else (self.map.shape, zlib.compress(self.map.tobytes(), 1))
+        return [packed if one.name == "map" else getattr(self, one.name) for one in fields(self)]
+
+    def __setstate__(self, state: Sequence[object]) -> None:
+        """Take up what is stored: reports of earlier versions hold maps as they are, and nothing of the last fields."""
+        for i, one in enumerate(fields(self)):
+            value = state[i] if i < len(state) else None
+            if isinstance(value, tuple) and one.name == "map":
+                value = np.frombuffer(zlib.decompress(value[1]), dtype=np.uint8).reshape(value[0])
+            object.__setattr__(self, one.name, value)
 
 
 class Wish(StrEnum):
@@ -111,13 +134,14 @@ Input = Report | Wish
 
 
 class EventType(StrEnum):
-    """What an event tells: a line of the mission log, a decision, commands, the state, or the end."""
+    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown."""
 
     LOG = "log"
     DECISION = "decision"
     COMMANDS = "commands"
     STATE = "state"
     END = "end"
+    FRAME = "frame"
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,8 +161,8 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Next:
-    """What the process of a mission gets: the next input (None at first), and the decisions made when it had come.
+class Due:
+    """An input (None: the brief), and the decisions made when it had come.
 
     There are such decisions only if the input was answered before, by a process that is no more.
     """
@@ -147,12 +171,46 @@ class Next:
     decisions: tuple[str, ...] = ()
 
 
+class Dues(NamedTuple):
+    """What the process of a mission gets to answer, in this order."""
+
+    dues: tuple[Due, ...]
+
+
+class Turns(NamedTuple):
+    """What it makes of them: a turn for each, in one piece or several."""
+
+    turns: tuple[Turn, ...]
+
+
+def planning_of(document: Mapping[str, Any]) -> PlanningReport:
+    """Return how a decision was found, from its document."""
+    report = {key: value for key, value in document.items() if key != "actions"}
+    return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
+
+
+class WantsToPlan(NamedTuple):
+    """The process of a mission wants to plan, and waits until it may."""
+
+
+class MayPlan(NamedTuple):
+    """It may."""
+
+
+class HasPlanned(NamedTuple):
+    """It has planned."""
+
+
 def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
     """Return the row-major indices of the cells in `runs`, and their codes."""
     table = np.array(runs, dtype=np.int64).reshape(-1, 3)
     lengths = table[:, 1]
-    offsets = np.arange(int(lengths.sum())) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    return np.repeat(table[:, 0], lengths) + offsets, np.repeat(table[:, 2], lengths).astype(np.uint8)
+    indices = np.ones(int(lengths.sum()), dtype=np.int64)
+    if len(table):  # one more than the cell before, but for the first of each run
+        indices[0] = table[0, 0]
+        indices[np.cumsum(lengths)[:-1]] = table[1:, 0] - (table[:-1, 0] + lengths[:-1]) + 1
+        np.cumsum(indices, out=indices)
+    return indices, np.repeat(table[:, 2].astype(np.uint8), lengths)
 
 
 def runs_in(cells: CellArray) -> Runs:

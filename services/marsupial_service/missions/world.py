@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from marsupial.errors import InternalError
 from marsupial.mission.loop import homes_of
-from marsupial.model.grid import UNKNOWN, Cell, Grid
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import ActionEnd, PlacedRobot
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
@@ -24,6 +24,8 @@ from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, News, RobotReport
 from marsupial.paths.headings import Odometer
 from marsupial.paths.routes import passing_times_ms
+from marsupial_service.missions.frames import Frame, laid_out, placed
+from marsupial_service.missions.gathered import Gathered
 from marsupial_service.missions.values import Brief, Input, Report, RobotNote, Wish, expand
 
 MOST_FAILURES = 3
@@ -32,8 +34,8 @@ MOST_FAILURES = 3
 PAUSED = "paused"
 
 
-class MapChanged(Exception):
-    """Cells that were known are different now: what was planned and analysed is worth nothing."""
+PAUSE_MS = 60_000
+"""How far ahead, at least, the next report is asked for during a pause: nothing is to be looked at till it is over."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -89,6 +91,7 @@ class _Robot:
     distance_m: float = 0.0
     driving_ms: int = 0
     odometer: Odometer = field(default_factory=Odometer)
+    told_ms: int = 0
 
     @property
     def cell(self) -> Cell | None:
@@ -111,25 +114,6 @@ class _Robot:
             order.passed += 1
 
 
-@dataclass(slots=True)
-class _Gathered:
-    """News in the making."""
-
-    revealed: list[tuple[str, npt.NDArray[np.int64]]] = field(default_factory=list)
-    finished: list[str] = field(default_factory=list)
-    failed: list[tuple[str, str]] = field(default_factory=list)
-    lost: list[tuple[str, str]] = field(default_factory=list)
-
-    def at(self, t_ms: int) -> News:
-        return News(
-            t_ms=t_ms,
-            revealed=tuple(self.revealed),
-            finished=tuple(self.finished),
-            failed=tuple(self.failed),
-            lost=tuple(self.lost),
-        )
-
-
 class RemoteWorld:
     """A `World` made of reports.
 
@@ -141,6 +125,9 @@ class RemoteWorld:
 
     def __init__(self, brief: Brief, desk: Exchange) -> None:
         self._desk = desk
+        self._first = brief.grid
+        self._frame = Frame.of(brief.grid)
+        self._limit_ms = brief.limits.time_ms
         kinds = {kind.name: kind for kind in brief.kinds}
         self._robots = {r.name: _Robot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
         self._cells = np.full_like(brief.grid.cells, UNKNOWN)
@@ -149,9 +136,8 @@ class RemoteWorld:
         self._count = 0
         self._now_ms = 0
         self._paused = self._begun = False
-        self._gathered = _Gathered()
-        self._reveal(brief.grid.cells)
-        self._settled = False
+        self._gathered = Gathered()
+        self._redraw(next(iter(self._robots)), brief.grid.cells)
         self.cancelled = False
         self.homes = homes_of(self.robots(), kinds)
 
@@ -225,28 +211,13 @@ class RemoteWorld:
     def advance(self, until_ms: int) -> News:
         """Wait for the next report and say what is new; while paused, for all until that ends.
 
-        A mission begins with a report, even if it was paused and resumed before. Raises MapChanged.
+        A mission begins with a report, even if it was paused and resumed before.
         """
-        if not self._settled:
-            changed = self._next(until_ms)
-            while not changed and not self.cancelled and (self._paused or not self._begun):
-                changed = self._next(until_ms)
-            if changed:
-                raise MapChanged
-        self._settled = False
-        news, self._gathered = self._gathered.at(self._now_ms), _Gathered()
+        self._next(until_ms)
+        while not self.cancelled and (self._paused or not self._begun):
+            self._next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
+        news, self._gathered = self._gathered.at(self._now_ms, self._cells.reshape(-1)), Gathered()
         return news
-
-    def settle(self, until_ms: int) -> None:
-        """After `MapChanged`: let all robots stop, and begin with nothing but what is known now."""
-        self.stop_all()
-        while (self._paused or self._orders) and not self.cancelled:
-            self._next(until_ms)
-        known, self._cells = self._cells, np.full_like(self._cells, UNKNOWN)
-        self._grid = replace(self._grid, cells=self._cells)
-        self._gathered = _Gathered()
-        self._reveal(known)
-        self._settled = True
 
     def stop_all(self, *, halted: bool = False) -> None:
         """Let all robots that drive stop: until a pause ends if `halted`, else for good."""
@@ -279,11 +250,11 @@ class RemoteWorld:
             self._robots[name].order = order
         self._desk.order(order)
 
-    def _next(self, until_ms: int) -> bool:
-        """Take the next input in; return whether the map has changed."""
+    def _next(self, until_ms: int) -> None:
+        """Take the next input in."""
         match self._desk.exchange(until_ms):
             case Report() as report:
-                return self._take(report)
+                self._take(report)
             case Wish.PAUSE:
                 self._paused = True
                 self.stop_all(halted=True)
@@ -291,44 +262,57 @@ class RemoteWorld:
                 self._paused = False
             case Wish.CANCEL:
                 self.cancelled = True
-        return False
 
-    def _take(self, report: Report) -> bool:
-        since_ms, self._now_ms, self._begun = self._now_ms, report.t_ms, True
-        changed = False
+    def _take(self, report: Report) -> None:
+        since_ms, self._now_ms, self._begun = self._now_ms, max(self._now_ms, report.t_ms), True
+        if report.robot is not None:
+            teller, self._gathered.partial = self._robots[report.robot], True
+            since_ms, teller.told_ms = teller.told_ms, self._now_ms
+        of = Frame.of(self._first) if report.frame is None else report.frame
+        self._grow(self._frame.grown(of))
         for name, runs in report.revealed:
             indices, codes = expand(runs)
-            self._see(name, indices, codes)
+            self._see(name, placed(indices, of, self._frame), codes)
         if report.map is not None:
-            known = self._cells != UNKNOWN
-            changed = bool(np.any(report.map[known] != self._cells[known]))
-            if changed:
-                self._cells = report.map.copy()
-            else:
-                self._reveal(report.map)
+            self._redraw(report.robot or next(iter(self._robots)), laid_out(report.map, of, self._frame))
         for note in report.robots:
             if not self._robots[note.name].lost:
-                self._note(self._robots[note.name], note, since_ms)
+                cell = None if note.cell is None else of.shift_to(self._frame).cell(note.cell)
+                self._note(self._robots[note.name], replace(note, cell=cell), since_ms)
         for number in report.finished:
             self._finish(number)
         for number, reason in report.failed:
             self._fail(number, reason)
         for name, reason in report.lost:
             self._lose(name, reason)
-        return changed
 
-    def _reveal(self, cells: npt.NDArray[np.uint8]) -> None:
-        """Take in cells as if the first robot had seen them."""
+    def _grow(self, frame: Frame) -> None:
+        """Let the map have a frame that holds the one it has."""
+        if frame == self._frame:
+            return
+        shift = self._frame.shift_to(frame)
+        self._cells, self._frame = laid_out(self._cells, self._frame, frame), frame
+        self._grid = frame.grid(self._first, self._cells)
+        self._gathered.move(shift)
+        for robot in self._robots.values():
+            if robot.where.at is not None:
+                robot.where = replace(robot.where, at=shift.cell(robot.where.at))
+        for order in self._orders.values():
+            order.route = tuple(map(shift.cell, order.route))
+            order.cell = None if order.cell is None else shift.cell(order.cell)
+
+    def _redraw(self, name: str, cells: CellArray) -> None:
+        """Take in a whole map (height, width) as if a robot had seen it."""
         flat = cells.ravel()
-        indices = np.flatnonzero(flat != UNKNOWN)
-        self._see(next(iter(self._robots)), indices, flat[indices])
+        indices = np.flatnonzero(flat != self._cells.ravel())
+        self._see(name, indices, flat[indices])
 
     def _see(self, name: str, indices: npt.NDArray[np.int64], codes: npt.NDArray[np.uint8]) -> None:
+        """Take in cells by their row-major indices."""
         flat = self._cells.reshape(-1)
-        new = flat[indices] == UNKNOWN
-        if new.any():
-            flat[indices[new]] = codes[new]
-            self._gathered.revealed.append((name, indices[new]))
+        before = flat[indices]
+        flat[indices] = codes
+        self._gathered.see(name, indices, before, codes)
 
     def _note(self, robot: _Robot, note: RobotNote, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"

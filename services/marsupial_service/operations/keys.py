@@ -80,6 +80,14 @@ class Keys(ABC):
         found = [key for key in self.all() if hmac.compare_digest(key.sha256, digest)]
         return next((key for key in found if key.holds(now_s)), None)
 
+    def is_good(self, key: Key, now_s: float) -> bool:
+        """Say whether a key that was found is still good."""
+        return any(other.sha256 == key.sha256 and other.holds(now_s) for other in self.all())
+
+    def knows(self, name: str, now_s: float) -> bool:
+        """Say whether a name has a good key."""
+        return any(key.name == name and key.holds(now_s) for key in self.all())
+
     def add(self, name: str, scopes: Iterable[str], days: float, now_s: float) -> str:
         """Make a key and return its secret, which is kept nowhere. Raises UsageError if any argument is wrong."""
         scopes = tuple(dict.fromkeys(scopes))

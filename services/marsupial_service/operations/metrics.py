@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
+from marsupial_service.entries.room import Sizes
 from marsupial_service.jobs.records import Metrics
-from marsupial_service.missions.records import MissionPhase
+from marsupial_service.missions.records import MissionCounts
 
 
 class HttpMetrics:
@@ -21,8 +20,15 @@ class HttpMetrics:
         self._jobs = Gauge("marsupial_jobs", "Jobs kept, by state.", ("state",), registry=own)
         self._outcomes = Gauge("marsupial_job_outcomes", "Ended jobs kept.", ("outcome",), registry=own)
         self._missions = Gauge("marsupial_missions", "Missions kept, by state.", ("state",), registry=own)
-        self._slots = Gauge("marsupial_slots", "Jobs that can run at a time.", registry=own)
-        self._slots_used = Gauge("marsupial_slots_in_use", "Jobs that run.", registry=own)
+        self._waiting = Gauge("marsupial_jobs_waiting", "Jobs that wait, by owner.", ("owner",), registry=own)
+        self._open = Gauge("marsupial_missions_open", "Missions that are open, by owner.", ("owner",), registry=own)
+        self._backlog = Gauge("marsupial_backlog", "Reports and wishes that wait to be answered.", registry=own)
+        seconds = "Seconds from a report's being stored to its commands' being stored, of this server's missions."
+        self._lag = Histogram("marsupial_command_lag_seconds", seconds, registry=own)
+        self._slots = Gauge("marsupial_slots", "Plannings that can go on at a time.", registry=own)
+        self._slots_used = Gauge("marsupial_slots_in_use", "Plannings that go on.", registry=own)
+        self._stored = Gauge("marsupial_store_bytes", "Bytes of jobs and missions.", registry=own)
+        self._disk = Gauge("marsupial_store_disk_bytes", "Bytes that the store takes on the disk.", registry=own)
         self._streams = Gauge("marsupial_event_streams", "Open event streams.", registry=own)
 
     def request(self, method: str, route: str, status: int, seconds: float) -> None:
@@ -30,15 +36,26 @@ class HttpMetrics:
         self._requests.labels(method=method, route=route, status=str(status)).inc()
         self._seconds.labels(route=route).observe(seconds)
 
-    def text(self, jobs: Metrics, missions: Mapping[MissionPhase, int], streams: int) -> bytes:
+    def lag(self, seconds: float) -> None:
+        """Count commands that were stored so long after the report they answer."""
+        self._lag.observe(seconds)
+
+    def text(self, jobs: Metrics, missions: MissionCounts, streams: int, sizes: Sizes) -> bytes:
         """Return everything in Prometheus' text format."""
         for state, count in jobs.states.items():
             self._jobs.labels(state=state.value).set(count)
         for outcome, count in jobs.outcomes.items():
             self._outcomes.labels(outcome=outcome.value).set(count)
-        for mission_state, count in missions.items():
+        for mission_state, count in missions.states.items():
             self._missions.labels(state=mission_state.value).set(count)
+        for gauge, owners in ((self._waiting, jobs.waiting), (self._open, missions.owners)):
+            gauge.clear()
+            for owner, count in owners.items():
+                gauge.labels(owner=owner).set(count)
+        self._backlog.set(missions.backlog)
         self._slots.set(jobs.slots)
         self._slots_used.set(jobs.slots_in_use)
         self._streams.set(streams)
+        self._stored.set(sizes.stored)
+        self._disk.set(sizes.on_disk)
         return generate_latest(self._registry)

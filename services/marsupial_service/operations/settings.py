@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from marsupial.errors import UsageError
+from marsupial.model.sizes import SIZES
 
 PREFIX = "MARSUPIAL_"
 CLUSTER_SLOTS = 64
@@ -34,17 +35,34 @@ class ServiceLimits:
     """What one request, one key and the whole service may ask for. Raises UsageError if one is too small."""
 
     body_bytes: int = _limit(16_000_000, 1000, "bytes of a request's body")
-    body_s: float = _limit(30.0, 0.1, "seconds within which a request's body has to arrive")
+    body_s: float = _limit(10.0, 0.1, "seconds a request's body may take to arrive, besides those its bytes take")
+    body_rate: int = _limit(50_000, 1, "bytes a second at which a body has to arrive, at least")
+    bodies_bytes: int = _limit(128_000_000, 1000, "bytes of all bodies that are being received and read")
+    readers: int = _limit(2, 1, "processes that read large bodies, at a time")
+    read_s: float = _limit(30.0, 0.1, "seconds a large body may take to be read")
+    read_memory_bytes: int = _limit(1 << 30, 1 << 26, "bytes of memory a large body may take to be read")
+    answer_bytes: int = _limit(32_000_000, 1000, "bytes of an analysis")
+    connections: int = _limit(1000, 1, "connections open at a time")
+    address_connections: int = _limit(500, 1, "connections open at a time, of one address")
+    header_s: float = _limit(10.0, 0.1, "seconds within which a request's headers have to arrive")
+    stall_s: float = _limit(30.0, 0.1, "seconds after which a client that takes nothing of its answer is given up")
     cells: int = _limit(4_000_000, 1, "cells of a map")
     robots: int = _limit(200, 1, "robots of a team")
     targets: int = _limit(1000, 1, "targets of a situation")
     places: int = _limit(2000, 1, "places of a situation")
+    actions: int = _limit(100_000, 1, "actions of a plan, and commands of a report")
+    plan_bytes: int = _limit(10_000_000, 1, "characters of a plan as text")
+    runs: int = _limit(3_000_000, 3, "numbers of cells given as runs")
+    radius_cells: float = _limit(SIZES["radius_cells"].most, 1, SIZES["radius_cells"].meaning)
+    footprint_cells: float = _limit(2e11, 1, SIZES["footprint_cells"].meaning)
+    layers: float = _limit(2e8, 1, SIZES["layers"].meaning)
     budget_s: float = _limit(300.0, 0.01, "seconds a planner may be given")
     budget_steps: int = _limit(10_000_000, 1, "steps a planner may be given")
     steps_s: float = _limit(300.0, 0.01, "seconds after which a budget in steps ends all the same")
     memory_bytes: int = _limit(2 << 30, 1 << 26, "bytes of memory all processes of one job may take")
-    slots: int = _limit(max(1, os.cpu_count() or 1), 1, "jobs that run at a time")
+    slots: int = _limit(max(1, os.cpu_count() or 1), 1, "plannings of jobs and missions that go on at a time")
     queue: int = _limit(1000, 0, "jobs that wait")
+    key_queue: int = _limit(500, 0, "jobs of one key that wait")
     streams: int = _limit(64, 1, "event streams open at a time, of one key")
     wait_s: float = _limit(30.0, 0.0, "seconds a request may wait for its job (Prefer: wait)")
     analyses: int = _limit(2, 1, "analyses and readiness checks that run at a time")
@@ -52,14 +70,22 @@ class ServiceLimits:
     retention_s: float = _limit(7 * 86400.0, 1.0, "seconds a job or mission is kept after its end")
     kept_jobs: int = _limit(10_000, 1, "jobs kept after their end")
     missions: int = _limit(20, 1, "missions open at a time")
+    key_missions: int = _limit(20, 1, "missions of one key open at a time")
+    idle_s: float = _limit(86400.0, 1.0, "seconds without a report after which a mission is cancelled")
     backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")
+    store_bytes: int = _limit(10_000_000_000, 0, "bytes of the store beyond which no job or mission is taken")
 
     def __post_init__(self) -> None:
         for one in fields(self):
-            value = getattr(self, one.name)
-            if not (math.isfinite(value) and value >= one.metadata["at_least"]):
-                raise UsageError(f"{one.name}: must be {one.metadata['at_least']} or more, got {value}")
+            fault = _fault(one, getattr(self, one.name))
+            if fault is not None:
+                raise UsageError(f"{one.name}: {fault}")
+
+    @property
+    def sizes(self) -> Mapping[str, float]:
+        """The limits on sizes that follow from several numbers (`marsupial.model.sizes`)."""
+        return {name: getattr(self, name) for name in SIZES}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,17 +133,30 @@ class ServiceSettings:
         return self.keys or not self.is_loopback
 
 
-def limits_from(environment: Mapping[str, str]) -> ServiceLimits:
-    """Return the limits that environment variables set, the others as they are by default.
+def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | None = None) -> ServiceLimits:
+    """Return the limits that environment variables and options (``--limit``, by name) set, the others by default.
 
-    Raises UsageError naming the first variable that holds no such number.
+    Raises UsageError naming the first option or variable that holds no such number.
     """
     given: dict[str, float] = {}
     for one in fields(ServiceLimits):
-        text = environment.get(PREFIX + one.name.upper())
-        if text is not None:
-            try:
-                given[one.name] = int(text) if one.type == "int" else float(text)
-            except ValueError:
-                raise UsageError(f"{PREFIX}{one.name.upper()}: must be a number, got {text!r}") from None
+        said, text = f"--limit {one.name}", (options or {}).get(one.name)
+        if text is None:
+            said, text = PREFIX + one.name.upper(), environment.get(PREFIX + one.name.upper())
+        if text is None:
+            continue
+        try:
+            given[one.name] = int(text) if one.type == "int" else float(text)
+        except ValueError:
+            raise UsageError(f"{said}: must be a number, got {text!r}") from None
+        fault = _fault(one, given[one.name])
+        if fault is not None:
+            raise UsageError(f"{said}: {fault}")
     return ServiceLimits(**given)  # type: ignore[arg-type]
+
+
+def _fault(one: Field[Any], value: float) -> str | None:
+    """Return what is wrong with the value of a limit, or None."""
+    if math.isfinite(value) and value >= one.metadata["at_least"]:
+        return None
+    return f"must be {one.metadata['at_least']} or more, got {value}"

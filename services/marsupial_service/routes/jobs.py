@@ -2,44 +2,38 @@
 
 from __future__ import annotations
 
-import asyncio
-import json
 import logging
-from collections.abc import Mapping
-from typing import Annotated, Any
+from collections.abc import AsyncIterator
+from typing import Annotated
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Body, Query, Response
+from fastapi.responses import StreamingResponse
 
-from marsupial.model.planning import EngineInfo
-from marsupial.model.situation import Situation
-from marsupial_service.http.answers import job_answer, job_path, json_answer, plan_answer, summary_answer
+from marsupial_service.http.answers import UNKEPT, job_answer, job_path, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.maps import map_state_of
-from marsupial_service.intake.situations import budget_of, refuse, situation_of
-from marsupial_service.jobs.records import JobRequest, JobState, MapTask
-from marsupial_service.operations.settings import ServiceSettings
-from marsupial_service.planners import planner_info, planner_names
+from marsupial_service.intake.jobs import JOB_READING
+from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
+from marsupial_service.jobs.records import JobRecord, JobState
+from marsupial_service.jobs.service import Jobs
+from marsupial_service.jobs.telling import situation_text, tell_situation
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
     JobOfPath,
-    Json,
+    KeyHolds,
     LastEventId,
     Owner,
     PageLimit,
     Prefer,
     Service,
-    digest_of,
     older_than,
     wait_seconds,
 )
 from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
-
-DEFAULT_BUDGET_S = 5.0
+from marsupial_service.schemas.requests import JobBody
 
 log = logging.getLogger("marsupial.service")
 
@@ -55,13 +49,12 @@ router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
 async def submit_job(
     state: Service,
     owner: Owner,
-    sent: Json,
-    body: JobBody,
+    sent: Annotated[Sent, Body(), shaped(JobBody)],
     prefer: Prefer = None,
     idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a planning job. With `Prefer: wait` the answer may be the finished job."""
-    request = await asyncio.to_thread(_request, body.root, sent, state.settings)
+    request = await read(state, sent, JOB_READING, state.settings.limits, state.settings.planners)
     created = await state.running().submit(request, owner=owner, idempotency_key=idempotency_key)
     job, headers = created.record, headers_of(created, job_path(created.record.id))
     log.info("job taken", extra={"job": job.id, "owner": owner, "planner": job.planner})
@@ -70,32 +63,6 @@ async def submit_job(
         job = await state.running().wait(job.id, seconds)
         headers["Preference-Applied"] = f"wait={seconds:g}"
     return json_answer(job_answer(job), 202 if job.finished_at_ms is None else 200, headers)
-
-
-def _request(
-    body: SituationJobBody | MapStateJobBody, sent: Mapping[str, Any], settings: ServiceSettings
-) -> JobRequest:
-    """Read the body; in a thread of its own, as maps may be large."""
-    info = _planner(body.planner, settings)
-    budget = budget_of(body.budget, settings.limits, DEFAULT_BUDGET_S)
-    if budget.steps is not None and not info.deterministic_steps:
-        raise refuse("budget.steps", f"planner {body.planner} can't count steps: give it a budget in seconds")
-    task: Situation | MapTask
-    if isinstance(body, SituationJobBody):
-        task = situation_of(body.situation, settings.limits)
-    else:
-        task = map_state_of(body.map_state, settings.limits)
-    return JobRequest(planner=body.planner, budget=budget, task=task, digest=digest_of(sent), source=sent)
-
-
-def _planner(name: str, settings: ServiceSettings) -> EngineInfo:
-    names = planner_names(settings.planners)
-    if name not in names:
-        raise refuse("planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
-    info = planner_info(name, settings.planners)
-    if info.missing is not None:
-        raise refuse("planner", f"{name} can't be used here: {info.missing}")
-    return info
 
 
 @router.get("", response_model=answers.JobListAnswer, responses=errors())
@@ -128,8 +95,15 @@ async def cancel_job(state: Service, job: JobOfPath) -> Response:
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
 async def list_plans(state: Service, job: JobOfPath) -> Response:
     """Return every plan found so far, each better than the one before."""
-    found = await state.running().plans(job.id)
-    return json_answer(answers.PlansAnswer(plans=[plan_answer(plan) for plan in found]))
+    return StreamingResponse(_plans(state.running(), job), headers=UNKEPT, media_type="application/json")
+
+
+async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
+    """Yield the text of all plans piece by piece: there may be hundreds, each of thousands of actions."""
+    yield b'{"plans":['
+    for revision in range(1, job.plans + 1):
+        yield b"," * (revision > 1) + (await jobs.plan_text(job.id, revision)).encode()
+    yield b"]}"
 
 
 @router.get(
@@ -137,12 +111,15 @@ async def list_plans(state: Service, job: JobOfPath) -> Response:
     response_class=EventStream,
     responses={
         **errors("not-found", "too-many"),
+        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
         200: {"description": "Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."},
     },
 )
-async def follow_job(state: Service, owner: Owner, job: JobOfPath, last_event_id: LastEventId = None) -> Response:
+async def follow_job(
+    state: Service, owner: Owner, holds: KeyHolds, job: JobOfPath, last_event_id: LastEventId = None
+) -> Response:
     """Stream the events of a job as they come, the stored ones first."""
-    return stream(state, owner, state.running(), job.id, last_event_id)
+    return await stream(state, owner, holds, state.running(), job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
@@ -150,9 +127,17 @@ async def get_situation(state: Service, job: JobOfPath) -> Response:
     """Return what the planner is asked; for a map state once that has been analysed."""
     analysis = await state.running().analysis(job.id)
     if analysis is not None:
-        found = {"situation": json.loads(analysis.situation), "places": json.loads(analysis.places)}
-        return json_answer(answers.JobSituationAnswer.model_validate(found))
-    sent = json.loads(await state.running().source(job.id) or "{}")
-    if "situation" not in sent:
+        return text_answer(f'{{"situation":{analysis.situation},"places":{analysis.places}}}'.encode())
+    text = await state.running().source(job.id) or "{}"
+    limits = state.settings.limits
+    if len(text) <= INLINE_BYTES:
+        found: object = situation_text(text)
+    else:
+        async with state.readers:
+            found = await state.supervised.value_of(
+                tell_situation, text, seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
+            )
+    if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
-    return json_answer(answers.JobSituationAnswer(situation=sent["situation"], places=None))
+    assert isinstance(found, bytes)
+    return text_answer(found)

@@ -5,31 +5,36 @@ from __future__ import annotations
 import asyncio
 from typing import Annotated
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
-from marsupial_service.http.answers import json_answer, mission_answer, mission_path
+from marsupial_service.http.answers import json_answer, mission_answer, mission_path, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import Route
-from marsupial_service.missions.reading import brief_of, report_of
+from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.missions.frames import Frame
+from marsupial_service.missions.reading import MISSION_READING, REPORT_READING
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.missions.values import Wish, runs_in
+from marsupial_service.missions.telling import changes_in, known_map_text, tell_known_map
+from marsupial_service.missions.values import Wish
 from marsupial_service.operations.keys import Scope
 from marsupial_service.routes.parameters import (
     IdempotencyKey,
-    Json,
+    KeyHolds,
     LastEventId,
     MissionOfPath,
     Owner,
     PageLimit,
     Service,
-    digest_of,
     older_than,
 )
 from marsupial_service.routes.stored import headers_of, page, stored
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.schemas.missions import MissionBody, ReportsBody
+
+_INLINE_CHANGES = 10_000
+"""From cell to cell, of a map that is told in the server's process: 10 ms."""
 
 
 class MissionRoute(Route):
@@ -56,12 +61,15 @@ router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missi
     ),
 )
 async def create_mission(
-    state: Service, owner: Owner, sent: Json, body: MissionBody, idempotency_key: IdempotencyKey = None
+    state: Service,
+    owner: Owner,
+    sent: Annotated[Sent, Body(), shaped(MissionBody)],
+    idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
-    brief = await asyncio.to_thread(brief_of, body, settings.limits, settings.planners)
-    created = await state.flying().create(brief, digest_of(sent), owner=owner, idempotency_key=idempotency_key)
+    brief, digest = await read(state, sent, MISSION_READING, settings.limits, settings.planners)
+    created = await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key)
     record, replayed = created
     return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(created, mission_path(record.id)))
 
@@ -88,15 +96,23 @@ async def get_mission(mission: MissionOfPath) -> Response:
 
 @router.post(
     "/{mission}/reports",
-    response_model=answers.TakenAnswer,
-    responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
+    response_model=answers.TakenAnswer | answers.AllTakenAnswer,
+    responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
-async def report(state: Service, mission: MissionOfPath, sent: Json, body: ReportBody) -> Response:
-    """Store a report of what has happened. Sending it again changes nothing; nor does a report that is refused."""
+async def report(
+    state: Service, mission: MissionOfPath, sent: Annotated[Sent, Body(), shaped(ReportsBody)]
+) -> Response:
+    """Store a report of what has happened, or several. Sending it again changes nothing.
+
+    Nor does a report that is refused; of several, all are refused then. A batch is answered by a batch.
+    """
     missions = state.flying()
-    read = await asyncio.to_thread(report_of, body, await missions.brief(mission))
-    taken = await missions.report(mission, read, digest_of(sent))
-    return json_answer(answers.TakenAnswer.of(read, revision=taken.revision))
+    brief = await missions.brief(mission)
+    frame = mission.frame or Frame.of(brief.grid)
+    reports, is_batch = await read(state, sent, REPORT_READING, brief, frame, state.settings.limits)
+    taken = await missions.reports(mission, reports)
+    told = [answers.TakenAnswer.of(one, revision=taken.revision) for one, _ in reports]
+    return json_answer(answers.AllTakenAnswer(reports=told) if is_batch else told[0])
 
 
 @router.post(
@@ -128,28 +144,36 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     response_class=EventStream,
     responses={
         **errors("not-found", "too-many"),
+        204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
         200: {"description": "Events `log`, `decision`, `commands`, `state` and `end`, with ids from 1."},
     },
 )
 async def follow_mission(
-    state: Service, owner: Owner, mission: MissionOfPath, last_event_id: LastEventId = None
+    state: Service, owner: Owner, holds: KeyHolds, mission: MissionOfPath, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the commands and decisions of a mission as they come, stored ones first, up to the event `end`."""
-    return stream(state, owner, state.flying(), mission.id, last_event_id)
+    return await stream(state, owner, holds, state.flying(), mission.id, last_event_id)
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
 async def get_log(state: Service, mission: MissionOfPath) -> Response:
-    """Return the mission log so far, as `marsupial replay` reads it. If the map changed, it begins at the change."""
+    """Return the mission log so far, as `marsupial replay` reads it."""
     return LogAnswer(await state.flying().log(mission), headers={"Cache-Control": "no-store"})
 
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
 async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
-    missions = state.flying()
-    grid, cells = (await missions.brief(mission)).grid, await missions.known(mission)
-    return json_answer(answers.KnownMapAnswer.of(grid, runs=runs_in(cells)))
+    known = await state.flying().known(mission)
+    if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
+        return text_answer(known_map_text(known))
+    limits = state.settings.limits
+    async with state.readers:
+        found = await state.supervised.value_of(
+            tell_known_map, known, seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
+        )
+    assert isinstance(found, bytes)
+    return text_answer(found)
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:

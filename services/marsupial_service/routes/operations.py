@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sqlite3
 import time
+from functools import partial
 from importlib.metadata import version
 
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
-from marsupial_service.analyses.supervised import value_of
+from marsupial.processes.runner import LOCAL
+from marsupial_service.analyses.supervised import value_on
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
@@ -51,9 +53,9 @@ async def readyz(state: Service) -> Response:
 @admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
 async def metrics(state: Service) -> Response:
     """Return counts for Prometheus."""
-    text = state.metrics.text(
-        await state.running().metrics(), await state.flying().counts(), sum(state.streams.values())
-    )
+    jobs, missions = state.running(), state.flying()
+    streams = sum(state.streams.values())
+    text = state.metrics.text(await jobs.metrics(), await missions.counts(), streams, await jobs.sizes())
     return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
 
 
@@ -63,9 +65,8 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     try:
         if (trouble := state.runner.trouble()) is not None:
             return f"planning has to wait: {trouble}"
-        planned = await value_of(
-            plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes, runner=state.runner
-        )
+        value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
+        planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except Exception as error:
         return f"planning fails: {error}"
     if planned is not True:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
+import time
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request
 
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.missions.records import MissionRecord
+from marsupial_service.operations.keys import Key
 from marsupial_service.state import State, state_of
 
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?:;.*)?", re.IGNORECASE)
@@ -25,14 +26,15 @@ def _owner(request: Request) -> str:
     return owner
 
 
-def _json(request: Request) -> Any:
-    return request.state.json
+def _key_holds(state: Annotated[State, Depends(_state)], request: Request) -> Callable[[], bool]:
+    key: Key | None = request.state.key
+    return lambda: key is None or state.keys.is_good(key, time.time())
 
 
 Service = Annotated[State, Depends(_state)]
 Owner = Annotated[str, Depends(_owner)]
-Json = Annotated[Any, Depends(_json)]
-"""The body as it was sent, once its shape has been checked."""
+KeyHolds = Annotated[Callable[[], bool], Depends(_key_holds)]
+"""Says whether the key of the request is still good."""
 
 Prefer = Annotated[
     str | None,
@@ -71,11 +73,6 @@ async def _mission(state: Service, owner: Owner, mission: Annotated[str, id_of("
 
 JobOfPath = Annotated[JobRecord, Depends(_job)]
 MissionOfPath = Annotated[MissionRecord, Depends(_mission)]
-
-
-def digest_of(sent: Any) -> bytes:
-    """Return what tells requests apart: the same for bodies that say the same."""
-    return hashlib.sha256(json.dumps(sent, sort_keys=True).encode()).digest()
 
 
 def wait_seconds(prefer: str | None, limit: float) -> float | None:

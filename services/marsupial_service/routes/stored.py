@@ -15,7 +15,7 @@ def stored(model: type[Answer], noun: str, status: int, at_once: str) -> dict[in
     """Return the responses of a route that stores an entry; it may answer 200 instead, `at_once`."""
     answer = {"model": model, "headers": {"Location": {"schema": {"type": "string"}}}}
     return {
-        **errors("key-reused", "too-many", "not-ready", body=True),
+        **errors("key-reused", "too-many", "not-ready", "store-full", body=True),
         200: {**answer, "description": at_once},
         status: {**answer, "description": f"The {noun} is stored; it is at Location."},
     }

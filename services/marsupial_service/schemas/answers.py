@@ -279,11 +279,21 @@ class MissionListAnswer(Answer):
 
 
 class TakenAnswer(Answer):
-    """A report has been stored: its number, its time, and the revision of the plan that was made last."""
+    """A report has been stored: its number, its time, and the revision of the plan that was made last.
+
+    `robot` is whose count `n` belongs to, if it is a robot's own.
+    """
 
     n: int
+    robot: Absent[str] = None
     t_ms: int
     revision: int
+
+
+class AllTakenAnswer(Answer):
+    """All reports of a request have been stored, or had been before."""
+
+    reports: list[TakenAnswer]
 
 
 class KnownMapAnswer(Answer):

@@ -137,11 +137,21 @@ def variant(key: str) -> Tag:
     return Tag(VARIANT + key)
 
 
+NONE_OF = "none_of"
+"""The error of an object that has none of the keys by which variants are told apart; its `keys` are those."""
+
+
 def by_key(*keys: str) -> Discriminator:
-    """Return a discriminator that tells variants apart by which of `keys` they have; the first one by default."""
+    """Return a discriminator that tells variants apart by which of `keys` they have."""
 
-    def tag(value: Any) -> str:
-        fields = value if isinstance(value, Mapping) else {}
-        return VARIANT + next((key for key in keys if key in fields), keys[0])
+    def tag(value: Any) -> str | None:
+        if not isinstance(value, Mapping):
+            return VARIANT + keys[0]  # which says what is wrong with it
+        return next((VARIANT + key for key in keys if key in value), None)
 
-    return Discriminator(tag)
+    return Discriminator(
+        tag,
+        custom_error_type=NONE_OF,
+        custom_error_message=f"needs one of {', '.join(keys)}",
+        custom_error_context={"keys": " ".join(keys)},
+    )

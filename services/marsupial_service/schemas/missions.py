@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, StringConstraints
+from pydantic import Field, RootModel, StringConstraints
 
 from marsupial.model.scenario import Goal, MissionLimits
 from marsupial_service.schemas.base import (
@@ -15,14 +15,18 @@ from marsupial_service.schemas.base import (
     PointM,
     RequestBody,
     RobotName,
+    by_key,
     made_of,
+    variant,
     within,
 )
 from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypeBody, TerrainBody
 from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
-RunsBody = Annotated[tuple[int, ...], made_of(list[Annotated[int, within("cell")]], tuple)]
+RunsBody = Annotated[
+    tuple[int, ...], made_of(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
+]
 """(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
 
 Side = Annotated[int, within("side")]
@@ -64,16 +68,29 @@ class MissionBody(RequestBody):
 
 
 class RevealedBody(RequestBody):
-    """Cells that a robot has seen."""
+    """Cells that a robot has seen, new or changed; code 255 for those that are not known any more."""
 
     robot: RobotName
     runs: RunsBody
 
 
 class MapRunsBody(RequestBody):
-    """All known cells of a map."""
+    """All known cells of a map; the others are unknown, also those that were known."""
 
     runs: RunsBody
+
+
+class ReportFrameBody(RequestBody):
+    """The frame that the cells of a report are of. The mission's frame grows to hold it; it never shrinks.
+
+    `origin_m` is the pose of the lower left corner: any, but not turned against the mission's frame. `resolution_m` is
+    the mission's, given or not.
+    """
+
+    width: Side
+    height: Side
+    origin_m: Maybe[Origin] = None
+    resolution_m: Maybe[Resolution] = None
 
 
 class RobotNoteBody(RequestBody):
@@ -102,13 +119,40 @@ class LostBody(RequestBody):
 
 
 class ReportBody(RequestBody):
-    """What happened up to a moment of mission time; `n` counts a mission's reports from 1."""
+    """What happened up to a moment of mission time.
+
+    `n` counts a mission's reports from 1 or, where `robot` is given, that robot's own. Cells are of `frame`, or else of
+    the mission's frame as it is when the report comes.
+    """
 
     n: Annotated[int, within("report")]
+    robot: Maybe[RobotName] = None
     t_ms: Milliseconds
+    frame: Maybe[ReportFrameBody] = None
     revealed: list[RevealedBody] = Field(default=[])
     map: Maybe[MapRunsBody] = None
     robots: list[RobotNoteBody] = Field(default=[])
     finished: list[Identity] = Field(default=[])
     failed: list[FailedBody] = Field(default=[])
     lost: list[LostBody] = Field(default=[])
+
+
+MOST_REPORTS = 1000
+"""In one request: more than a large team has to say at once."""
+
+
+class BatchBody(RequestBody):
+    """Reports in their order: all are taken, or none. Those that were taken before change nothing."""
+
+    reports: Annotated[list[ReportBody], Field(min_length=1, max_length=MOST_REPORTS)]
+
+
+class ReportsBody(
+    RootModel[
+        Annotated[
+            Annotated[ReportBody, variant("n")] | Annotated[BatchBody, variant("reports")],
+            by_key("n", "reports"),
+        ]
+    ]
+):
+    """A report, or several of them."""

@@ -102,8 +102,20 @@ class Engine(Protocol):
         """Have other servers told, with the commit, that there is news on these topics."""
         ...
 
-    def shrink(self, connection: Connection) -> None:
-        """Give back space that is no longer used."""
+    def shrink(self, connection: Connection) -> bool:
+        """Give back some of the space that is no longer used, in a transaction; say whether there is more."""
+        ...
+
+    def settle(self) -> None:
+        """Give back what commits have left behind, outside of any transaction. Raises one of `errors`."""
+        ...
+
+    def disk_bytes(self, connection: Connection) -> int:
+        """Return how much of the disk is taken."""
+        ...
+
+    def version(self, connection: Connection) -> int:
+        """Return the version of the tables; 0 if there are none."""
         ...
 
     def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:

@@ -20,11 +20,18 @@ FILE = "marsupial.sqlite"
 
 _BUSY_MS = 10_000
 _LONGEST_LOG = 64 << 20
-_FREED_PAGES = 2000
+_FREED_PAGES = 500
+"""So many are given back in one transaction, in some 10 ms."""
+
+_SLACK = 20
+"""One page in so many may be free: it would be taken again soon, and freeing it means moving another."""
 
 
 class Sqlite:
-    """The file in `folder`, which is made if need be. Raises StoreInUse, StoreError."""
+    """The file in `folder`, which is made if need be. Raises StoreInUse, StoreError.
+
+    One that only `visits` may come while a server runs, makes nothing and takes no lock.
+    """
 
     begin = "BEGIN IMMEDIATE"
     begin_reading = "BEGIN"
@@ -33,10 +40,13 @@ class Sqlite:
     errors: tuple[type[Exception], ...] = (sqlite3.Error,)
     refusals: tuple[type[Exception], ...] = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, visits: bool = False) -> None:
         self.path = folder / FILE
         self.place = str(self.path)
         self.server = uuid.uuid4().hex
+        self._lock: int | None = None
+        if visits:
+            return
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
@@ -78,13 +88,38 @@ class Sqlite:
     def listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
         """Do nothing: there are no others."""
 
-    def shrink(self, connection: Connection) -> None:
-        """Give free pages at the end of the file back, some at a time."""
-        connection.execute(f"PRAGMA incremental_vacuum({_FREED_PAGES})").fetchall()
+    def shrink(self, connection: Connection) -> bool:
+        """Give some free pages back; a few are left for what is written next."""
+        (pages,) = connection.execute("PRAGMA page_count").fetchone()
+        (free,) = connection.execute("PRAGMA freelist_count").fetchone()
+        excess: int = free - pages // _SLACK
+        for _ in range(min(excess, _FREED_PAGES)):
+            connection.execute("PRAGMA incremental_vacuum(1)")  # of more than one Python's module frees one only
+        return excess > _FREED_PAGES
+
+    def settle(self) -> None:
+        """Put the write-ahead log into the file, which is cut to its length then, and empty it."""
+        connection = self._open()
+        try:
+            connection.execute("PRAGMA busy_timeout = 0")  # while somebody reads it can't be emptied: the next time
+            connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+        finally:
+            connection.close()
+
+    def disk_bytes(self, connection: Connection) -> int:
+        """Return the size of the file and its write-ahead log."""
+        files = (self.path, self.path.with_name(f"{FILE}-wal"))
+        return sum(file.stat().st_size for file in files if file.exists())
+
+    def version(self, connection: Connection) -> int:
+        """Return the version of the tables."""
+        version: int = connection.execute("PRAGMA user_version").fetchone()[0]
+        return version
 
     def close(self) -> None:
         """Let go of the folder."""
-        os.close(self._lock)
+        if self._lock is not None:
+            os.close(self._lock)
 
     def _open(self) -> sqlite3.Connection:
         connection = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
@@ -95,8 +130,7 @@ class Sqlite:
         return connection
 
     def _prepare(self, connection: sqlite3.Connection) -> None:
-        (version,) = connection.execute("PRAGMA user_version").fetchone()
-        steps = tables.steps(version, self.place)
+        steps = tables.steps(self.version(connection), self.place)
         connection.execute("PRAGMA auto_vacuum = INCREMENTAL")
         (mode,) = connection.execute("PRAGMA journal_mode = WAL").fetchone()
         if mode != "wal":

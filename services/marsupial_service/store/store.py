@@ -59,6 +59,15 @@ class Store:
         except RuntimeError as error:
             raise StoreError("the store is closed") from error
 
+    def settle(self) -> None:
+        """Give back what commits have left behind on the disk, as far as nobody is in the way."""
+        with suppress(*self._engine.errors):
+            self._engine.settle()
+
+    def disk_bytes(self) -> Future[int]:
+        """Return how much of the disk is taken. Raises StoreError as `read` does."""
+        return self.read(self._engine.disk_bytes)
+
     def listen(self, listener: Listener) -> None:
         """Have `listener` called, by whatever thread, after every commit of any server that has news."""
         self._listeners.append(listener)

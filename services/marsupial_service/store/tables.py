@@ -1,8 +1,11 @@
 """The tables: jobs and missions, each with their events, and what belongs to one kind only.
 
 The events of turn k of a mission are what it made of its first k inputs. They are stored together or not at all.
+A row of theirs holds a whole turn, `seq` is the number of its last event; long ones are stored in parts, as inputs are
+(`marsupial_service.store.packing`). `bytes` is about what an entry takes with all that belongs to it.
 An entry that is being worked on has a `holder`, one of the `servers`, and its `term` counts those it has had: what a
-holder of an earlier term writes comes too late.
+holder of an earlier term writes comes too late. `owners` are those whose jobs were claimed; the one served longest ago
+is next.
 
 They are written in the words of SQLite; a database of an earlier version is brought up to date step by step.
 """
@@ -134,17 +137,72 @@ CREATE TABLE servers (
     id TEXT PRIMARY KEY,
     beat_s REAL NOT NULL
 ) STRICT;
+CREATE TABLE owners (
+    name TEXT PRIMARY KEY,
+    served INTEGER NOT NULL
+) STRICT;
 CREATE TABLE documents (
     name TEXT PRIMARY KEY,
     text TEXT NOT NULL
 ) STRICT;
+ALTER TABLE jobs ADD COLUMN claimed_ms INTEGER;
+ALTER TABLE jobs ADD COLUMN spent_ms INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN holder TEXT;
 ALTER TABLE jobs ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE missions ADD COLUMN frame TEXT;
 ALTER TABLE missions ADD COLUMN holder TEXT;
 ALTER TABLE missions ADD COLUMN term INTEGER NOT NULL DEFAULT 0;
 """
 
-_STEPS = (_FIRST, _SHARED)
+ROW_BYTES = 40
+"""What a row takes besides its contents, in what is counted as `bytes` of an entry."""
+
+ENTRY_BYTES = 500
+"""The same of an entry with its indexes."""
+
+
+def _contents(table: str, entry: str, *columns: str) -> str:
+    """Return an expression for the bytes of the rows of a table that belong to an entry of the outer statement."""
+    lengths = " + ".join(f"coalesce(length({column}), 0)" for column in columns)
+    return f"(SELECT coalesce(sum({ROW_BYTES} + {lengths}), 0) FROM {table} WHERE {entry} = number)"
+
+
+_PACKED = f"""
+CREATE TABLE packed_events (
+    mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
+    seq INTEGER NOT NULL,
+    part INTEGER NOT NULL,
+    turn INTEGER NOT NULL,
+    data BLOB NOT NULL,
+    at_ms INTEGER NOT NULL,
+    PRIMARY KEY (mission, seq, part)
+) STRICT, WITHOUT ROWID;
+INSERT INTO packed_events
+    SELECT mission, seq, 0, turn, CAST(type || ' ' || data AS BLOB), at_ms FROM mission_events;
+DROP TABLE mission_events;
+ALTER TABLE packed_events RENAME TO mission_events;
+CREATE INDEX mission_events_of_turn ON mission_events (mission, turn);
+CREATE TABLE packed_inputs (
+    mission INTEGER NOT NULL REFERENCES missions (number) ON DELETE CASCADE,
+    seq INTEGER NOT NULL,
+    part INTEGER NOT NULL,
+    digest BLOB,
+    data BLOB NOT NULL,
+    at_ms INTEGER NOT NULL,
+    PRIMARY KEY (mission, seq, part)
+) STRICT, WITHOUT ROWID;
+INSERT INTO packed_inputs SELECT mission, seq, 0, digest, data, at_ms FROM mission_inputs;
+DROP TABLE mission_inputs;
+ALTER TABLE packed_inputs RENAME TO mission_inputs;
+ALTER TABLE jobs ADD COLUMN bytes INTEGER NOT NULL DEFAULT {ENTRY_BYTES};
+ALTER TABLE missions ADD COLUMN bytes INTEGER NOT NULL DEFAULT {ENTRY_BYTES};
+UPDATE jobs SET bytes = bytes + {_contents("payloads", "job", "task", "source", "situation", "places")}
+    + {_contents("plans", "job", "actions", "ipc")} + {_contents("events", "job", "data")};
+UPDATE missions SET bytes = bytes + {_contents("mission_briefs", "mission", "brief")}
+    + {_contents("mission_inputs", "mission", "digest", "data")} + {_contents("mission_events", "mission", "data")};
+"""
+
+_STEPS = (_FIRST, _SHARED, _PACKED)
 """What leads from each version to the next; 0 is a database without tables."""
 
 VERSION = len(_STEPS)

@@ -58,9 +58,9 @@ class Transaction:
         """Wait until no other server is between here and the end of a transaction with the same `name`."""
         self._engine.lock(self._connection, name)
 
-    def shrink(self) -> None:
-        """Give back space that is no longer used."""
-        self._engine.shrink(self._connection)
+    def shrink(self) -> bool:
+        """Give back some of the space that is no longer used; say whether there is more."""
+        return self._engine.shrink(self._connection)
 
 
 class _Errand:

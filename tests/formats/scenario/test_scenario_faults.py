@@ -20,6 +20,15 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         ["robot_types[1].speed_mps: must be positive, got -1"],
     ),
     "a negative radius": ({"robot_types__0__radius_m": -0.5}, ["robot_types[0].radius_m: must be 0 or more, got -0.5"]),
+    "a robot of 79 million cells": (
+        {
+            "map__resolution_m": 0.001,
+            "robot_types__0__radius_m": 5.0,
+            "team__0__start": "drawn",
+            "team__2__start": "drawn",
+        },
+        ["robot_types[0].radius_m: must be at most 200 cells of the map, got 5000 cells of 0.001 m"],
+    ),
     "a speed like a glacier's": (
         {"robot_types__0__speed_mps": 1e-9},
         ["robot_types[0].speed_mps: must be 0.001 or more, got 1e-09"],

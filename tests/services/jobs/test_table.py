@@ -8,6 +8,7 @@ from situations import one_hall
 
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
+from marsupial_service.entries.records import TooMany
 from marsupial_service.jobs import table
 from marsupial_service.jobs.documents import actions_text, plan_of
 from marsupial_service.jobs.lookup import JOBS
@@ -30,10 +31,10 @@ class Table:
     def do(self, write: Callable[[Transaction], T]) -> T:
         return self.store.write(write).result(10)
 
-    def add(self, job: str = "j") -> JobRecord:
+    def add(self, job: str = "j", owner: str = "me", settings: JobSettings = SETTINGS) -> JobRecord:
         new = table.NewJob(
             id=job,
-            owner="me",
+            owner=owner,
             key=None,
             digest=b"",
             planner="greedy",
@@ -41,7 +42,7 @@ class Table:
             task=b"task",
             source=b"",
         )
-        return self.do(lambda tx: table.insert(tx, new, SETTINGS, 1)).record
+        return self.do(lambda tx: table.insert(tx, new, settings, 1)).record
 
     def claim(self) -> table.Claim:
         claim = self.do(lambda tx: table.claim(tx, 2))
@@ -149,12 +150,57 @@ def test_attempts_that_were_lost_count_and_those_we_ended_do_not(jobs: Table) ->
     assert (jobs.job().outcome, jobs.job().attempts) == (JobOutcome.ENGINE_FAILED, 2)
 
 
+def test_the_time_an_attempt_took_that_we_ended_is_taken_off_the_budget(jobs: Table) -> None:
+    jobs.add()
+    first = jobs.claim()
+    assert first.budget.seconds == 1.0
+    jobs.do(lambda tx: table.give_back(tx, first, "", SETTINGS, 602))
+    second = jobs.claim()
+    assert second.budget.seconds == pytest.approx(0.4)
+    jobs.do(lambda tx: table.give_back(tx, second, "killed", SETTINGS, 900))
+    assert jobs.claim().budget.seconds == pytest.approx(0.4)
+    assert jobs.job().budget.seconds == 1.0
+
+
 def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
     jobs.add("a")
     jobs.add("b")
     claim = jobs.claim()
     jobs.do(lambda tx: table.give_back(tx, claim, "killed", SETTINGS, 3))
     assert jobs.claim().id == "a"
+
+
+def test_owners_are_served_in_turn_however_many_jobs_one_of_them_has(jobs: Table) -> None:
+    many = JobSettings(queue=9, key_queue=9)
+    for job in ("a1", "a2", "a3", "b1", "c1", "b2"):
+        jobs.add(job, job[0], many)
+    first = [jobs.claim() for _ in range(3)]
+    assert [claim.id for claim in first] == ["a1", "b1", "c1"]
+    for claim in first:
+        jobs.do(lambda tx, claim=claim: table.finish(tx, claim, DONE, 3))
+    jobs.add("c2", "c", many)
+    assert [jobs.claim().id for _ in range(4)] == ["a2", "b2", "c2", "a3"]
+
+
+def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
+    many = JobSettings(queue=9, key_queue=9)
+    for job in ("a1", "a2", "b1"):
+        jobs.add(job, job[0], many)
+    jobs.claim()
+    done = jobs.claim()
+    assert done.id == "b1"
+    jobs.do(lambda tx: table.finish(tx, done, DONE, 3))
+    jobs.add("b2", "b", many)
+    assert jobs.claim().id == "b2"
+
+
+def test_one_owner_can_not_fill_the_queue(jobs: Table) -> None:
+    few = JobSettings(queue=9, key_queue=2)
+    jobs.add("a1", "a", few)
+    jobs.add("a2", "a", few)
+    with pytest.raises(TooMany, match="your part of the queue is full"):
+        jobs.add("a3", "a", few)
+    jobs.add("b1", "b", few)
 
 
 def test_the_task_is_dropped_at_the_end(jobs: Table) -> None:

@@ -182,6 +182,6 @@ def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
 
     mission = run(begin())
     with contextlib.closing(sqlite3.connect(tmp_path / FILE)) as file, file:
-        file.execute("UPDATE mission_events SET data = '{}' WHERE type = 'log' AND seq = 1")
+        file.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (b"log {}",))
     monkeypatch.setenv(failpoints.VARIABLE, "before_commit=disk_full")
     run(go_on(mission))

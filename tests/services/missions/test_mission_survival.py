@@ -103,8 +103,7 @@ def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: 
 
     mission = run(begin())
     with contextlib.closing(open_store(place)) as store:
-        other = "UPDATE mission_events SET data = '{}' WHERE type = 'log' AND seq = 1"
-        store.write(lambda tx: tx.execute(other)).result()
+        store.write(lambda tx: tx.execute("UPDATE mission_events SET data = ? WHERE turn = 0", (b"log {}",))).result()
     run(go_on(mission))
 
 

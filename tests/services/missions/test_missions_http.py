@@ -21,7 +21,8 @@ from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Summary
 from marsupial.model.mission import Status
-from marsupial_service.client import Client, simulate_by
+from marsupial_client import Client
+from marsupial_service.missions.driving import simulate_by
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +40,9 @@ def mission(server: Server) -> Iterator[str]:
     server.ask("POST", created["links"]["cancel"])
 
 
-def explore(url: str, lines: LogLines, cancelled: Any = lambda: False) -> Summary:
+def explore(url: str, lines: LogLines, cancelled: Any = lambda: False, patience_s: float = 60.0) -> Summary:
     return simulate_by(
-        Client(url),
+        Client(url, patience_s=patience_s),
         builtin_scenario("lobby"),
         strategy="temporal",
         planner="greedy",
@@ -225,9 +226,8 @@ def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) 
     assert lines.text == undisturbed("lobby")
 
 
-def test_a_server_that_is_not_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("marsupial_service.client._PATIENCE_S", 0.1)
+def test_a_server_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(UsageError, match="can't be reached"):
-        explore("http://127.0.0.1:9", LogLines())
-    with pytest.raises(UsageError, match="must be like"):
-        Client("ftp://somewhere")
+        explore("http://127.0.0.1:9", LogLines(), patience_s=0.1)
+    assert main(["run", "lobby", "--server", "ftp://somewhere"]) == 2
+    assert "--server: must be like" in capsys.readouterr().err

@@ -106,7 +106,7 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -
             record, _ = await missions.create(
                 brief_of(MissionBody.model_validate(asked), ServiceLimits(), {}), b"", owner="me"
             )
-            assert np.array_equal(await missions.known(record), truth)
+            assert np.array_equal((await missions.known(record)).cells, truth)
             await send(missions, record, {"n": 1, "t_ms": 0})
             async for _event in missions.follow(record.id):
                 pass
@@ -136,3 +136,39 @@ def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(place: st
             return found[0], found[1]
 
     assert run(fly()) == (1, 1)
+
+
+def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: str) -> None:
+    good = {"me", "you"}
+
+    async def fly() -> list[tuple[str | None, str]]:
+        async with open_missions(place, idle_s=2.0, may_go_on=lambda owner: owner in good) as missions:
+            idle = await started(missions)
+            other, _ = await missions.create(brief("lobby"), b"same", owner="you")
+            good.remove("you")
+            found = []
+            for record, owner in ((idle, "me"), (other, "you")):
+                events = [event async for event in missions.follow(record.id)]
+                assert events[-1].type == "end"
+                ended = await missions.get(record.id, owner)
+                assert ended is not None
+                found.append((ended.status, ended.reason))
+            while missions._keepers:
+                await asyncio.sleep(0.02)
+            return found
+
+    assert run(fly()) == [
+        ("cancelled", "no report came for 2 s"),
+        ("cancelled", "its key has expired or was revoked"),
+    ]
+
+
+def test_one_owner_has_so_many_missions_and_no_more(place: str) -> None:
+    async def fly() -> None:
+        async with open_missions(place, key_missions=1) as missions:
+            await started(missions)
+            with pytest.raises(TooMany, match="you have 1 open missions"):
+                await started(missions)
+            await missions.create(brief("lobby"), b"same", owner="you")
+
+    run(fly())

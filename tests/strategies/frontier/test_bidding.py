@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import dist, hypot
 
 import numpy as np
@@ -156,6 +157,15 @@ def test_partners_are_kept_apart() -> None:
     alone = chosen(view_of(HALLWAY, [robot("b", B)]), Bidding())
     assert alone["b"].x == 7
     assert chosen(view, Bidding(W_n=0.0, W_p=0.0))["a"] in {Cell(5, 1), Cell(5, 3), Cell(4, 1), Cell(4, 3), Cell(6, 1)}
+
+
+def test_who_sees_ten_thousand_kilometres_sees_as_much_as_the_map_has() -> None:
+    def bids(range_m: float) -> list[float]:
+        one = replace(robot("a", A), kind=replace(HOPPER, sensor_range_m=range_m))
+        view = view_of(HALLWAY, [one])
+        return Sheng(w_2=0.0).bids(view, one, view.ways(one), [], []).tolist()
+
+    assert bids(1e7) == bids(100.0) == [np.count_nonzero(HALLWAY.cells == UNKNOWN)] * len(bids(100.0))
 
 
 def test_what_another_robot_will_see_is_no_gain() -> None:

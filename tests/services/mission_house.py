@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-from collections.abc import Callable, Mapping
-from contextlib import AbstractAsyncContextManager
+import socket
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,13 +19,27 @@ from undisturbed import STEPS
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
+from marsupial.processes.channel import Channel
 from marsupial.processes.runner import LOCAL, Runner
+from marsupial_service.missions.host import fly
 from marsupial_service.missions.reading import brief_of, report_of
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.scenarios import mission_document
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam
-from marsupial_service.missions.values import Brief
+from marsupial_service.missions.values import (
+    Brief,
+    Due,
+    Dues,
+    EventType,
+    HasPlanned,
+    MayPlan,
+    Report,
+    Turn,
+    Turns,
+    WantsToPlan,
+    Wish,
+)
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 
@@ -118,3 +134,49 @@ def run(work: Any) -> Any:
             return await work
 
     return asyncio.run(limited())
+
+
+class Hosted:
+    """The loop of a mission in a thread of its own, and the channel to it."""
+
+    def __init__(self, brief: Brief) -> None:
+        self.line, theirs = map(Channel, socket.socketpair())
+        self._failure: list[BaseException] = []
+        self._thread = threading.Thread(target=self._fly, args=(brief, theirs), daemon=True)
+        self._thread.start()
+
+    def _fly(self, brief: Brief, line: Channel) -> None:
+        try:
+            with closing(line):
+                fly(brief, line)
+        except BaseException as error:
+            self._failure.append(error)
+
+    def __enter__(self) -> Hosted:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.line.close()
+        self._thread.join(60)
+
+    def turn(self, due: Due) -> Turn:
+        try:
+            self.line.send(Dues((due,)))
+            while isinstance(told := self.line.receive(), WantsToPlan):
+                self.line.send(MayPlan())
+                assert isinstance(self.line.receive(), HasPlanned)
+        except (EOFError, OSError):
+            self._thread.join(60)
+            raise self._failure[0] from None
+        assert isinstance(told, Turns)
+        (turn,) = told.turns
+        return turn
+
+
+def again(brief: Brief, inputs: Sequence[Report | Wish], turns: Sequence[Turn]) -> list[Turn]:
+    """Return what a new process makes of the same inputs and decisions."""
+    with Hosted(brief) as hosted:
+        return [
+            hosted.turn(Due(input=one, decisions=tuple(e.data for e in turn.events if e.type is EventType.DECISION)))
+            for one, turn in zip([None, *inputs], turns, strict=True)
+        ]

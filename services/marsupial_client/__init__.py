@@ -1,0 +1,57 @@
+"""The client of marsupial's HTTP service: plans and missions for your own robots.
+
+::
+
+    from marsupial_client import Client
+
+    with Client("http://127.0.0.1:8080") as client:
+        job = client.submit(client.demo("office-2x2"))
+        for plan in job.plans():  # each better than the one before
+            print(plan["makespan_ms"])
+
+Whatever breaks on the way is tried again, and nothing is lost or done twice: jobs and missions are sent with keys of
+their own, reports are numbered and sent until they are acknowledged, streams go on after the last event that came.
+`AsyncClient` is the same for asyncio. What is sent and answered are typed dicts, word for word the JSON of the service
+(`marsupial_client.documents` and `mission_documents`); refusals are exceptions (`marsupial_client.errors`).
+"""
+
+from marsupial_client.blocking import Client, Job, Mission
+from marsupial_client.core import AsyncJob, AsyncMission
+from marsupial_client.errors import (
+    Busy,
+    ClientError,
+    Conflict,
+    Invalid,
+    KeyRefused,
+    NotFound,
+    Refused,
+    ServiceFailed,
+    TooLarge,
+    Unreachable,
+)
+from marsupial_client.events import Event, JobEvent, MissionEvent
+from marsupial_client.waiting import AsyncClient
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "AsyncClient",
+    "AsyncJob",
+    "AsyncMission",
+    "Busy",
+    "Client",
+    "ClientError",
+    "Conflict",
+    "Event",
+    "Invalid",
+    "Job",
+    "JobEvent",
+    "KeyRefused",
+    "Mission",
+    "MissionEvent",
+    "NotFound",
+    "Refused",
+    "ServiceFailed",
+    "TooLarge",
+    "Unreachable",
+]

@@ -1,0 +1,67 @@
+"""How much the entries of a store take, and a cap on it.
+
+Beyond the cap no jobs and missions are made; what missions that are open report is still taken until a reserve is used
+up as well, and what becomes of jobs and reports that were taken is always stored.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from marsupial_service.entries.table import Reader
+
+RESERVE = 0.1
+"""What open missions may take beyond the cap, as a part of it."""
+
+RETRY_AFTER_S = 60
+"""Space comes back as old entries are removed, which is no matter of seconds."""
+
+_FRESH_S = 1.0
+"""How long a sum holds: it costs some ms where there are thousands of entries."""
+
+
+class StoreFull(Exception):
+    """Nothing more is taken until old entries are removed."""
+
+
+@dataclass(slots=True)
+class Room:
+    """What is left of a store that may hold `limit` bytes; for the thread that writes."""
+
+    limit: float = math.inf
+    clock_s: Callable[[], float] = time.monotonic
+    _stored: int = field(default=0, init=False)
+    _summed_s: float = field(default=-math.inf, init=False)
+
+    def check(self, reader: Reader, *, of_reports: bool = False) -> None:
+        """Raise StoreFull if there is none, for an entry or for what is reported."""
+        if self.limit == math.inf:
+            return
+        if self.clock_s() - self._summed_s > _FRESH_S:
+            self._stored, self._summed_s = stored_bytes(reader), self.clock_s()
+        if self._stored >= self.limit * (1 + RESERVE if of_reports else 1):
+            raise StoreFull(
+                f"the store is full: jobs and missions take {self._stored} bytes, {self.limit:.0f} are allowed;"
+                " old ones are removed in time"
+            )
+
+
+BOUNDLESS = Room()
+
+
+class Sizes(NamedTuple):
+    """How many bytes all entries take, and how many the store does on the disk."""
+
+    stored: int
+    on_disk: int
+
+
+def stored_bytes(reader: Reader, owner: str | None = None) -> int:
+    """Return about how many bytes all entries take, or those of an owner."""
+    of_all = "(SELECT coalesce(sum(bytes), 0) FROM {} WHERE owner = coalesce(?, owner))"
+    sql = f"SELECT {of_all.format('jobs')} + {of_all.format('missions')} AS bytes"
+    return int(reader.execute(sql, (owner, owner)).fetchone()["bytes"])

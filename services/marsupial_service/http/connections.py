@@ -1,0 +1,216 @@
+"""Connections: how many there are, how long they may be without a request, and what is no HTTP.
+
+uvicorn bounds how long a connection is kept after a request, and refuses requests beyond a number of connections. It
+waits for ever for the first request, and for a client that takes nothing of its answer; nor do the other servers of
+its kind know a bound per address. So this is uvicorn's own protocol (the one over h11, always, as its checks are the
+strictest) with three timers more, in which nothing of HTTP is parsed again.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import resource
+import time
+from collections import Counter
+from typing import Any
+
+import h11
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from marsupial_service.http.problems import HttpProblem, answer
+from marsupial_service.operations.settings import ServiceLimits
+
+OTHER_FILES = 512
+"""Files that a server has open besides its connections, those that have been accepted and not counted included."""
+
+_TELL_S = 10.0
+
+log = logging.getLogger("marsupial.service")
+
+
+class Connections:
+    """All connections of a server; where there are too many, the one that is longest without a request goes."""
+
+    def __init__(self, limits: ServiceLimits) -> None:
+        self.limits = limits
+        self._most = min(limits.connections, _files() - OTHER_FILES)
+        self._addresses: dict[GuardedProtocol, str] = {}
+        self._counts: Counter[str] = Counter()
+        self._idle: dict[GuardedProtocol, None] = {}
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._addresses)
+
+    def enter(self, connection: GuardedProtocol, address: str) -> bool:
+        """Count a new connection; False if there is no room for it."""
+        if len(self) >= self._most and not self._make_room(None):
+            return False
+        if self._counts[address] >= self.limits.address_connections and not self._make_room(address):
+            return False
+        self._addresses[connection] = address
+        self._counts[address] += 1
+        return True
+
+    def leave(self, connection: GuardedProtocol) -> None:
+        """Count it no more."""
+        self._idle.pop(connection, None)
+        address = self._addresses.pop(connection, None)
+        if address is not None:
+            self._counts[address] -= 1
+            if not self._counts[address]:
+                del self._counts[address]
+
+    def note(self, connection: GuardedProtocol, *, busy: bool) -> None:
+        """Note whether a connection has a request."""
+        if busy:
+            self._idle.pop(connection, None)
+        elif connection in self._addresses:
+            self._idle.setdefault(connection)
+
+    def _make_room(self, address: str | None) -> bool:
+        """Close the connection that is longest without a request (of that address); False if there is none."""
+        for connection in self._idle:
+            if address is None or self._addresses[connection] == address:
+                self.leave(connection)
+                connection.transport.abort()
+                return True
+        return False
+
+
+class GuardedProtocol(H11Protocol):
+    """A connection that has to send a request in time, and to take its answer."""
+
+    def __init__(self, connections: Connections, **more: Any) -> None:
+        super().__init__(**more)
+        self._census = connections
+        self._due: asyncio.TimerHandle | None = None
+        self._stall: asyncio.TimerHandle | None = None
+        self._unsent = 0
+        self._has_sent = False
+
+    @property
+    def _is_busy(self) -> bool:
+        """Whether a request is being answered."""
+        return self.cycle is not None and not self.cycle.response_complete
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Take it in, if there is room."""
+        super().connection_made(transport)
+        if self._census.enter(self, self.client[0] if self.client else ""):
+            self._look()
+        else:
+            self._refuse(HttpProblem("too-many", "too many connections", headers={"Retry-After": "1"}))
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget it."""
+        self._census.leave(self)
+        for timer in (self._due, self._stall):
+            if timer is not None:
+                timer.cancel()
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        """Take in what came."""
+        if not self.transport.is_closing():
+            self._has_sent = True
+            super().data_received(data)
+            self._look()
+
+    def on_response_complete(self) -> None:
+        """Wait for the next request."""
+        self._has_sent = False
+        super().on_response_complete()
+        self._look()
+
+    def timeout_keep_alive_handler(self) -> None:
+        """Close it, even if it doesn't take what is still to be sent."""
+        super().timeout_keep_alive_handler()
+        self._abort_soon()
+
+    def pause_writing(self) -> None:
+        """Begin to look whether the client takes anything."""
+        super().pause_writing()
+        self._unsent = self.transport.get_write_buffer_size()
+        self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
+
+    def resume_writing(self) -> None:
+        """Stop looking."""
+        if self._stall is not None:
+            self._stall.cancel()
+        super().resume_writing()
+
+    def send_400_response(self, msg: str) -> None:
+        """Answer what is no HTTP, and close; in the middle of an answer nothing more can be said."""
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            self._refuse(HttpProblem("bad-request", msg))
+        else:
+            self.transport.abort()
+
+    def _look(self) -> None:
+        """Have the time run while there is no request."""
+        busy = self._is_busy
+        self._census.note(self, busy=busy)
+        if busy and self._due is not None:
+            self._due.cancel()
+            self._due = None
+        elif not busy and self._due is None:
+            self._due = self.loop.call_later(self._census.limits.header_s, self._late)
+
+    def _late(self) -> None:
+        if self._has_sent and self.conn.our_state is h11.IDLE:
+            self._refuse(HttpProblem("too-slow", "the headers did not arrive in time"))
+        else:
+            self.transport.abort()
+
+    def _stalled(self) -> None:
+        unsent = self.transport.get_write_buffer_size()
+        if unsent >= self._unsent:
+            self.transport.abort()
+            return
+        self._unsent = unsent
+        self._stall = self.loop.call_later(self._census.limits.stall_s, self._stalled)
+
+    def _refuse(self, problem: HttpProblem) -> None:
+        """Answer and close, whatever state HTTP is in."""
+        response = answer(problem, "")
+        lines = [f"HTTP/1.1 {response.status_code} {problem.title}", "connection: close"]
+        lines += [f"{name.decode()}: {value.decode()}" for name, value in response.raw_headers]
+        self.transport.write("\r\n".join([*lines, "", ""]).encode() + bytes(response.body))
+        self.transport.close()
+        self._abort_soon()
+
+    def _abort_soon(self) -> None:
+        self.loop.call_later(self._census.limits.stall_s, self.transport.abort)
+
+
+class LoopFaults:
+    """What an event loop tells of faults: logged, and seldom where it is the same over and over."""
+
+    def __init__(self) -> None:
+        self._told_s = -_TELL_S
+
+    def __call__(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Log a fault; that no connection can be accepted is said every ten seconds."""
+        if "socket.accept()" not in context.get("message", ""):
+            loop.default_exception_handler(context)
+        elif time.monotonic() - self._told_s >= _TELL_S:
+            self._told_s = time.monotonic()
+            log.error("connections can't be accepted", extra={"reason": str(context.get("exception"))})
+
+
+def allow_files(limits: ServiceLimits) -> None:
+    """Let this process have as many files open as it needs for all connections, as far as the system allows."""
+    needed = limits.connections + OTHER_FILES
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = needed if hard == resource.RLIM_INFINITY else min(needed, hard)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+    if most < needed:
+        log.warning("fewer connections than the limit", extra={"connections": most - OTHER_FILES})
+
+
+def _files() -> int:
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return 1 << 30 if soft == resource.RLIM_INFINITY else max(soft, OTHER_FILES + 1)

@@ -1,0 +1,52 @@
+"""From the body of a job to what is stored of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from marsupial.model.planning import EngineInfo
+from marsupial.model.situation import Situation
+from marsupial_service.intake import counts
+from marsupial_service.intake.maps import image_cells, map_state_of
+from marsupial_service.intake.reading import Digested, Reading
+from marsupial_service.intake.situations import budget_of, refuse, situation_of
+from marsupial_service.jobs.packing import pack
+from marsupial_service.jobs.records import JobRequest, MapTask, PackedRequest
+from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.planners import planner_info, planner_names
+from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
+
+DEFAULT_BUDGET_S = 5.0
+
+
+def job_of(body: JobBody, sent: Digested, limits: ServiceLimits, planners: Mapping[str, str]) -> PackedRequest:
+    """Return the job of a request; `planners` are the operator's. Raises InputError naming all that is wrong."""
+    job: SituationJobBody | MapStateJobBody = body.root
+    info = _planner(job.planner, planners)
+    budget = budget_of(job.budget, limits, DEFAULT_BUDGET_S)
+    if budget.steps is not None and not info.deterministic_steps:
+        raise refuse("budget.steps", f"planner {job.planner} can't count steps: give it a budget in seconds")
+    task: Situation | MapTask
+    if isinstance(job, SituationJobBody):
+        task = situation_of(job.situation, limits)
+    else:
+        task = map_state_of(job.map_state, limits)
+    request = JobRequest(planner=job.planner, budget=budget, task=task, digest=sent.digest, source=sent.document)
+    return pack(request)
+
+
+def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
+    names = planner_names(planners)
+    if name not in names:
+        raise refuse("planner", f"unknown planner {name!r}; there are {', '.join(sorted(names))}")
+    info = planner_info(name, planners)
+    if info.missing is not None:
+        raise refuse("planner", f"{name} can't be used here: {info.missing}")
+    return info
+
+
+def _cells(body: JobBody) -> int:
+    return image_cells(body.root.map_state.map) if isinstance(body.root, MapStateJobBody) else 0
+
+
+JOB_READING = Reading(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)

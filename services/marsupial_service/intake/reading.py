@@ -1,0 +1,127 @@
+"""From the bytes of a body to the value that a route wants: parsed, counted, validated, made.
+
+What is small is done where it came in. A large body, or a small one that tells of a large map, is read in a process
+of its own, with limits: the server answers others meanwhile, and what a body makes of itself in memory ends with that
+process.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+from pydantic import BaseModel, GetPydanticSchema, ValidationError
+from pydantic_core import core_schema
+
+from marsupial.errors import MarsupialError
+from marsupial_service.http.problems import HttpProblem, problem_of, problem_of_shape
+from marsupial_service.http.strict_json import parse
+from marsupial_service.intake.counts import Count, check_counts
+from marsupial_service.operations.settings import ServiceLimits
+
+if TYPE_CHECKING:
+    from marsupial_service.state import State
+
+INLINE_BYTES = 65_536
+"""Of a body that is read in the server's process: 5 ms at most. Another process costs about as much as 200 kB."""
+
+INLINE_CELLS = 250_000
+"""Of an image that is decoded there."""
+
+B = TypeVar("B", bound=BaseModel)
+T = TypeVar("T")
+
+
+class Sent(NamedTuple):
+    """A body as it came."""
+
+    data: bytes
+
+
+def shaped(model: type[BaseModel]) -> GetPydanticSchema:
+    """Describe a parameter as having the shape of `model`, and let it be as it is: `read` validates it."""
+    return GetPydanticSchema(
+        lambda _, handler: core_schema.no_info_wrap_validator_function(lambda value, _: value, handler(model))
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading(Generic[B, T]):
+    """How bodies of one kind are read. It is sent to other processes: all functions are of a module's top level.
+
+    Parameters
+    ----------
+    counts
+        What is counted before the body is validated.
+    make
+        Takes the body, the digest of what was sent and what `read` was given besides. Raises MarsupialError or
+        HttpProblem.
+    cells
+        How many cells of images have to be decoded for it.
+    """
+
+    model: type[B]
+    counts: tuple[Count, ...]
+    make: Callable[..., T]
+    cells: Callable[[B], int] | None = None
+
+
+class Digested(NamedTuple):
+    """What was sent, and what tells it apart from other bodies: the same for bodies that say the same."""
+
+    document: Any
+    digest: bytes
+
+
+def digest_of(document: object) -> bytes:
+    """Return what tells a document apart from others: the same for all that say the same."""
+    return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).digest()
+
+
+async def read(state: State, sent: Sent, reading: Reading[B, T], *more: Any) -> T:
+    """Return the value of a body. Raises HttpProblem."""
+    limits = state.settings.limits
+    if len(sent.data) <= INLINE_BYTES:
+        document = parse(sent.data)
+        body = _validated(document, reading, limits)
+        if reading.cells is None or reading.cells(body) <= INLINE_CELLS:
+            return await asyncio.to_thread(_made, document, body, reading, more)
+    job = sent.data, reading, limits, more
+    async with state.readers:
+        found = await state.supervised.value_of(
+            read_elsewhere, job, seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
+        )
+    if isinstance(found, HttpProblem):
+        raise found
+    return found  # type: ignore[return-value]
+
+
+def read_elsewhere(
+    job: tuple[bytes, Reading[B, T], ServiceLimits, tuple[Any, ...]],
+) -> Iterator[T | HttpProblem]:
+    """Yield the value of a body, or what is wrong with it; the function of a job."""
+    data, reading, limits, more = job
+    try:
+        document = parse(data)
+        yield _made(document, _validated(document, reading, limits), reading, more)
+    except HttpProblem as problem:
+        yield problem
+
+
+def _validated(document: Any, reading: Reading[B, T], limits: ServiceLimits) -> B:
+    check_counts(document, reading.counts, limits)
+    try:
+        return reading.model.model_validate(document)
+    except ValidationError as error:
+        raise problem_of_shape(error, document) from None
+
+
+def _made(document: Any, body: B, reading: Reading[B, T], more: tuple[Any, ...]) -> T:
+    try:
+        return reading.make(body, Digested(document, digest_of(document)), *more)
+    except MarsupialError as error:
+        raise problem_of(error, document) from None

@@ -1,0 +1,104 @@
+"""Our simulator driven through a service: `marsupial run --server`.
+
+The client sees to it that nothing is lost on the way; here the commands it brings are carried out in the simulator,
+and reported.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import cast
+
+from marsupial.errors import UsageError
+from marsupial.formats.loglines import LogDecoder
+from marsupial.library.metrics import Summary
+from marsupial.library.missions import reachable_area
+from marsupial.mission.observer import Observer
+from marsupial.mission.placement import place_team
+from marsupial.model.mission import MissionEnded, PlacedRobot
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import Scenario
+from marsupial.model.strategy import PlanningReport
+from marsupial_client import Busy, Client, ClientError, Mission
+from marsupial_client.mission_documents import Brief, News
+from marsupial_service.missions.scenarios import mission_document
+from marsupial_service.missions.simulated import SimulatedTeam
+from marsupial_service.missions.values import planning_of
+
+
+def simulate_by(
+    client: Client,
+    scenario: Scenario,
+    *,
+    strategy: str,
+    planner: str,
+    budget: Budget,
+    seed: int,
+    observer: Observer,
+    cancelled: Callable[[], bool],
+) -> Summary:
+    """Run one mission in the simulator here, planned by a service, and return its summary; the client is closed then.
+
+    Raises UsageError if the service refuses or can't be reached any more, ScenarioError if the team can't be placed.
+    """
+    began = time.perf_counter()
+    team = place_team(scenario, seed)
+    area = reachable_area(scenario, team)
+    observer.reachable(area)
+    asked = mission_document(scenario, team, area, strategy=strategy, planner=planner, budget=budget, seed=seed)
+    with client:
+        try:
+            mission = client.begin(cast(Brief, asked))
+            ended, reports = _drive(mission, scenario, team, observer, cancelled)
+        except Busy as error:
+            raise UsageError(f"the service can't be reached: {error}") from error
+        except ClientError as error:
+            raise UsageError(str(error)) from error
+    return Summary.of(
+        scenario,
+        strategy=strategy,
+        planner=planner,
+        seed=seed,
+        ended=ended,
+        reports=reports,
+        analysis_s=None,
+        wall_s=time.perf_counter() - began,
+    )
+
+
+def _drive(
+    mission: Mission,
+    scenario: Scenario,
+    placed: tuple[PlacedRobot, ...],
+    observer: Observer,
+    cancelled: Callable[[], bool],
+) -> tuple[MissionEnded, list[PlanningReport]]:
+    """Do what the mission commands and report, until it ends."""
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    team = SimulatedTeam(scenario.grid, kinds, placed)
+    ended: MissionEnded | None = None
+    decoder = LogDecoder()
+    reports: list[PlanningReport] = []
+    over = False
+    for event in mission.events():
+        if event.type == "log":
+            for told in decoder.events(event.data):
+                observer.event(told)
+                ended = told if isinstance(told, MissionEnded) else ended
+        elif event.type == "decision":
+            reports.append(planning_of(event.data))
+            observer.planned(reports[-1])
+        elif event.type == "state":
+            team.paused = event.data["state"] == "paused"
+        elif event.type == "commands":
+            report = team.answer(event.data)
+            if cancelled() and not over:
+                over = True
+                mission.cancel()
+            if report is not None and not over:
+                over = mission.report(cast(News, report)) is None  # another client has ended it
+        elif event.type == "end" and ended is None:
+            raise UsageError(f"the service gave the mission up: {event.data['reason']}")
+    assert ended is not None
+    return ended, reports

@@ -1,0 +1,91 @@
+"""The frame of a mission's map, which grows to hold every frame that is reported.
+
+A frame is told by cells of the lattice that the mission was created with: whole numbers only, so that what was
+reported in one frame is found in any other. An origin off that lattice is taken to the nearest cell.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.frames import FrameShift
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
+
+_SAME_YAW = 1e-6
+"""Radians by which the yaw of a frame may differ from the mission's: as exact as poses are told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame: its lower left cell by columns and rows from the one that the mission was created with, and its size."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+    @classmethod
+    def of(cls, grid: Grid) -> Frame:
+        """Return the frame that a mission is created with."""
+        return cls(0, 0, grid.width, grid.height)
+
+    @classmethod
+    def from_text(cls, text: str) -> Frame:
+        """Return the frame that `text` was made of."""
+        return cls(*json.loads(text))
+
+    @property
+    def text(self) -> str:
+        """As it is stored."""
+        return json.dumps([self.x, self.y, self.width, self.height])
+
+    @property
+    def size(self) -> int:
+        """How many cells it has."""
+        return self.width * self.height
+
+    def grown(self, other: Frame) -> Frame:
+        """Return the smallest frame that holds both."""
+        x, y = min(self.x, other.x), min(self.y, other.y)
+        right = max(self.x + self.width, other.x + other.width)
+        return Frame(x, y, right - x, max(self.y + self.height, other.y + other.height) - y)
+
+    def shift_to(self, larger: Frame) -> FrameShift:
+        """Return what becomes of its cells in a frame that holds it."""
+        return FrameShift(Cell(self.x - larger.x, self.y - larger.y), self.width, larger.width, larger.height)
+
+    def grid(self, grid: Grid, cells: CellArray) -> Grid:
+        """Return the map with these cells (height, width) in this frame; `grid` is the mission's at first."""
+        x, y = grid.point_m(self.x, self.y)
+        origin_m = grid.origin_m if self.x == self.y == 0 else (x, y, grid.origin_m[2])
+        return replace(grid, cells=cells, origin_m=origin_m)
+
+
+def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None) -> Frame | None:
+    """Return the frame of that size with its lowest corner at a pose, None if it is turned against the mission's."""
+    if origin_m is None:
+        return Frame(0, 0, width, height)
+    turned = math.remainder(origin_m[2] - grid.origin_m[2], math.tau)
+    if abs(turned) > _SAME_YAW:
+        return None
+    # the corner plus half a cell lies in the cell whose corner is the nearest
+    cos, sin = math.cos(grid.origin_m[2]), math.sin(grid.origin_m[2])
+    half = 0.5 * grid.resolution_m
+    x, y = origin_m[0] + half * (cos - sin), origin_m[1] + half * (sin + cos)
+    lowest = grid.cell_at_m(x, y)
+    return Frame(lowest.x, lowest.y, width, height)
+
+
+def laid_out(cells: CellArray, before: Frame, now: Frame) -> CellArray:
+    """Return the cells (height, width) of a frame in one that holds it, where the rest is unknown."""
+    return cells if before == now else before.shift_to(now).laid_out(cells, UNKNOWN)
+
+
+def placed(indices: npt.NDArray[np.int64], of: Frame, now: Frame) -> npt.NDArray[np.int64]:
+    """Return row-major indices of one frame as they are in one that holds it."""
+    return indices if of == now else of.shift_to(now).indices(indices)

@@ -1,0 +1,103 @@
+"""What goes into a mission and comes out of it, as rows: an input in each, or all events of a turn, packed.
+
+The events of a turn are lines of text, the type before the data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from marsupial_service.entries.table import Reader
+from marsupial_service.missions.values import Event, EventType, Input
+from marsupial_service.store import Transaction, kept, packing
+from marsupial_service.store.tables import ROW_BYTES
+
+_INPUTS = "SELECT seq, part, digest, data FROM mission_inputs WHERE mission = ?"
+_EVENTS = "SELECT seq, part, data FROM mission_events WHERE mission = ?"
+_IN_ORDER = "ORDER BY seq, part"
+
+
+def _packed(data: bytes) -> tuple[bytes, int]:
+    """Return what is stored for `data`, and what that adds to the bytes of a mission."""
+    found = packing.pack(data)
+    return found, len(found) + ROW_BYTES
+
+
+def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
+    """Store an input of the mission with that number; reports have a digest."""
+    stored, more = _packed(kept.dumps(data))
+    sql = "UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?"
+    tx.execute(sql, (seq, more + len(digest or b""), number))
+    head: dict[str, Any] = {"mission": number, "seq": seq, "at_ms": now_ms}
+    for part, piece in packing.pieces(stored):
+        tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
+
+
+def inputs_from(reader: Reader, number: int, seq: int, most: int) -> tuple[Input, ...]:
+    """Return the inputs of the mission with that number from the one numbered `seq` on, as far as they have come."""
+    rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
+    return tuple(kept.loads(data) for _, data in packing.whole(rows))
+
+
+def inputs_after(reader: Reader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:
+    """Yield the inputs after number `seq`, with their digests."""
+    for row, data in packing.whole(reader.execute(f"{_INPUTS} AND seq > ? {_IN_ORDER}", (number, seq))):
+        yield kept.loads(data), row["digest"]
+
+
+def add_events(tx: Transaction, number: int, turns: Mapping[int, Sequence[Event]], now_ms: int) -> None:
+    """Store the next events of a mission by the turns that they are of; followers are told once that is committed."""
+    stored = {turn: _packed(_text(events)) for turn, events in turns.items()}
+    sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
+    count, more = sum(map(len, turns.values())), sum(more for _, more in stored.values())
+    row = tx.execute(sql, (count, more, number)).fetchone()
+    last = row["events"] - count
+    for turn, (data, _) in stored.items():
+        last += len(turns[turn])
+        for part, piece in packing.pieces(data):
+            head = {"mission": number, "seq": last, "part": part, "turn": turn}
+            tx.insert("mission_events", **head, data=piece, at_ms=now_ms)
+    tx.news.add(row["id"])
+
+
+def _text(events: Sequence[Event]) -> bytes:
+    return "\n".join(f"{event.type} {event.data}" for event in events).encode()
+
+
+def events_of_turn(reader: Reader, number: int, turn: int) -> tuple[Event, ...]:
+    """Return the events of a turn."""
+    rows = reader.execute(f"{_EVENTS} AND turn = ? {_IN_ORDER}", (number, turn))
+    return tuple(event for _, event in _events(rows, 0))
+
+
+def events_after(reader: Reader, number: int, seq: int = 0, turns: int | None = None) -> Iterator[tuple[int, Event]]:
+    """Yield the events after number `seq`, with their numbers; those of about so many turns."""
+    if turns is None:
+        rows = reader.execute(f"{_EVENTS} AND seq > ? {_IN_ORDER}", (number, seq))
+    else:
+        ends = "SELECT seq FROM mission_events WHERE mission = ? AND seq > ? AND part = 0 ORDER BY seq LIMIT ?"
+        last = f"SELECT max(seq) FROM ({ends}) AS ends"
+        sql = f"{_EVENTS} AND seq > ? AND seq <= ({last}) {_IN_ORDER}"
+        rows = reader.execute(sql, (number, seq, number, seq, turns))
+    yield from _events(rows, seq)
+
+
+def remove(tx: Transaction, number: int, most: int) -> int:
+    """Remove at most about so many rows of a mission, the oldest first; return how many it were."""
+    removed = 0
+    for table in ("mission_inputs", "mission_events"):
+        oldest = f"SELECT seq FROM {table} WHERE mission = ? ORDER BY seq LIMIT ?"
+        sql = f"DELETE FROM {table} WHERE mission = ? AND seq <= (SELECT max(seq) FROM ({oldest}) AS oldest)"
+        removed += tx.execute(sql, (number, number, max(0, most - removed))).rowcount
+    return removed
+
+
+def _events(rows: Any, after: int) -> Iterator[tuple[int, Event]]:
+    for row, data in packing.whole(rows):
+        lines = data.decode().split("\n")
+        first = row["seq"] - len(lines) + 1
+        for seq, line in enumerate(lines, start=first):
+            if seq > after:
+                kind, _, text = line.partition(" ")
+                yield seq, Event(EventType(kind), text)

@@ -1,0 +1,102 @@
+"""How events and inputs are stored: compressed with a dictionary of what nearly all of them have in them.
+
+What is packed begins with the number of its dictionary. Anything else is a pickle or text as earlier versions have
+stored it, and returned as it is; neither begins with such a byte.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+PIECE = 900
+"""Rows that hold more bytes would not fit beside others on a page of 4096 (SQLite moves them to pages of their own)."""
+
+_LEVEL = 6
+_WINDOW = -zlib.MAX_WBITS  # neither header nor checksum: pages have their own fate
+
+_DICTIONARY_1 = (
+    b'log {"event":"mission","format":"marsupial-log","version":2,"t_ms":0,"scenario":"mission","strategy":"temporal",'
+    b'"planner":"auto","seed":0,"terrains":[{"code":0,"name":"obstacle","blocks_sight":true},{"code":1,"name":"floor",'
+    b'"blocks_sight":false},{"code":2,"name":"rough"}],"types":[{"role":"carrier","speed_mps":1.0,"sensor_range_'
+    b'm":10.0,'
+    b'"radius_m":0.3,"capacity":2,"dock_ms":10000,"undock_ms":5000,"energy":{"idle_w":20.0,"drive_w":60.0,"metre'
+    b'_j":0.0,'
+    b'"stop_j":0.0,"turn_j":[0.0,0.0,0.0,0.0]},"diagonal":1.4142135623730951,"routes":"shortest"}],"robots":[]}\n'
+    b'log {"event":"ended","status":"complete","reason":"","remaining":[]}\nend {"status":"cancelled","reason":"",'
+    b'"t_ms":0}\nstate {"state":"paused","t_ms":0}\nframe {"width":0,"height":0,"resolution_m":0.05,"origin_m":['
+    b"0.0,0.0,"
+    b'0.0],"shift":[0,0],"t_ms":0}\n'
+    b'decision {"planner":"greedy","outcome":"satisficing","wall_s":0.0,"first_plan_s":null,"refused":0,"detail":"",'
+    b'"actions":[{"name":"move","robot":"rover1_1","origin":"s_rover1_1","place":"m_","start_ms":0,"duration_ms":1},'
+    b'{"name":"dock","robot":"rover2_1","carrier":"carrier2","place":"m_","start_ms":0,"duration_ms":10000}]}\n'
+    b'log {"event":"plan","t_ms":0,"revision":1,"trigger":"gone: t_; new: t_","targets":[{"name":"t_","cell":[0,0],'
+    b'"explorers":["carrier"],"reveal_m2":10.25,"frontier_cells":10},{"name":"t_","cell":[1,1],"explorers":["rover"],'
+    b'"reveal_m2":0.5,"frontier_cells":1},"t_"],"meetings":["m_"],"makespan_ms":0,"actions":[{"name":"undock",'
+    b'"start_ms":0,"duration_ms":5000,"robot":"rover2_1","place":"m_","carrier":"carrier2","origin":null}]}\n'
+    b'"finished":[],"failed":[],"lost":[],"end":"done"}\nlog {"event":"stand","t_ms":0,"robot":"rover1_1","cell"'
+    b":[0,0]}\n"
+    b'log {"event":"end","t_ms":0,"revision":2,"action":{"name":"explore","start_ms":0,"duration_ms":1000,'
+    b'"robot":"carrier2","place":"t_","carrier":null,"origin":"s_carrier2"},"end":"superseded"}\n'
+    b'log {"event":"start","t_ms":0,"revision":2,"action":{"name":"explore","start_ms":0,"duration_ms":0,'
+    b'"robot":"carrier1","place":"t_","carrier":null,"origin":"s_carrier1"},"cell":[0,0]}\n'
+    b'log {"event":"drive","t_ms":0,"robot":"carrier1","cell":[0,0],"steps":"00000111112222233333444445555566666'
+    b'77777"}\n'
+    b'log {"event":"reveal","t_ms":0,"looks":[["carrier2",0,"BC8B"],["rover2_2",0,"BCBBCB"]]}\n'
+    b'commands {"batch":1,"revision":2,"n":1,"t_ms":0,"until_ms":null,"commands":[{"id":1,"robot":"carrier2",'
+    b'"name":"drive","revision":1,"place":"t_","route":[[1,2],[0,0]],"route_m":[[0.125,0.375],[0.625,0.875]]},{"id":2,'
+    b'"robot":"carrier1","name":"stop","revision":2},{"id":3,"robot":"rover2_1","name":"dock","revision":2,'
+    b'"carrier":"carrier2","place":"m_"},{"id":4,"robot":"rover1_1","name":"undock","revision":2,"carrier":"carrier1",'
+    b'"place":"m_","cell":[0,0],"point_m":[0.125,0.875]}]}\n'
+    b"\x80\x05\x8c\x21marsupial_service.missions.values\x94\x8c\x04Wish\x94\x93\x94\x8c\x05pause\x94\x85\x94R\x94."
+    b"\x80\x05\x95\xcd\x04\x00\x00\x00\x00\x00\x00\x8c\x21marsupial_service.missions.values\x94\x8c\x06Report\x94\x93\x94)"
+    b"\x81\x94]\x94(M\x00\x01J\x00\x00\x01\x00\x8c\x08carrier2\x94(M\x00\x00K\x01K\x02M\x00\x00K\x02K\x01M\x00\x00K\x01"
+    b"K\x00M\x00\x00K\x02K\x00t\x94\x86\x94\x85\x94N(h\x00\x8c\x09RobotNote\x94\x93\x94)\x81\x94]\x94(\x8c\x08rover2_1"
+    b"\x94\x8c\x14marsupial.model.grid\x94\x8c\x04Cell\x94\x93\x94K\x00K\x00\x86\x94\x81\x94J\x00\x00\x01\x00G@\x00\x00"
+    b"\x00\x00\x00\x00\x00M\x00\x00ebh\x10)\x81\x94]\x94(\x8c\x08rover1_1\x94h\x15K\x00K\x00\x86\x94\x81\x94J\x00\x00\x01"
+    b"\x00G?\xe0\x00\x00\x00\x00\x00\x00M\xe8\x03ebh\x10)\x81\x94]\x94(\x8c\x08carrier1\x94h\x15K\x00K\x00\x86\x94\x81"
+    b"\x94J\x00\x00\x01\x00G@O\x00\x00\x00\x00\x00\x00M\x00\x00ebt\x94K\x01\x85\x94))NNeb."
+)
+"""What is stored was packed with these very bytes: what would do better is a dictionary with another number."""
+
+_DICTIONARIES: Mapping[int, bytes] = {1: _DICTIONARY_1}
+_NEWEST = max(_DICTIONARIES)
+
+_PACKERS = {
+    number: zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, zlib.DEF_MEM_LEVEL, zlib.Z_DEFAULT_STRATEGY, dictionary)
+    for number, dictionary in _DICTIONARIES.items()
+}
+
+
+def pack(data: bytes) -> bytes:
+    """Return `data` as it is stored."""
+    packer = _PACKERS[_NEWEST].copy()
+    return bytes((_NEWEST,)) + packer.compress(data) + packer.flush()
+
+
+def unpack(data: bytes) -> bytes:
+    """Return what is stored so, by this or an earlier version."""
+    if data[0] not in _DICTIONARIES:
+        return bytes(data)
+    return zlib.decompressobj(_WINDOW, _DICTIONARIES[data[0]]).decompress(memoryview(data)[1:])
+
+
+def pieces(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield the parts in which `data` is stored, with their numbers from 0."""
+    for part, start in enumerate(range(0, len(data), PIECE)):
+        yield part, data[start : start + PIECE]
+
+
+def whole(rows: Iterable[Any]) -> Iterator[tuple[Any, bytes]]:
+    """Yield the first row of each value that is stored in parts, and the value; `rows` have `part` and `data`."""
+    first: Any = None
+    parts: list[bytes] = []
+    for row in rows:
+        if row["part"] == 0:
+            if parts:
+                yield first, unpack(b"".join(parts))
+            first, parts = row, []
+        parts.append(row["data"])
+    if parts:
+        yield first, unpack(b"".join(parts))

@@ -1,0 +1,73 @@
+"""Missions whose map changes and grows beyond its frame: in the log, played back, and on the page."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from growing_mission import EVENTS, MORE, SHIFT, growing_mission
+
+from marsupial.errors import LogError
+from marsupial.formats.loglines import log_lines
+from marsupial.formats.missionlog import parse_log
+from marsupial.mission.frames import in_last_frame, moved_event
+from marsupial.mission.playback import Playback
+from marsupial.mission.state import MissionTracker
+from marsupial.model.grid import Cell
+from marsupial.model.mission import Changed, FrameGrown
+from marsupial.replay.page import replay_page
+
+GROWN = growing_mission()
+
+
+def test_a_log_of_a_map_that_changes_reads_as_it_was_written_and_its_lines_say_their_version() -> None:
+    lines = list(log_lines(GROWN))
+    assert parse_log("".join(f"{line}\n" for line in lines).encode()).events == GROWN
+    told = [(line["event"], line.get("version")) for line in map(json.loads, lines)]
+    assert [one for one in told if one[1] is not None] == [("mission", 2), ("frame", 3), ("change", 3), ("frame", 3)]
+
+
+def test_a_frame_that_does_not_hold_the_one_before_is_no_line_of_a_log() -> None:
+    wrong = [replace(event, shift=Cell(8, 0)) if isinstance(event, FrameGrown) else event for event in GROWN]
+    with pytest.raises(LogError, match="must lead into a frame that holds the one before"):
+        parse_log("".join(f"{line}\n" for line in log_lines(wrong)).encode())
+
+
+def test_a_mission_is_played_back_in_its_last_frame() -> None:
+    both = SHIFT.then(MORE)
+    expected = [moved_event(event, both) for event in EVENTS]
+    found = [event for event in in_last_frame(GROWN) if not isinstance(event, Changed)]
+    assert found[1:] == expected[1:]
+    assert found[0] == replace(expected[0], origin_m=(-1.0, -3.0, 0.0))  # type: ignore[call-arg]
+    assert in_last_frame(EVENTS) == EVENTS
+
+
+def test_what_is_tracked_on_the_way_is_what_is_played_back() -> None:
+    tracker, playback = MissionTracker(), Playback(GROWN)
+    for event in GROWN:
+        tracker.event(event)
+    assert np.array_equal(tracker.cells, playback.cells_at(GROWN[-1].t_ms))
+    assert tracker.tracks == playback.moments[-1][1]
+
+
+def test_cells_that_change_count_once_in_what_is_known() -> None:
+    playback = Playback(GROWN)
+    area_m2 = playback.mission.resolution_m**2
+    for t_ms in (0, 5000, 12_502, 26_005):
+        cells, known = playback.cells_at(t_ms), playback.coverage_at(t_ms)
+        assert known.seen_m2 == pytest.approx(np.count_nonzero(cells != 255) * area_m2)
+        assert known.open_m2 == pytest.approx(np.count_nonzero((cells != 255) & (cells != 0)) * area_m2)
+
+
+@pytest.mark.parametrize(
+    ("name", "called"),
+    [("t_4_5", "t_7_7"), ("m_1_2_3_4", "m_4_4_6_6"), ("m_1_2_3_4_2", "m_4_4_6_6_2"), ("h_c1", "h_c1")],
+)
+def test_places_are_called_after_their_cells(name: str, called: str) -> None:
+    assert SHIFT.place(name) == called
+
+
+def test_the_page_holds_the_log_as_it_was_written() -> None:
+    assert '"event":"frame","version":3' in replay_page(GROWN)

@@ -1,0 +1,64 @@
+"""The client needs nothing but httpx2 and what that needs."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import marsupial
+import marsupial_client
+
+FOLDER = Path(marsupial_client.__file__).parent
+ROOT = Path(__file__).resolve().parents[3]
+
+PROGRAM = """
+import sys
+
+class OnlyItsOwn:
+    allowed = {"marsupial_client", "anyio", "h11", "httpcore2", "httpx2", "idna", "truststore", "typing_extensions"}
+    refused = []
+
+    def find_spec(self, name, path=None, target=None):
+        top = name.partition(".")[0]
+        if top not in self.allowed and top not in sys.stdlib_module_names:
+            self.refused.append(top)
+            raise ImportError(f"{top} is not for the client")
+
+sys.meta_path.insert(0, OnlyItsOwn())
+from marsupial_client import AsyncClient, Client
+Client("http://127.0.0.1:9").close()
+print(*sorted({"marsupial", "numpy", "marsupial_service"} & (sys.modules.keys() | set(OnlyItsOwn.refused))), "imported")
+"""
+
+
+def test_the_client_is_imported_and_made_where_there_is_nothing_else() -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout) == (0, "imported\n"), done.stderr
+
+
+def test_its_own_distribution_is_the_one_within_marsupial() -> None:
+    own = tomllib.loads((FOLDER / "pyproject.toml").read_text())
+    whole = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert own["project"]["dependencies"] == whole["project"]["optional-dependencies"]["client"]
+    assert own["project"]["requires-python"] == whole["project"]["requires-python"]
+    assert marsupial_client.__version__ == marsupial.__version__
+    files = {path.name for path in FOLDER.iterdir() if path.suffix in (".py", ".typed")}
+    assert set(own["tool"]["hatch"]["build"]["only-include"]) == files
+
+
+def test_every_public_name_has_a_docstring_and_every_method_is_told_for_both_clients() -> None:
+    undocumented = []
+    for path in FOLDER.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            is_named = isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+            if is_named and not node.name.startswith("_") and ast.get_docstring(node) is None:
+                undocumented.append(f"{path.name}: {node.name}")
+    assert undocumented == []
+    for one, other in (("Client", "AsyncClient"), ("Job", "AsyncJob"), ("Mission", "AsyncMission")):
+        names = [
+            {name for name in dir(getattr(marsupial_client, kind)) if not name.startswith("_")} for kind in (one, other)
+        ]
+        assert names[0] - {"document", "n"} == names[1] - {"conversation"}

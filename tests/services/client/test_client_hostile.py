@@ -1,0 +1,122 @@
+"""Behind a proxy that does all that proxies and networks do, everything comes through exactly once and in order."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import uuid
+from collections.abc import Iterator
+
+import pytest
+import talk
+from hostile_proxy import HostileProxy
+from mission_house import body, team
+from servers import Server
+from undisturbed import STEPS, LogLines, undisturbed
+
+from marsupial.generators.builtin import builtin_scenario
+from marsupial_client import AsyncClient, Client, conversation
+from marsupial_client.mission_documents import Brief, News
+from marsupial_service.missions.driving import simulate_by
+
+REPORTS, EVENTS = 200, 50
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(conversation, "FIRST_PAUSE_S", 0.001)
+    monkeypatch.setattr(conversation, "LONGEST_PAUSE_S", 0.01)
+
+
+@pytest.fixture(params=[1, 2])
+def proxy(request: pytest.FixtureRequest, server: Server) -> Iterator[HostileProxy]:
+    with HostileProxy(server.port, request.param) as found:
+        yield found
+    assert min(found.done[what] for what in ("busy", "twice", "cut")) > 0, found.done
+
+
+def news() -> Iterator[News]:
+    """Yield the reports of a mission in which little happens: what is seen at the start, and then time."""
+    first = team().answer({"commands": [], "n": 0, "until_ms": 0})
+    assert first is not None
+    del first["n"]
+    yield first  # type: ignore[misc]
+    for number in range(1, REPORTS):
+        yield {"t_ms": number}
+
+
+def check(server: Server, mission: str, seen: list[tuple[int, str]]) -> None:
+    """Compare what came through with what the server has."""
+    stored = [(frame.id, frame.type) for frame in talk.frames(server.port, f"/v1/missions/{mission}/events")]
+    assert seen == stored
+    assert len(seen) > EVENTS
+    document = server.ask("GET", f"/v1/missions/{mission}").document
+    assert (document["n"], document["t_ms"], document["status"]) == (REPORTS, REPORTS - 1, "cancelled")
+    named = [
+        one["id"] for one in server.ask("GET", "/v1/missions").document["missions"] if one["name"] == document["name"]
+    ]
+    assert named == [mission]
+
+
+def brief(proxy: HostileProxy) -> Brief:
+    """Return what asks for a mission with a name that no other has."""
+    return {**body(), "name": f"{proxy.url} {uuid.uuid4().hex}"}  # type: ignore[typeddict-item]
+
+
+def test_reports_and_events_come_through_exactly_once(server: Server, proxy: HostileProxy) -> None:
+    seen: list[tuple[int, str]] = []
+    with Client(proxy.url) as client:
+        mission = client.begin(brief(proxy))
+        follower = threading.Thread(target=lambda: seen.extend((event.id, event.type) for event in mission.events()))
+        follower.start()
+        taken = [mission.report(one) for one in news()]
+        mission.cancel()
+        follower.join(60)
+    assert [one["n"] for one in taken if one is not None] == list(range(1, REPORTS + 1))
+    check(server, mission.id, seen)
+
+
+def test_they_do_for_async_tasks_too(server: Server, proxy: HostileProxy) -> None:
+    seen: list[tuple[int, str]] = []
+
+    async def run() -> str:
+        async with AsyncClient(proxy.url) as client, asyncio.timeout(120):
+            mission = await client.begin(brief(proxy))
+
+            async def follow() -> None:
+                async for event in mission.events():
+                    seen.append((event.id, event.type))
+
+            async with asyncio.TaskGroup() as tasks:
+                tasks.create_task(follow())
+                taken = [await mission.report(one) for one in news()]
+                await mission.cancel()
+            assert [one["n"] for one in taken if one is not None] == list(range(1, REPORTS + 1))
+            return mission.id
+
+    check(server, asyncio.run(run()), seen)
+
+
+def test_a_mission_is_the_one_in_process_byte_for_byte(proxy: HostileProxy) -> None:
+    lines = LogLines()
+    simulate_by(
+        Client(proxy.url),
+        builtin_scenario("lobby"),
+        strategy="temporal",
+        planner="greedy",
+        budget=STEPS,
+        seed=1,
+        observer=lines,
+        cancelled=lambda: False,
+    )
+    assert lines.text == undisturbed("lobby")
+
+
+def test_every_plan_of_a_job_comes_once_and_the_job_is_one(server: Server) -> None:
+    before = len(server.ask("GET", "/v1/jobs?limit=200").document["jobs"])
+    with HostileProxy(server.port, 3, bytes_between_cuts=1500) as proxy, Client(proxy.url) as client:
+        job = client.submit({**client.demo("yard"), "budget": {"steps": 50}, "planner": "anytime"})
+        revisions = [plan["revision"] for plan in job.plans()]
+        assert revisions == list(range(1, job.result()["plans"] + 1))
+        assert proxy.done["cut"] > 0
+    assert len(server.ask("GET", "/v1/jobs?limit=200").document["jobs"]) == before + 1

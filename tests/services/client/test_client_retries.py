@@ -1,0 +1,311 @@
+"""What breaks is tried again, in a time that passes by itself; what is refused is told."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+from collections.abc import AsyncIterator, Callable
+from contextlib import aclosing
+from typing import Any
+
+import httpx2
+import pytest
+
+from marsupial_client import AsyncClient, Busy, Client, Conflict, Invalid, NotFound, Refused, Unreachable
+from marsupial_client.conversation import LONGEST_PAUSE_S
+from marsupial_client.core import AsyncMission, Service
+from marsupial_client.errors import REFUSALS
+from marsupial_client.transports import Blocking, finish
+from marsupial_service.http.problems import KINDS
+
+URL = "http://robots.example/plans"
+OK = httpx2.Response(200, json={"well": True})
+LINKS = {name: f"/v1/missions/m/{name}" for name in ("reports", "events", "cancel")} | {"self": "/v1/missions/m"}
+MISSION = {"id": "m", "n": 4, "state": "running", "links": LINKS}
+
+Answer = httpx2.Response | Exception
+
+
+class Scripted(Blocking):
+    """Answers what a test says, one answer after the other; its time passes in pauses only."""
+
+    def __init__(self, *answers: Answer) -> None:
+        super().__init__(httpx2.Client(transport=httpx2.MockTransport(self._answer)))
+        self.requests: list[httpx2.Request] = []
+        self.pauses: list[float] = []
+        self._answers = list(answers)
+
+    def _answer(self, request: httpx2.Request) -> httpx2.Response:
+        self.requests.append(request)
+        answer = self._answers.pop(0) if len(self._answers) > 1 else self._answers[0]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    def now(self) -> float:
+        return sum(self.pauses)
+
+    async def pause(self, seconds: float) -> None:
+        self.pauses.append(seconds)
+
+
+def service(transport: Scripted, patience_s: float = 60.0) -> Service:
+    return Service(transport, URL, key="secret", timeout_s=1.0, patience_s=patience_s)
+
+
+def problem(status: int, kind: str, **more: Any) -> httpx2.Response:
+    told = {"type": f"urn:marsupial:problem:{kind}", "title": "t", "status": status, "detail": "d", "instance": "/"}
+    return httpx2.Response(status, json=told | more)
+
+
+def broken() -> Exception:
+    return httpx2.ReadError("cut")
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        httpx2.ConnectError("refused"),
+        httpx2.ReadTimeout(""),
+        httpx2.RemoteProtocolError("cut"),
+        httpx2.Response(502, text="<html>Bad Gateway</html>"),
+        httpx2.Response(504),
+        problem(408, "too-slow"),
+        problem(429, "too-many"),
+        problem(503, "not-ready"),
+        httpx2.Response(200, text='{"cut": '),
+    ],
+)
+def test_what_breaks_is_tried_again_after_growing_pauses(failure: Answer) -> None:
+    transport = Scripted(*[failure] * 7, OK)
+    assert finish(service(transport).ask("POST", "/v1/jobs", {"a": 1})) == {"well": True}
+    assert len(transport.requests) == 8
+    assert {request.content for request in transport.requests} == {b'{"a": 1}'}
+    assert 0.05 <= transport.pauses[0] <= 0.1
+    assert transport.pauses[4] > transport.pauses[0] * 4
+    assert max(transport.pauses) <= LONGEST_PAUSE_S
+
+
+def test_retry_after_is_waited_for() -> None:
+    busy = httpx2.Response(503, headers={"Retry-After": "7"})
+    transport = Scripted(busy, busy, OK)
+    finish(service(transport).ask("GET", "/v1/limits"))
+    assert transport.pauses == [7.0, 7.0]
+
+
+def test_one_who_is_busy_and_asks_to_be_asked_at_once_is_not_asked_without_pause() -> None:
+    busy = httpx2.Response(503, headers={"Retry-After": "0"})
+    transport = Scripted(*[busy] * 9, OK)
+    finish(service(transport).ask("GET", "/v1/limits"))
+    assert sum(transport.pauses) > 3.0
+
+
+def test_one_who_is_busy_for_longer_than_patience_is_told_at_once() -> None:
+    transport = Scripted(httpx2.Response(429, headers={"Retry-After": "3600"}))
+    with pytest.raises(Busy) as caught:
+        finish(service(transport).ask("GET", "/v1/limits"))
+    assert (caught.value.retry_after_s, caught.value.status, transport.pauses) == (3600.0, 429, [])
+
+
+@pytest.mark.parametrize(("failure", "error"), [(broken(), Unreachable), (problem(503, "not-ready"), Busy)])
+def test_patience_ends(failure: Answer, error: type[Exception]) -> None:
+    transport = Scripted(failure)
+    with pytest.raises(error):
+        finish(service(transport, patience_s=10.0).ask("GET", "/v1/limits"))
+    assert sum(transport.pauses) == pytest.approx(10.0)
+
+
+def test_a_refusal_carries_its_problem_and_is_not_tried_again() -> None:
+    errors = [{"pointer": "/team/0", "detail": "stands in a wall"}, {"query": "limit", "detail": "too large"}]
+    transport = Scripted(problem(422, "invalid", errors=errors))
+    with pytest.raises(Invalid, match=r"422.*: /team/0: stands in a wall; limit: too large") as caught:
+        finish(service(transport).ask("POST", "/v1/missions", {}))
+    assert (caught.value.type, caught.value.detail) == ("urn:marsupial:problem:invalid", "d")
+    assert (list(caught.value.errors), len(transport.requests)) == (errors, 1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_problem_of_the_service_has_its_exception(kind: str) -> None:
+    status = KINDS[kind].status
+    with pytest.raises(Refused) as caught:
+        finish(service(Scripted(problem(status, kind)), patience_s=0.0).ask("GET", "/"))
+    assert type(caught.value) is REFUSALS.get(status, Refused)
+    assert caught.value.type.endswith(kind)
+    assert (type(caught.value) is Refused) == (status in (405, 406, 415, 421))
+
+
+@pytest.mark.parametrize("text", ["<html>no</html>", "", "[]", '{"detail": 4}', '{"status": 404}'])
+def test_a_refusal_that_is_no_problem_document_is_one_here(text: str) -> None:
+    with pytest.raises(NotFound) as caught:
+        finish(service(Scripted(httpx2.Response(404, text=text))).ask("GET", "/v1/x"))
+    assert (caught.value.type, caught.value.status, caught.value.problem["instance"]) == ("about:blank", 404, "/v1/x")
+
+
+def test_one_request_has_one_idempotency_key_and_two_have_two() -> None:
+    transport = Scripted(broken(), broken(), httpx2.Response(202, json=MISSION))
+    asked = service(transport)
+    finish(asked.submit({}))
+    finish(asked.submit({}))
+    finish(asked.begin({}, "mine"))  # type: ignore[typeddict-item]
+    keys = [request.headers["Idempotency-Key"] for request in transport.requests]
+    assert (len(set(keys[:3])), len(set(keys)), keys[4]) == (1, 3, "mine")
+    assert {request.headers["Authorization"] for request in transport.requests} == {"Bearer secret"}
+    assert {str(request.url) for request in transport.requests[:4]} == {f"{URL}/v1/jobs"}
+
+
+@pytest.mark.parametrize("url", ["ftp://somewhere", "http://", "://", "http://a b:x"])
+def test_an_address_that_is_none_is_told(url: str) -> None:
+    with pytest.raises(ValueError, match="must be like"):
+        Client(url)
+    with pytest.raises(ValueError, match="must be like"):
+        AsyncClient(url)
+
+
+def stream(*events: tuple[int, str], rest: str = "") -> httpx2.Response:
+    text = ": events\n\n" + "".join(f'id: {n}\nevent: {kind}\ndata: {{"n":{n}}}\n\n' for n, kind in events) + rest
+    return httpx2.Response(200, text=text, headers={"Content-Type": "text/event-stream"})
+
+
+def followed(transport: Scripted, after: int = 0) -> list[tuple[int, str]]:
+    async def follow() -> list[tuple[int, str]]:
+        mission = AsyncMission(service(transport).conversation, MISSION)  # type: ignore[arg-type]
+        return [(event.id, event.type) async for event in mission.events(after)]
+
+    return finish(follow())
+
+
+def test_a_stream_goes_on_after_the_last_event_and_gives_each_once() -> None:
+    transport = Scripted(
+        stream((3, "log"), (4, "commands"), rest="id: 5\nevent: log\ndata: {"),
+        broken(),
+        stream((4, "commands"), (5, "state"), (6, "of the future")),
+        httpx2.Response(200, text="<html>", headers={"Content-Type": "text/html"}),
+        stream((7, "end"), (8, "log")),
+    )
+    assert followed(transport, after=2) == [(3, "log"), (4, "commands"), (5, "state"), (7, "end")]
+    asked = [request.headers["Last-Event-ID"] for request in transport.requests]
+    assert asked == ["2", "4", "4", "6", "6"]
+
+
+def test_a_stream_without_content_is_over() -> None:
+    assert followed(Scripted(httpx2.Response(204)), after=9) == []
+
+
+def test_a_server_that_ends_its_streams_at_once_is_not_asked_without_pause() -> None:
+    transport = Scripted(*[stream()] * 50, stream((1, "end")))
+    assert followed(transport) == [(1, "end")]
+    assert sum(transport.pauses) > 45.0
+
+
+def test_a_stream_that_is_refused_is_told() -> None:
+    with pytest.raises(NotFound):
+        followed(Scripted(problem(404, "not-found")))
+
+
+def sent(transport: Scripted) -> list[tuple[int, int]]:
+    """Return number and time of each report."""
+    reports = [json.loads(request.content) for request in transport.requests if request.method == "POST"]
+    return [(report["n"], report["t_ms"]) for report in reports]
+
+
+def taken(n: int) -> httpx2.Response:
+    return httpx2.Response(200, json={"n": n, "t_ms": 0, "revision": 1})
+
+
+def report(mission: AsyncMission, t_ms: int) -> Any:
+    return finish(mission.report({"t_ms": t_ms}))
+
+
+def mission_of(transport: Scripted, patience_s: float = 60.0) -> AsyncMission:
+    return AsyncMission(service(transport, patience_s).conversation, MISSION)  # type: ignore[arg-type]
+
+
+def test_a_report_that_may_have_arrived_is_sent_again_before_the_next_one() -> None:
+    transport = Scripted(broken(), taken(5), taken(6))
+    mission = mission_of(transport, patience_s=0.0)
+    with pytest.raises(Unreachable):
+        report(mission, 10)
+    assert mission.n == 4
+    report(mission, 20)
+    assert (sent(transport), mission.n) == ([(5, 10), (5, 10), (6, 20)], 6)
+
+
+def test_the_number_of_a_report_that_is_refused_is_free_again() -> None:
+    transport = Scripted(problem(422, "invalid"), taken(5))
+    mission = mission_of(transport)
+    with pytest.raises(Invalid):
+        report(mission, 10)
+    report(mission, 20)
+    assert sent(transport) == [(5, 10), (5, 20)]
+
+
+@pytest.mark.parametrize(("state", "over"), [("running", False), ("cancelling", True), ("ended", True)])
+def test_a_report_for_a_mission_that_is_over_is_no_error(state: str, over: bool) -> None:
+    mission = mission_of(Scripted(problem(409, "conflict"), httpx2.Response(200, json={**MISSION, "state": state})))
+    if over:
+        assert report(mission, 10) is None
+    else:
+        with pytest.raises(Conflict):
+            report(mission, 10)
+
+
+def in_loop(handler: Callable[[httpx2.Request], Any], work: Callable[[AsyncClient], Any]) -> Any:
+    async def run() -> Any:
+        async with AsyncClient(URL, http=httpx2.AsyncClient(transport=httpx2.MockTransport(handler))) as client:
+            return await work(client)
+
+    return asyncio.run(run())
+
+
+def test_a_report_whose_task_is_cancelled_is_sent_again_before_the_next_one() -> None:
+    seen: list[tuple[int, int]] = []
+
+    async def answer(request: httpx2.Request) -> httpx2.Response:
+        if request.method == "GET":
+            return httpx2.Response(200, json=MISSION)
+        body = json.loads(request.content)
+        seen.append((body["n"], body["t_ms"]))
+        if len(seen) == 1:
+            await asyncio.sleep(3600)
+        return taken(body["n"])
+
+    async def work(client: AsyncClient) -> None:
+        mission = await client.mission("m")
+        task = asyncio.create_task(mission.report({"t_ms": 10}))
+        while not seen:
+            await asyncio.sleep(0)
+        task.cancel()
+        await asyncio.wait([task])
+        await asyncio.gather(*(mission.report({"t_ms": t_ms}) for t_ms in (20, 30)))
+
+    in_loop(answer, work)
+    assert seen == [(5, 10), (5, 10), (6, 20), (7, 30)]
+
+
+def test_a_loop_over_plans_that_is_left_lets_go_of_its_stream() -> None:
+    closed: list[bool] = []
+
+    class Endless(httpx2.AsyncByteStream):
+        async def __aiter__(self) -> AsyncIterator[bytes]:
+            for number in itertools.count(1):
+                yield f'id: {number}\nevent: plan\ndata: {{"revision":{number}}}\n\n'.encode()
+
+        async def aclose(self) -> None:
+            closed.append(True)
+
+    async def answer(request: httpx2.Request) -> httpx2.Response:
+        if request.url.path.endswith("/events"):
+            return httpx2.Response(200, stream=Endless(), headers={"Content-Type": "text/event-stream"})
+        return httpx2.Response(200, json={"id": "j", "links": {"events": "/v1/jobs/j/events"}})
+
+    async def work(client: AsyncClient) -> list[int]:
+        found = []
+        async with aclosing((await client.job("j")).plans()) as plans:
+            async for plan in plans:
+                found.append(plan["revision"])
+                if len(found) == 3:
+                    break
+        return found
+
+    assert (in_loop(answer, work), closed) == ([1, 2, 3], [True])

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from marsupial_service.entries.slots import Place, Slots
+
+
+def test_missions_come_before_jobs_and_owners_in_turn() -> None:
+    async def plan() -> list[str]:
+        slots, order = Slots(1), list[str]()
+        first = await slots.for_job()
+
+        async def take(name: str, owner: str | None) -> None:
+            waiting = slots.for_job() if owner is None else slots.for_mission(owner)
+            with slots.taken(await waiting):
+                order.append(name)
+
+        wanted = (("job", None), ("a1", "a"), ("a2", "a"), ("a3", "a"), ("b1", "b"))
+        tasks = [asyncio.create_task(take(*one)) for one in wanted]
+        await asyncio.sleep(0)
+        slots.free(first)
+        await asyncio.gather(*tasks)
+        assert slots.in_use == 0
+        return order
+
+    assert asyncio.run(plan()) == ["a1", "b1", "a2", "a3", "job"]
+
+
+def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
+    async def plan() -> list[str]:
+        slots, broken = Slots(2), list[str]()
+
+        def job(place: Place, name: str) -> None:
+            def breaks() -> None:
+                broken.append(name)
+                slots.free(place)
+
+            place.breaks = breaks
+
+        for name in ("old", "new"):
+            job(await slots.for_job(), name)
+        mission = await slots.for_mission("a")
+        slots.free(mission)
+        await slots.for_mission("a")
+        assert broken == ["new"]
+        await slots.for_mission("a")
+        return broken
+
+    assert asyncio.run(plan()) == ["new", "old"]
+
+
+@pytest.mark.parametrize("moment", ["waiting", "given"])
+def test_who_no_longer_waits_takes_no_slot(moment: str) -> None:
+    async def plan() -> None:
+        slots = Slots(1)
+        first = await slots.for_job()
+        gone = asyncio.create_task(slots.for_mission("a"))
+        await asyncio.sleep(0)
+        if moment == "given":
+            slots.free(first)
+        gone.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await gone
+        if moment == "waiting":
+            slots.free(first)
+        assert slots.in_use == 0
+        async with asyncio.timeout(1):
+            await slots.for_job()
+
+    asyncio.run(plan())

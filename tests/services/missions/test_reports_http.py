@@ -1,0 +1,164 @@
+"""Reports over HTTP: by robot, several at a time, in frames that grow; and events as their schemas say."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+from mission_house import body, team
+from servers import Server
+from talk import frames
+
+from marsupial.formats.missionlog import parse_log
+from marsupial_service.http.openapi import kept_text
+from marsupial_service.missions.values import EventType
+
+START = {"n": 1, "t_ms": 0}
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(tmp_path_factory.mktemp("service")) as running:
+        yield running
+
+
+@pytest.fixture
+def mission(server: Server) -> Iterator[str]:
+    """The path of a mission that waits for its first report."""
+    _, _, created = server.ask("POST", "/v1/missions", body())
+    yield created["links"]["self"]
+    server.ask("POST", created["links"]["cancel"])
+
+
+def pointers(problem: dict[str, Any]) -> list[str]:
+    return [error["pointer"] for error in problem["errors"]]
+
+
+def test_each_robot_counts_its_own_reports_beside_those_of_the_team(server: Server, mission: str) -> None:
+    path = f"{mission}/reports"
+    for n, robot, t_ms in (
+        (1, "carrier1", 10),
+        (1, "carrier2", 5),
+        (2, "carrier1", 10),
+        (1, None, 20),
+        (2, "carrier2", 7),
+    ):
+        report = {"n": n, "t_ms": t_ms} | ({} if robot is None else {"robot": robot})
+        for _ in range(2):
+            status, _, taken = server.ask("POST", path, report)
+            assert (status, taken) == (200, report | {"revision": 0})
+    assert server.ask("GET", mission)[2]["n"] == 1
+    assert server.ask("GET", mission)[2]["t_ms"] == 20
+    for wrong, pointer in (
+        ({"robot": "carrier1", "n": 4, "t_ms": 30}, "/n"),
+        ({"robot": "carrier2", "n": 3, "t_ms": 6}, "/t_ms"),
+        ({"robot": "carrier1", "n": 2, "t_ms": 11}, "/n"),
+    ):
+        status, _, problem = server.ask("POST", path, wrong)
+        assert (status, pointers(problem)) == (409, [pointer])
+    status, _, problem = server.ask("POST", path, {"robot": "nobody", "n": 1, "t_ms": 6})
+    assert (status, pointers(problem)) == (422, ["/robot"])
+
+
+def test_a_batch_is_taken_as_a_whole_or_not_at_all_and_once(server: Server, mission: str) -> None:
+    path = f"{mission}/reports"
+    batch = [
+        START,
+        {"robot": "carrier1", "n": 1, "t_ms": 5},
+        {"robot": "carrier1", "n": 2, "t_ms": 9},
+        {"n": 2, "t_ms": 9},
+    ]
+    for wrong, pointer in (
+        ({"n": 4, "t_ms": 9}, "/reports/4/n"),
+        ({"n": 3, "t_ms": 9, "finished": [1]}, "/reports/4/finished/0"),
+    ):
+        status, _, problem = server.ask("POST", path, {"reports": [*batch, wrong]})
+        assert (status, pointers(problem)) == (409, [pointer])
+        assert server.ask("GET", mission)[2]["n"] == 0
+    status, _, problem = server.ask("POST", path, {"reports": [*batch, {"n": 3, "t_ms": 9, "lost": [{"robot": "x"}]}]})
+    assert (status, pointers(problem)) == (422, ["/reports/4/lost/0/robot"])
+    for more in ([], [], [{"n": 3, "t_ms": 12}]):
+        status, _, taken = server.ask("POST", path, {"reports": batch + more})
+        assert (status, [one["n"] for one in taken["reports"]]) == (200, [1, 1, 2, 2, *(one["n"] for one in more)])
+    assert server.ask("POST", path, batch[1])[0] == 200
+    assert server.ask("GET", mission)[2]["n"] == 3
+    wide = {"n": 9, "t_ms": 9, "frame": {"width": 2000, "height": 2000}, "map": {"runs": []}}
+    status, _, problem = server.ask("POST", path, {"reports": [wide, wide]})
+    assert (status, pointers(problem)) == (413, ["/reports"])
+    assert server.ask("POST", path, {"reports": []})[0] == 422
+    assert pointers(server.ask("POST", path, {})[2]) == ["/n"]
+
+
+def test_the_frame_grows_to_hold_what_is_reported_and_cells_are_of_the_frame_named(
+    server: Server, mission: str
+) -> None:
+    path, first = f"{mission}/reports", server.ask("GET", f"{mission}/map")[2]
+    edge = first["resolution_m"]
+    here = {"width": 4, "height": 3, "origin_m": [-2 * edge, -1 * edge, 0]}
+    assert (
+        server.ask(
+            "POST", path, {**START, "frame": here, "revealed": [{"robot": "carrier1", "runs": [0, 1, 0, 11, 1, 1]}]}
+        )[0]
+        == 200
+    )
+    grown = server.ask("GET", f"{mission}/map")[2]
+    assert (grown["width"], grown["height"]) == (first["width"] + 2, first["height"] + 1)
+    assert grown["origin_m"] == pytest.approx([-2 * edge, -edge, 0])
+    assert grown["runs"] == [0, 1, 0, 2 * grown["width"] + 3, 1, 1]
+    later = {"n": 2, "t_ms": 1, "robots": [{"name": "carrier1", "cell": [grown["width"] - 1, 0]}]}
+    assert server.ask("POST", path, later)[0] == 200
+    for frame, pointer, status in (
+        ({**here, "origin_m": [0, 0, 0.5]}, "/frame/origin_m", 422),
+        ({**here, "resolution_m": 2 * edge}, "/frame/resolution_m", 422),
+        ({**here, "width": 10**6, "height": 10**6}, "/frame", 422),
+        ({**here, "origin_m": [10**6, 0, 0]}, "/frame", 409),
+    ):
+        found, _, problem = server.ask("POST", path, {"n": 3, "t_ms": 1, "frame": frame})
+        assert (found, pointers(problem)) == (status, [pointer])
+    assert server.ask("GET", f"{mission}/map")[2] == grown
+
+
+def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission: str) -> None:
+    document = json.loads(kept_text())
+    events = document["paths"]["/v1/missions/{mission}/events"]["get"]["responses"]["200"]
+    variants = events["content"]["text/event-stream"]["itemSchema"]["oneOf"]
+    data = {one["properties"]["event"]["const"]: one["properties"]["data"]["contentSchema"] for one in variants}
+    assert set(data) == set(EventType)
+    validators = {
+        kind: Draft202012Validator({**schema, "components": document["components"]}) for kind, schema in data.items()
+    }
+    robots, lines = team(), []
+    seen: set[str] = set()
+    frame = server.ask("GET", f"{mission}/map")[2]
+    for _, kind, text in frames(int(server.url.rpartition(":")[2]), f"{mission}/events"):
+        validators[kind].validate(json.loads(text))
+        seen.add(kind)
+        if kind == "log":
+            lines.append(text)
+        report = robots.answer(json.loads(text)) if kind == "commands" else None
+        if report is not None:
+            if report["n"] == 9:
+                server.ask("POST", f"{mission}/pause")
+                server.ask("POST", f"{mission}/resume")
+            if report["n"] == 30:
+                told = {"width": frame["width"] + 1, "height": frame["height"], "origin_m": frame["origin_m"]}
+                server.ask(
+                    "POST", f"{mission}/reports", {"robot": "carrier1", "n": 1, "t_ms": report["t_ms"], "frame": told}
+                )
+                server.ask("POST", f"{mission}/cancel")
+            else:
+                server.ask("POST", f"{mission}/reports", report)
+    assert seen == set(EventType)
+    assert parse_log("".join(f"{line}\n" for line in lines).encode()).ended is not None
+
+
+def test_the_page_of_documents_needs_nothing_from_elsewhere(server: Server) -> None:
+    status, kind, page = server.ask("GET", "/docs")
+    assert (status, kind.partition(";")[0]) == (200, "text/html")
+    assert "<script" not in page
+    assert "//" not in page.replace("https://www.rfc-editor.org", "")
+    for name in ("CommandsData", "DriveCommand", "ReportBody"):
+        assert f'<h3 id="{name}">' in page

@@ -1,0 +1,223 @@
+"""Connections that say nothing, too little, too slowly or two things at once."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import resource
+import socket
+import subprocess
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, suppress
+from pathlib import Path
+
+import pytest
+from servers import START, Server
+from service_house import client
+from talk import BROKEN, HOST, Talk, ask
+
+from marsupial_service.http.connections import LoopFaults
+
+MOST, OF_ADDRESS = 60, 40
+HEAD = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+LATE_S = 30
+
+
+@pytest.fixture(scope="module")
+def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    numbers = {
+        "header_s": 1,
+        "body_s": 0.5,
+        "body_rate": 100_000,
+        "stall_s": 1,
+        "connections": MOST,
+        "address_connections": OF_ADDRESS,
+    }
+    options = [word for name, number in numbers.items() for word in ("--limit", f"{name}={number}")]
+    with Server(tmp_path_factory.mktemp("strict"), *options) as server:
+        yield server
+
+
+def opened(server: Server, data: bytes = b"") -> socket.socket:
+    line = socket.create_connection((HOST, server.port), timeout=LATE_S)
+    line.sendall(data)
+    return line
+
+
+def rest(line: socket.socket) -> bytes:
+    """Return what comes until the service closes the connection; a test that waits in vain fails."""
+    found = b""
+    with line, suppress(ConnectionResetError, BrokenPipeError):
+        while chunk := line.recv(65536):
+            found += chunk
+    return found
+
+
+def breaks(line: socket.socket, data: bytes) -> bool:
+    """Send the same over and over; say whether the service closes the connection."""
+    until = time.monotonic() + LATE_S
+    while time.monotonic() < until:
+        try:
+            with suppress(TimeoutError):
+                line.sendall(data)
+        except (BrokenPipeError, ConnectionResetError):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def status_of(answer: bytes) -> int:
+    return int(answer.split(b" ", 2)[1])
+
+
+@pytest.mark.parametrize(
+    "lengths",
+    [
+        b"Content-Length: 2\r\nContent-Length: 3\r\n",
+        b"Content-Length: 2\r\nTransfer-Encoding: chunked\r\n",
+        b"Transfer-Encoding: chunked\r\nContent-Length: 2\r\n",
+        b"Content-Length: 2, 3\r\n",
+        b"Content-Length: -2\r\n",
+        b"Transfer-Encoding: identity\r\n",
+    ],
+)
+def test_lengths_that_contradict_each_other_close_the_connection(strict: Server, lengths: bytes) -> None:
+    smuggled = b"0\r\n\r\nGET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"
+    answer = rest(opened(strict, HEAD + lengths + b"\r\n" + smuggled))
+    assert status_of(answer) in (400, 501)
+    assert answer.count(b"HTTP/1.1") == 1
+    assert b"healthz" not in answer
+
+
+def test_what_is_no_http_is_told_as_any_problem(strict: Server) -> None:
+    answer = rest(opened(strict, b"\x16\x03\x01\r\n\r\n"))
+    head, body = answer.split(b"\r\n\r\n", 1)
+    assert b"application/problem+json" in head
+    assert json.loads(body)["type"] == "urn:marsupial:problem:bad-request"
+
+
+def test_a_connection_without_headers_is_closed(strict: Server) -> None:
+    assert rest(opened(strict)) == b""
+    assert status_of(rest(opened(strict, b"GET /healthz HTTP/1.1\r\nHost: loc"))) == 408
+
+
+def test_a_body_that_comes_too_slowly_is_given_up(strict: Server) -> None:
+    assert status_of(rest(opened(strict, HEAD + b'Content-Length: 1000000\r\n\r\n{"a'))) == 408
+
+
+def test_a_body_that_nobody_asked_for_keeps_no_connection_open(strict: Server) -> None:
+    line = opened(strict, b"POST /nowhere HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000\r\n\r\n")
+    with line:
+        assert breaks(line, b"x")
+
+
+def test_a_client_that_takes_nothing_of_its_answers_is_given_up(strict: Server) -> None:
+    with opened(strict) as line:
+        line.settimeout(0.1)
+        assert breaks(line, b"GET /openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n" * 20)
+
+
+def test_half_open_connections_leave_room_for_those_who_ask(strict: Server) -> None:
+    with ExitStack() as kept:
+        for i in range(3 * MOST):
+            kept.enter_context(opened(strict, b"GET / HT" * (i % 2)))
+            if i % 10 == 9:
+                assert ask(strict.port, "GET", "/healthz").status == 200
+
+
+def test_who_has_many_requests_under_way_gets_no_more_connections(tmp_path: Path) -> None:
+    limits = ("--limit", "address_connections=3")
+    with Server(tmp_path, *limits) as server, client(server) as http, ExitStack() as kept:
+        body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 60}}
+        links = http.post("/v1/jobs", json=body).json()["links"]
+        http.close()
+        for _ in range(3):
+            line = kept.enter_context(
+                opened(server, f"GET {links['events']} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            )
+            assert line.recv(100).startswith(b"HTTP/1.1 200")
+        refused = rest(opened(server))
+        assert status_of(refused) == 429
+        assert b"retry-after" in refused
+
+
+def test_a_stream_that_is_over_is_answered_without_content(tmp_path: Path) -> None:
+    with Server(tmp_path) as server, client(server) as http:
+        job = http.post("/v1/jobs", json=http.get("/v1/demo-data/yard").json(), headers={"Prefer": "wait=30"}).json()
+        path = job["links"]["events"]
+        last = max(int(line[4:]) for line in http.get(path).text.splitlines() if line.startswith("id: "))
+        assert http.get(path, headers={"Last-Event-ID": str(last - 1)}).status_code == 200
+        for after in (last, last + 5):
+            again = http.get(path, headers={"Last-Event-ID": str(after)})
+            assert (again.status_code, again.text) == (204, "")
+
+
+def test_the_streams_of_a_revoked_key_end(tmp_path: Path) -> None:
+    def keys(*words: str) -> str:
+        done = subprocess.run([*START, "keys", *words, "--data", str(tmp_path)], capture_output=True, text=True)
+        return done.stdout.strip()
+
+    secret = keys("add", "ann", "--scope", "plan")
+    with Server(tmp_path, "--require-keys") as server, client(server, Authorization=f"Bearer {secret}") as http:
+        body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 120}}
+        links = http.post("/v1/jobs", json=body).json()["links"]
+        with http.stream("GET", links["events"]) as answer:
+            lines = answer.iter_lines()
+            next(lines)
+            keys("revoke", "ann")
+            assert list(lines)[-2] == ": the key has expired or was revoked"
+
+
+def test_that_files_run_out_is_said_once_and_the_service_goes_on(tmp_path: Path) -> None:
+    with Server(tmp_path) as server, ExitStack() as kept:
+        open_now = len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))
+        soft, hard = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE)
+        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (open_now + 5, hard))
+        for _ in range(50):
+            kept.enter_context(opened(server))
+        until = time.monotonic() + LATE_S
+        while "can't be accepted" not in server.log and time.monotonic() < until:
+            time.sleep(0.05)
+        assert server.log.count("can't be accepted") == 1
+        kept.close()
+        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (soft, hard))
+        assert ask(server.port, "GET", "/healthz").status == 200
+
+
+def test_faults_of_the_loop_that_are_not_that_are_all_told(caplog: pytest.LogCaptureFixture) -> None:
+    loop = asyncio.new_event_loop()
+    faults = LoopFaults()
+    with caplog.at_level(logging.ERROR):
+        for _ in range(3):
+            faults(loop, {"message": "socket.accept() out of system resource", "exception": OSError(24, "full")})
+            faults(loop, {"message": "something else"})
+    loop.close()
+    assert [record.message for record in caplog.records].count("something else") == 3
+    assert sum("can't be accepted" in record.message for record in caplog.records) == 1
+
+
+def test_the_service_ends_within_three_seconds_under_load(tmp_path: Path) -> None:
+    over = threading.Event()
+
+    def press(port: int, body: bytes) -> None:
+        while not over.is_set():
+            with suppress(*BROKEN), closing(Talk(port)) as talk:
+                talk.ask("POST", "/v1/analysis", body)
+
+    with Server(tmp_path) as server, ExitStack() as kept:
+        body = json.dumps({"map_state": ask(server.port, "GET", "/v1/demo-data/yard").document["map_state"]})
+        large = body.encode() + b" " * 5_000_000
+        threads = [threading.Thread(target=press, args=(server.port, large)) for _ in range(6)]
+        for thread in threads:
+            thread.start()
+        for _ in range(200):
+            kept.enter_context(opened(server, b"GET / HT"))
+        assert ask(server.port, "GET", "/healthz").status == 200
+        server.process.terminate()
+        assert server.process.wait(3) == 0
+        over.set()
+        for thread in threads:
+            thread.join(LATE_S)

@@ -1,0 +1,57 @@
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from attacks import ALL, ATTACKS, MOST_MB, MOST_S, cost_of, mission
+from servers import Server
+from talk import Reply
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the most memory of a process is read from /proc")
+
+
+@pytest.fixture(scope="module")
+def attacked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(tmp_path_factory.mktemp("attacked")) as server:
+        yield server
+
+
+def cheap(server: Server, method: str, path: str, body: Any = None) -> Reply:
+    """Return the answer to a request that must not cost much."""
+    cost = cost_of(server, method, path, body)
+    assert cost.memory_mb <= MOST_MB
+    assert cost.cpu_s <= MOST_S
+    return cost.reply
+
+
+@pytest.mark.parametrize("name", ATTACKS)
+def test_no_small_request_costs_much(attacked: Server, name: str) -> None:
+    attack = ATTACKS[name]
+    reply = cheap(attacked, "POST", attack.path, attack.body())
+    assert reply.status in attack.statuses, reply.document
+
+
+def test_no_small_report_costs_much(attacked: Server) -> None:
+    links = cheap(attacked, "POST", "/v1/missions", mission()).document["links"]
+    everything = [{"robot": f"m{i}", "runs": ALL} for i in range(200)]
+    refused = cheap(attacked, "POST", links["reports"], {"n": 1, "t_ms": 0, "revealed": everything})
+    assert refused.status == 413
+    assert refused.document["errors"][0]["pointer"] == "/revealed"
+    taken = cheap(attacked, "POST", links["reports"], {"n": 1, "t_ms": 0, "revealed": everything[:1]})
+    assert taken.status == 200
+    assert cheap(attacked, "GET", f"{links['self']}/map").document["runs"] == ALL
+    assert cheap(attacked, "POST", links["cancel"]).status == 200
+
+
+def test_a_map_of_many_runs_is_read_and_told_by_other_processes(attacked: Server) -> None:
+    side = 300
+    cells = np.arange(side * side)
+    runs = np.stack([cells, np.ones_like(cells), 2 - cells % 2], axis=1).ravel().tolist()
+    frame = {"width": side, "height": side, "resolution_m": 1.0, "known": runs}
+    links = cheap(attacked, "POST", "/v1/missions", json.dumps(mission(frame=frame)).encode()).document["links"]
+    assert cheap(attacked, "GET", f"{links['self']}/map").document["runs"] == runs
+    cheap(attacked, "POST", links["cancel"])
