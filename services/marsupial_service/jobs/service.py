@@ -194,12 +194,11 @@ class Jobs(Entries[JobRecord]):
 
     async def _is_there(self, room: Room, place: Place) -> bool:
         """Wait for room; a mission that wants the slot meanwhile gets it, and `stop` ends the waiting."""
-        place.breaks = room.close
+        self._slots.let_break(place, room.close)
         self._asked = room
         there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, room.wait)
-        is_wanted = place.breaks is None
         place.breaks = self._asked = None
-        return there and not is_wanted and not self.stopping
+        return there and not place.is_wanted and not self.stopping
 
     async def _attend(self, claimed: _Claimed) -> None:
         """Do an attempt at a job and store how it ended."""
@@ -215,7 +214,7 @@ class Jobs(Entries[JobRecord]):
         claim, place = claimed.claim, claimed.place
         attempt = self._attempts[claim.id] = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
-        place.breaks = attempt.cancel
+        self._slots.let_break(place, attempt.cancel)
         heed = asyncio.create_task(self._heed(attempt))
         try:
             if self.stopping:
