@@ -23,7 +23,7 @@ from marsupial_service.missions.host import fly
 from marsupial_service.missions.reading import brief_of, report_of
 from marsupial_service.missions.scenarios import mission_document
 from marsupial_service.missions.simulated import SimulatedTeam
-from marsupial_service.missions.values import Brief, EventType, Next, Turn
+from marsupial_service.missions.values import Brief, Due, Dues, EventType, MayPlan, Turns, WantsToPlan
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 
@@ -51,7 +51,7 @@ class Line:
 
     def __init__(self, brief: Brief, team: SimulatedTeam) -> None:
         self._brief, self._team = brief, team
-        self._answers = deque([Next(input=None)])
+        self._answers = deque[Dues | MayPlan]([Dues((Due(input=None),))])
         self._decoder = LogDecoder()
         self._log: list[MissionEvent] = []
 
@@ -60,16 +60,21 @@ class Line:
         """The last event, if it is the end."""
         return next((event for event in self._log if isinstance(event, MissionEnded)), None)
 
-    def send(self, turn: Turn) -> None:
-        for event in turn.events:
-            if event.type is EventType.LOG:
-                self._log += self._decoder.events(event.data)
-            if event.type is EventType.COMMANDS:
-                report = self._team.answer(json.loads(event.data))
-                if report is not None:
-                    self._answers.append(Next(input=report_of(ReportBody.model_validate(report), self._brief)))
+    def send(self, told: object) -> None:
+        if isinstance(told, WantsToPlan):
+            self._answers.append(MayPlan())
+        elif isinstance(told, Turns):
+            (turn,) = told.turns
+            for event in turn.events:
+                if event.type is EventType.LOG:
+                    self._log += self._decoder.events(event.data)
+                if event.type is EventType.COMMANDS:
+                    report = self._team.answer(json.loads(event.data))
+                    if report is not None:
+                        due = Due(input=report_of(ReportBody.model_validate(report), self._brief))
+                        self._answers.append(Dues((due,)))
 
-    def receive(self) -> Next:
+    def receive(self) -> Dues | MayPlan:
         return self._answers.popleft()
 
 

@@ -28,6 +28,7 @@ from marsupial.cli.commands.reproduce import reproduce
 from marsupial.cli.commands.run import run
 from marsupial.cli.commands.scenarios import scenarios
 from marsupial.cli.commands.serve import serve
+from marsupial.cli.commands.store import store
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED
 from marsupial.cli.interrupt import Interrupted, interruptible
@@ -79,6 +80,7 @@ app.command()(planners)
 app.command()(scenarios)
 app.add_typer(bench, name="bench")
 app.command()(demo)
+serve.add_typer(store, name="store")
 app.add_typer(serve, name="serve")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
@@ -97,6 +98,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             retention_s=limits.retention_s,
             kept=limits.kept_jobs,
             store_bytes=limits.store_bytes,
+            key_bytes=limits.key_bytes if state.settings.needs_keys else math.inf,
             memory_bytes=limits.memory_bytes,
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
@@ -120,6 +122,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             retention_s=limits.retention_s,
             kept=limits.kept_missions,
             store_bytes=limits.store_bytes,
+            key_bytes=limits.key_bytes if state.settings.needs_keys else math.inf,
         ),
         runner=state.runner,
         slots=slots,

@@ -72,11 +72,12 @@ class EventBatch:
 class EntrySettings:
     """What entries of one kind may use; those that ended are removed at the age of `retention_s`, or beyond `kept`.
 
-    Beyond `store_bytes` of all kinds no more are made.
+    Beyond `store_bytes` of all kinds, or `key_bytes` of one owner, no more are made.
     """
 
     memory_bytes: int = 2 << 30
     store_bytes: float = math.inf
+    key_bytes: float = math.inf
     retention_s: float = 24 * 3600.0
     kept: int = 10_000
 

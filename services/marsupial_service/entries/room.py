@@ -30,24 +30,31 @@ class StoreFull(Exception):
 
 @dataclass(slots=True)
 class Room:
-    """What is left of a store that may hold `limit` bytes; for the thread that writes."""
+    """What is left of a store that may hold `limit` bytes, and of one owner `key_limit`; for the thread that writes."""
 
     limit: float = math.inf
+    key_limit: float = math.inf
     clock_s: Callable[[], float] = time.monotonic
-    _stored: int = field(default=0, init=False)
+    _sums: dict[str | None, int] = field(default_factory=dict, init=False)
     _summed_s: float = field(default=-math.inf, init=False)
 
-    def check(self, reader: Reader, *, of_reports: bool = False) -> None:
-        """Raise StoreFull if there is none, for an entry or for what is reported."""
-        if self.limit == math.inf:
-            return
+    def check(self, reader: Reader, owner: str, *, of_reports: bool = False) -> None:
+        """Raise StoreFull if there is none for an entry of that owner, or for what is reported."""
         if self.clock_s() - self._summed_s > _FRESH_S:
-            self._stored, self._summed_s = stored_bytes(reader), self.clock_s()
-        if self._stored >= self.limit * (1 + RESERVE if of_reports else 1):
-            raise StoreFull(
-                f"the store is full: jobs and missions take {self._stored} bytes, {self.limit:.0f} are allowed;"
-                " old ones are removed in time"
-            )
+            self._sums.clear()
+            self._summed_s = self.clock_s()
+        self._check(reader, None, self.limit, of_reports)
+        self._check(reader, owner, self.key_limit, of_reports)
+
+    def _check(self, reader: Reader, owner: str | None, limit: float, of_reports: bool) -> None:
+        if limit == math.inf:
+            return
+        if owner not in self._sums:
+            self._sums[owner] = stored_bytes(reader, owner)
+        if self._sums[owner] >= limit * (1 + RESERVE if of_reports else 1):
+            what = "the store is full: jobs" if owner is None else "your part of the store is full: your jobs"
+            taken = f"{what} and missions take {self._sums[owner]} bytes, {limit:.0f} are allowed"
+            raise StoreFull(f"{taken}; old ones are removed in time")
 
 
 BOUNDLESS = Room()

@@ -51,7 +51,7 @@ class Entries(Generic[E]):
         self._runner = runner
         self._table = table
         self._kept = settings
-        self._room = Room(settings.store_bytes)
+        self._room = Room(settings.store_bytes, settings.key_bytes)
         self.now_ms = now_ms
         self._bells = Bells()
         self._stop = asyncio.Event()
@@ -153,10 +153,8 @@ class Entries(Generic[E]):
             settled = settled and not removed and not more
             if removed or more:
                 continue
-            if not settled:
-                await asyncio.to_thread(self._store.settle)
-                settled = True
-            await self._pause(_SWEEP_S)
+            settled = settled or await asyncio.to_thread(self._store.settle)
+            await self._pause(_SWEEP_S if settled else _RETRY_S)
 
     async def surely(self, write: Callable[[Transaction], T]) -> T | None:
         """Write, again and again while the disk refuses; None if that goes on until `stop`."""

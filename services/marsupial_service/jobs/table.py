@@ -65,7 +65,7 @@ def insert(
     """Store a job, or find the one that the same request made before. Raises KeyReused, StoreFull, TooMany."""
 
     def add() -> None:
-        room.check(tx)
+        room.check(tx, job.owner)
         _find_room(tx, job.owner, settings)
         number = JOBS.add(
             tx,

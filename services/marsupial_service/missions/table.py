@@ -81,7 +81,7 @@ def insert(
     """
 
     def add() -> None:
-        room.check(tx)
+        room.check(tx, new.owner)
         sql = "SELECT count(*) FROM missions WHERE finished_ms IS NULL"
         (count,) = tx.execute(sql).fetchone()
         if count >= settings.missions:
@@ -124,7 +124,7 @@ def add_reports(
         return record
     if record.inputs - record.turns >= settings.backlog:
         raise TooMany(f"{settings.backlog} reports wait for the planner")
-    room.check(tx, of_reports=True)
+    room.check(tx, record.owner, of_reports=True)
     for report, digest in new:
         _add_input(tx, record, report, digest, now_ms)
         record = replace(

@@ -76,6 +76,18 @@ class RobotNote:
     distance_m: float | None = None
     driving_ms: int | None = None
 
+    def __getstate__(self) -> list[object]:
+        """Return what is stored: of each robot in each report, so it is spelt out."""
+        return [self.name, self.cell, self.free_at_ms, self.distance_m, self.driving_ms]
+
+    def __setstate__(self, state: Sequence[object]) -> None:
+        """Take up what is stored."""
+        for name, value in zip(_NOTED, state, strict=True):
+            object.__setattr__(self, name, value)
+
+
+_NOTED = tuple(one.name for one in fields(RobotNote))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Report:

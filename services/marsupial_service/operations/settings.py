@@ -74,7 +74,8 @@ class ServiceLimits:
     idle_s: float = _limit(86400.0, 1.0, "seconds without a report after which a mission is cancelled")
     backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")
-    store_bytes: int = _limit(10_000_000_000, 0, "bytes of the store beyond which no job or mission is taken")
+    store_bytes: int = _limit(10_000_000_000, 1, "bytes of jobs and missions beyond which none is taken")
+    key_bytes: int = _limit(5_000_000_000, 1, "the same of one key")
 
     def __post_init__(self) -> None:
         for one in fields(self):

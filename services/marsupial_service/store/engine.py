@@ -90,6 +90,10 @@ class Engine(Protocol):
         """Connect to read. Raises one of `errors`."""
         ...
 
+    def visitor(self) -> Connection:
+        """Connect for somebody who is no server; nothing is made. Raises StoreError if nothing is there."""
+        ...
+
     def clashed(self, error: BaseException) -> bool:
         """Say whether a transaction failed because of another server's, so that it may be tried again."""
         ...
@@ -106,12 +110,19 @@ class Engine(Protocol):
         """Give back some of the space that is no longer used, in a transaction; say whether there is more."""
         ...
 
-    def settle(self) -> None:
-        """Give back what commits have left behind, outside of any transaction. Raises one of `errors`."""
+    def settle(self) -> bool:
+        """Give back what commits have left behind, outside of any transaction; say no if somebody is in the way.
+
+        Raises one of `errors`.
+        """
         ...
 
     def disk_bytes(self, connection: Connection) -> int:
         """Return how much of the disk is taken."""
+        ...
+
+    def free_bytes(self, connection: Connection) -> int:
+        """Return how much of that is free, and given back or used again."""
         ...
 
     def version(self, connection: Connection) -> int:

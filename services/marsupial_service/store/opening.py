@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from marsupial_service.store.engine import Engine
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.sqlite import Sqlite
 from marsupial_service.store.store import Store
@@ -16,10 +17,20 @@ def open_store(place: str | Path) -> Store:
 
     Raises StoreInUse if another server has the folder, StoreError if it can't be used.
     """
-    if not str(place).startswith(SCHEMES):
-        return Store(Sqlite(Path(place)))
+    return Store(engine_of(place))
+
+
+def engine_of(place: str | Path, *, visits: bool = False) -> Engine:
+    """Return the database of a place, for a server or for one that only `visits`. Raises StoreError."""
+    if not is_shared(place):
+        return Sqlite(Path(place), visits=visits)
     try:
         from marsupial_service.store.postgres import Postgres  # psycopg is an extra
     except ImportError as error:
         raise StoreError(f"a PostgreSQL store needs: pip install 'marsupial[postgres]' ({error})") from error
-    return Store(Postgres(str(place)))
+    return Postgres(str(place))
+
+
+def is_shared(place: str | Path) -> bool:
+    """Say whether a place is a database that servers share, and no folder."""
+    return str(place).startswith(SCHEMES)

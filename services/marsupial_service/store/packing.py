@@ -14,7 +14,8 @@ PIECE = 900
 """Rows that hold more bytes would not fit beside others on a page of 4096 (SQLite moves them to pages of their own)."""
 
 _LEVEL = 6
-_WINDOW = -zlib.MAX_WBITS  # neither header nor checksum: pages have their own fate
+_WINDOW = -13  # bits: 8 kB; negative for no header and no checksum
+_MEMORY = 6  # of 9: a packer is copied for each value, and few are long
 
 _DICTIONARY_1 = (
     b'log {"event":"mission","format":"marsupial-log","version":2,"t_ms":0,"scenario":"mission","strategy":"temporal",'
@@ -64,7 +65,7 @@ _DICTIONARIES: Mapping[int, bytes] = {1: _DICTIONARY_1}
 _NEWEST = max(_DICTIONARIES)
 
 _PACKERS = {
-    number: zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, zlib.DEF_MEM_LEVEL, zlib.Z_DEFAULT_STRATEGY, dictionary)
+    number: zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
     for number, dictionary in _DICTIONARIES.items()
 }
 

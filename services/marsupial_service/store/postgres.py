@@ -130,6 +130,13 @@ class Postgres:
         """Connect to read."""
         return _Connection(self._connect())
 
+    def visitor(self) -> _Connection:
+        """Connect. Raises StoreError if that fails."""
+        try:
+            return self.reader()
+        except psycopg.Error as error:
+            raise StoreError(f"{self.place}: {_said(error)}") from error
+
     def clashed(self, error: BaseException) -> bool:
         """Say whether two servers waited for one another, or changed the same."""
         return isinstance(error, sqlstates.SerializationFailure | sqlstates.DeadlockDetected)
@@ -148,13 +155,18 @@ class Postgres:
         """Do nothing: the database reuses space by itself (autovacuum)."""
         return False
 
-    def settle(self) -> None:
+    def settle(self) -> bool:
         """Do nothing."""
+        return True
 
     def disk_bytes(self, connection: Connection) -> int:
         """Return the size of the whole database."""
         size: int = connection.execute("SELECT pg_database_size(current_database())").fetchone()[0]
         return size
+
+    def free_bytes(self, connection: Connection) -> int:
+        """Return 0: only a look at every page would tell."""
+        return 0
 
     def version(self, connection: Connection) -> int:
         """Return the version of the tables."""

@@ -23,7 +23,7 @@ _LONGEST_LOG = 64 << 20
 _FREED_PAGES = 500
 """So many are given back in one transaction, in some 10 ms."""
 
-_SLACK = 20
+_SLACK = 50
 """One page in so many may be free: it would be taken again soon, and freeing it means moving another."""
 
 
@@ -75,6 +75,12 @@ class Sqlite:
         connection.execute("PRAGMA query_only = ON")
         return connection
 
+    def visitor(self) -> sqlite3.Connection:
+        """Open the file, which servers may use meanwhile. Raises StoreError if it isn't there."""
+        if not self.path.exists():
+            raise StoreError(f"{self.path.parent}: there is no store in it")
+        return self._open()
+
     def clashed(self, error: BaseException) -> bool:
         """Say no: there are no others."""
         return False
@@ -95,14 +101,15 @@ class Sqlite:
         excess: int = free - pages // _SLACK
         for _ in range(min(excess, _FREED_PAGES)):
             connection.execute("PRAGMA incremental_vacuum(1)")  # of more than one Python's module frees one only
-        return excess > _FREED_PAGES
+        return excess > 0
 
-    def settle(self) -> None:
+    def settle(self) -> bool:
         """Put the write-ahead log into the file, which is cut to its length then, and empty it."""
         connection = self._open()
         try:
-            connection.execute("PRAGMA busy_timeout = 0")  # while somebody reads it can't be emptied: the next time
-            connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
+            connection.execute("PRAGMA busy_timeout = 0")  # it can't be emptied while somebody reads
+            (busy, _, _) = connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()
+            return not busy
         finally:
             connection.close()
 
@@ -110,6 +117,11 @@ class Sqlite:
         """Return the size of the file and its write-ahead log."""
         files = (self.path, self.path.with_name(f"{FILE}-wal"))
         return sum(file.stat().st_size for file in files if file.exists())
+
+    def free_bytes(self, connection: Connection) -> int:
+        """Return the size of the free pages."""
+        free, page = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("freelist_count", "page_size"))
+        return int(free * page)
 
     def version(self, connection: Connection) -> int:
         """Return the version of the tables."""

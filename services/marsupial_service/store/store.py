@@ -59,10 +59,11 @@ class Store:
         except RuntimeError as error:
             raise StoreError("the store is closed") from error
 
-    def settle(self) -> None:
-        """Give back what commits have left behind on the disk, as far as nobody is in the way."""
+    def settle(self) -> bool:
+        """Give back what commits have left behind on the disk; say whether that was done, or somebody is in the way."""
         with suppress(*self._engine.errors):
-            self._engine.settle()
+            return self._engine.settle()
+        return False
 
     def disk_bytes(self) -> Future[int]:
         """Return how much of the disk is taken. Raises StoreError as `read` does."""

@@ -1,0 +1,134 @@
+"""`marsupial serve store`: what is done with the store of the service besides serving."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
+
+import typer
+
+from marsupial.cli.commands.serve import DEFAULT_DATA, Data, Shared, check_extra
+from marsupial.errors import UsageError
+
+store = typer.Typer(no_args_is_help=True, help="Look into a store, back it up, restore, upgrade and thin it out.")
+
+
+@store.command()
+def info(
+    data: Data = DEFAULT_DATA,
+    store: Shared = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Tell too what the rows alone take; it takes a copy's space and time.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Show what is stored: its version, size, rows, and how old the oldest is. Servers may run.
+
+    Example: marsupial serve store info --data jobs
+    """
+    from marsupial.cli.display.tables import print_facts, print_json
+
+    with _upkeep() as upkeep:
+        found = upkeep.info(_place(data, store))
+        live_bytes = upkeep.live_bytes(_place(data, store)) if live else None
+    if json:
+        print_json({**asdict(found), **({} if live_bytes is None else {"live_bytes": live_bytes})})
+        return
+    newer = "" if found.version == found.newest else f" (this program makes it {found.newest})"
+    facts = [("store", found.place), ("version", f"{found.version}{newer}"), ("on disk", _size(found.disk_bytes))]
+    facts.append(("free in it", _size(found.free_bytes)))
+    if live_bytes is not None:
+        facts.append(("live", f"{_size(live_bytes)}: {found.disk_bytes / live_bytes:.2f} times that is on the disk"))
+    if found.stored_bytes is not None:
+        facts.append(("jobs and missions", _size(found.stored_bytes)))
+    facts += [(name, f"{count} rows") for name, count in found.rows.items()]
+    facts += [(f"open {name}", str(count)) for name, count in found.open.items()]
+    if found.oldest_ms is not None:
+        facts.append(("oldest", time.strftime("%Y-%m-%d %H:%M:%SZ", time.gmtime(found.oldest_ms / 1000))))
+    print_facts(facts)
+
+
+@store.command()
+def backup(
+    file: Annotated[Path, typer.Argument(help="The file to be written; it is not there yet.")],
+    data: Data = DEFAULT_DATA,
+    store: Shared = None,
+) -> None:
+    """Write the store of one moment to a file, with the hashes of the keys. A server may run.
+
+    Example: marsupial serve store backup monday.backup --data jobs
+    """
+    with _upkeep() as upkeep:
+        upkeep.backup(_place(data, store), file)
+
+
+@store.command()
+def restore(
+    file: Annotated[Path, typer.Argument(help="A backup.")],
+    data: Data = DEFAULT_DATA,
+) -> None:
+    """Check a backup and make the store of a new folder of it.
+
+    Example: marsupial serve store restore monday.backup --data jobs-again
+    """
+    from marsupial.cli.display.messages import say
+
+    with _upkeep() as upkeep:
+        version = upkeep.restore(file, data)
+    say(f"{data} holds the store of {file}, of version {version}")
+
+
+@store.command()
+def upgrade(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
+    """Bring a store of an earlier version up to date, as the next server would. No server may run.
+
+    Example: marsupial serve store upgrade --data jobs
+    """
+    from marsupial.cli.display.messages import say
+
+    with _upkeep() as upkeep:
+        before, after = upkeep.upgrade(_place(data, store))
+    say(f"the store had version {before}, and has version {after}")
+
+
+@store.command()
+def retain(
+    days: Annotated[float | None, typer.Option(min=0, help="Remove what ended more days ago.")] = None,
+    kept: Annotated[int | None, typer.Option(min=0, help="Keep so many jobs and so many missions that ended.")] = None,
+    data: Data = DEFAULT_DATA,
+    store: Shared = None,
+) -> None:
+    """Remove jobs and missions that ended, now, and give their space back. Servers may run.
+
+    Example: marsupial serve store retain --days 2 --data jobs
+    """
+    from marsupial.cli.display.messages import say
+
+    with _upkeep() as upkeep:
+        removed = upkeep.retain(_place(data, store), days=days, kept=kept, now_ms=round(1000 * time.time()))
+    say("removed " + " and ".join(f"{count} {name}" for name, count in removed.items()))
+
+
+@contextmanager
+def _upkeep() -> Iterator[ModuleType]:
+    check_extra()
+    from marsupial_service.operations import upkeep
+    from marsupial_service.store import StoreError
+
+    try:
+        yield upkeep
+    except StoreError as error:
+        raise UsageError(str(error)) from error
+
+
+def _place(data: Path, store: str | None) -> Path | str:
+    return data if store is None else store
+
+
+def _size(count: int) -> str:
+    return f"{count / 1e6:.2f} MB"

@@ -1,0 +1,241 @@
+"""What operators do with a store besides running servers on it: look, back up, restore, upgrade, remove what is old.
+
+A backup is one SQLite file: the jobs and missions of one moment, and the keys, in a table that only backups have.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from marsupial.errors import UsageError
+from marsupial_service.entries.records import EntrySettings
+from marsupial_service.entries.room import stored_bytes
+from marsupial_service.entries.table import Reader
+from marsupial_service.jobs.lookup import JOBS
+from marsupial_service.missions.table import MISSIONS
+from marsupial_service.operations import keys
+from marsupial_service.store import StoreError, lock, open_store, tables
+from marsupial_service.store.opening import is_shared
+from marsupial_service.store.sqlite import FILE
+from marsupial_service.store.visitor import Visitor, visit
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+COUNTED = ("jobs", "plans", "events", "missions", "mission_inputs", "mission_events")
+_KEYS = "backup_keys"
+_OLDEST_S = 100 * 365 * 86400.0
+_ANY_NUMBER = 1 << 62
+_JOURNAL_AT, _WAL = 18, 2
+"""Where a SQLite file says whether it has a write-ahead log, and how."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoreInfo:
+    """What a store holds.
+
+    Parameters
+    ----------
+    newest
+        The version that this program makes of it.
+    disk_bytes, free_bytes
+        What it takes on the disk; what of that is free and given back in time (of a PostgreSQL database: not told).
+    stored_bytes
+        What jobs and missions take of it, as ``store_bytes`` counts; None of tables of an earlier version.
+    rows
+        By table; parts of long inputs and turns count.
+    open
+        Jobs and missions that have not ended.
+    oldest_ms
+        When the oldest entry was made, in ms since 1970; None if there is none.
+    """
+
+    place: str
+    version: int
+    newest: int
+    disk_bytes: int
+    free_bytes: int
+    stored_bytes: int | None
+    rows: dict[str, int]
+    open: dict[str, int]
+    oldest_ms: int | None
+
+
+def info(place: str | Path) -> StoreInfo:
+    """Return what a store holds; servers may run meanwhile. Raises StoreError."""
+    with visit(place) as store:
+        return store.read(lambda reader: _info(store, reader))
+
+
+def _info(store: Visitor, reader: Reader) -> StoreInfo:
+    def number(sql: str) -> int | None:
+        (found,) = reader.execute(sql).fetchone()
+        return None if found is None else int(found)
+
+    newest = store.version == tables.VERSION
+    first = [number(f"SELECT min(created_ms) FROM {name}") for name in ("jobs", "missions")]
+    still = "SELECT count(*) FROM {} WHERE finished_ms IS NULL"
+    return StoreInfo(
+        place=store.engine.place,
+        version=store.version,
+        newest=tables.VERSION,
+        disk_bytes=store.engine.disk_bytes(store.connection),
+        free_bytes=store.engine.free_bytes(store.connection),
+        stored_bytes=stored_bytes(reader) if newest else None,
+        rows={name: number(f"SELECT count(*) FROM {name}") or 0 for name in COUNTED},
+        open={name: number(still.format(name)) or 0 for name in ("jobs", "missions")},
+        oldest_ms=min((one for one in first if one is not None), default=None),
+    )
+
+
+def live_bytes(place: str | Path) -> int:
+    """Return what a folder's store would take if its rows lay as close as they can; a copy that is removed tells."""
+    _refuse_shared(place, "pg_dump, or the extension pgstattuple")
+    with visit(place) as store, TemporaryDirectory(dir=place) as folder:
+        dense = Path(folder) / FILE
+        store.connection.execute("VACUUM INTO ?", (str(dense),))
+        return dense.stat().st_size
+
+
+def retain(place: str | Path, *, days: float | None, kept: int | None, now_ms: int) -> dict[str, int]:
+    """Remove what ended more than so many days ago, or is not among the `kept` newest of its kind that have ended.
+
+    Servers may run meanwhile: others can write between each two of its steps.
+
+    Returns
+    -------
+    dict
+        How many jobs and missions were removed.
+    """
+    if days is None and kept is None:
+        raise UsageError("say what is to be kept: --days, --kept or both")
+    settings = EntrySettings(
+        retention_s=_OLDEST_S if days is None else 86400 * days, kept=_ANY_NUMBER if kept is None else kept
+    )
+    removed: dict[str, int] = {}
+    with visit(place) as store:
+        for table in (JOBS, MISSIONS):
+            count = f"SELECT count(*) FROM {table.name}"
+            (before,) = store.read(lambda reader: tuple(reader.execute(count).fetchone()))  # noqa: B023
+            while store.write(lambda tx: table.remove_old(tx, settings, now_ms)):  # noqa: B023
+                pass
+            (after,) = store.read(lambda reader: tuple(reader.execute(count).fetchone()))  # noqa: B023
+            removed[table.name] = before - after
+        while store.write(lambda tx: tx.shrink()):
+            pass
+        store.engine.settle()
+    return removed
+
+
+def upgrade(place: str | Path) -> tuple[int, int]:
+    """Bring the tables of a store that no server uses up to date; return the versions before and after.
+
+    Raises StoreError, StoreInUse.
+    """
+    with visit(place) as store:
+        before = store.version
+    opened = open_store(place)  # which does it
+    try:
+        while opened.write(lambda tx: tx.shrink()).result():
+            pass
+        opened.settle()
+    finally:
+        opened.close()
+    return before, tables.VERSION
+
+
+def backup(place: str | Path, target: Path) -> None:
+    """Write what a folder holds at this moment to one file, with its keys; a server may run. Raises StoreError."""
+    _refuse_shared(place, "pg_dump --format=custom")
+    if target.exists():
+        raise UsageError(f"{target} is there already")
+    folder = Path(place)
+    with visit(folder) as store, _draft(target) as draft:
+        assert isinstance(store.connection, sqlite3.Connection)
+        with closing(sqlite3.connect(draft, isolation_level=None)) as copy:
+            store.connection.backup(copy)
+            copy.execute("PRAGMA journal_mode = DELETE").fetchall()  # one file, without one beside it
+            copy.execute(f"CREATE TABLE {_KEYS} (text TEXT NOT NULL) STRICT")
+            held = folder / keys.FILE
+            if held.exists():
+                copy.execute(f"INSERT INTO {_KEYS} VALUES (?)", (held.read_text(encoding="utf-8"),))
+            _check(copy, draft)
+
+
+def restore(source: Path, folder: Path) -> int:
+    """Make a folder's store of a backup; return the version of its tables, which the next server brings up to date.
+
+    Raises UsageError if the folder has a store or keys, StoreError if the file is no sound backup.
+    """
+    if not source.is_file():
+        raise UsageError(f"{source}: there is no such file")
+    if any((folder / name).exists() for name in (FILE, keys.FILE)):
+        raise UsageError(f"{folder} has a store or keys already: a backup is restored into a folder of its own")
+    with open(source, "rb") as file:
+        if file.read(_JOURNAL_AT + 1)[_JOURNAL_AT:] == bytes((_WAL,)):
+            raise StoreError(f"{source} is no backup but a store's own file, of which a part may be in another file")
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    held = lock.take(folder / "lock")
+    try:
+        with _draft(folder / FILE) as draft:
+            return _restore(source, draft, folder)
+    except sqlite3.Error as error:
+        raise StoreError(f"{source}: {error}") from error
+    finally:
+        os.close(held)
+
+
+def _restore(source: Path, draft: Path, folder: Path) -> int:
+    with (
+        closing(sqlite3.connect(f"{source.resolve().as_uri()}?mode=ro", uri=True)) as backup,
+        closing(sqlite3.connect(draft, isolation_level=None)) as copy,
+    ):
+        backup.backup(copy)
+        _check(copy, source)
+        (version,) = copy.execute("PRAGMA user_version").fetchone()
+        tables.steps(version, str(source))
+        found = copy.execute(f"SELECT text FROM {_KEYS}").fetchone()
+        copy.execute(f"DROP TABLE {_KEYS}")
+    if found is not None:
+        with _draft(folder / keys.FILE) as text:
+            text.write_text(found[0], encoding="utf-8")
+    return int(version)
+
+
+def _check(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise StoreError if the database is damaged, or its rows refer to others that are not there."""
+    (said,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
+    if said != "ok":
+        raise StoreError(f"{path} is damaged: {said}")
+    if connection.execute("PRAGMA foreign_key_check").fetchone() is not None:
+        raise StoreError(f"{path} is damaged: rows are missing")
+
+
+def _refuse_shared(place: str | Path, instead: str) -> None:
+    if is_shared(place):
+        raise UsageError(f"a PostgreSQL database has tools of its own for that: {instead}")
+
+
+@contextmanager
+def _draft(target: Path) -> Iterator[Path]:
+    """Give a file that becomes `target` when all has gone well, for its owner alone; else nothing is left of it."""
+    draft = target.with_name(f"{target.name}.draft")
+    try:
+        os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600))
+        yield draft
+        for path in (draft, draft.parent):
+            descriptor = os.open(path, os.O_RDONLY)
+            os.fsync(descriptor)
+            os.close(descriptor)
+        os.replace(draft, target)
+    except OSError as error:
+        raise StoreError(f"{target}: {error.strerror}") from error
+    finally:
+        with suppress(FileNotFoundError):
+            draft.unlink()

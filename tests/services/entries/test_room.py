@@ -1,0 +1,82 @@
+"""A store that may not grow for ever."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from mission_house import Driver, brief, open_missions, run, started, team
+
+from marsupial_service.entries.room import RESERVE, Room, StoreFull, stored_bytes
+from marsupial_service.entries.table import Reader
+
+
+class Held:
+    """A store of so many bytes, half of them mine, as those see it who sum them up."""
+
+    def __init__(self, count: int) -> None:
+        self.bytes = count
+
+    def execute(self, sql: str, values: tuple[object, ...] = (), /) -> Held:
+        assert values in ((None, None), ("me", "me"))
+        return self if values[0] is None else Held(self.bytes // 2)
+
+    def fetchone(self) -> dict[str, int]:
+        return {"bytes": self.bytes}
+
+
+def refuses(room: Room, reader: Reader, *, of_reports: bool) -> bool:
+    try:
+        room.check(reader, "me", of_reports=of_reports)
+    except StoreFull:
+        return True
+    return False
+
+
+@pytest.mark.parametrize(
+    ("stored", "entries", "reports"),
+    [(0, False, False), (999, False, False), (1000, True, False), (1099, True, False), (1100, True, True)],
+)
+def test_reports_are_taken_longer_than_entries(stored: int, entries: bool, reports: bool) -> None:
+    assert RESERVE == 0.1
+    held = Held(stored)
+    for room in (Room(1000), Room(key_limit=500), Room(1000, 9999), Room(9999, 500)):
+        assert [refuses(room, held, of_reports=which) for which in (False, True)] == [entries, reports]
+    assert not refuses(Room(math.inf), held, of_reports=False)
+
+
+def test_it_says_whose_part_is_full() -> None:
+    with pytest.raises(StoreFull, match=r"^your part of the store is full: your jobs and missions take 1000 bytes"):
+        Room(9999, 900).check(Held(2000), "me")
+
+
+def test_sums_are_made_once_a_second() -> None:
+    now = [10.0]
+    room, held = Room(1000, clock_s=lambda: now[0]), Held(2000)
+    assert refuses(room, held, of_reports=True)
+    held.bytes = 0
+    now[0] += 0.9
+    assert refuses(room, held, of_reports=True)
+    now[0] += 0.2
+    assert not refuses(room, held, of_reports=True)
+
+
+def test_a_mission_that_is_open_goes_on_into_the_reserve_and_no_other_begins(place: str) -> None:
+    async def fly() -> int:
+        async with open_missions(place) as missions:
+            record = await started(missions)
+            driver = Driver(team())
+            assert not await driver.drive(missions, record, 5)
+            stored = await missions.read(stored_bytes)
+            missions._room = Room(stored)
+            with pytest.raises(StoreFull):
+                await missions.create(brief(), b"other", owner="me")
+            assert not await driver.drive(missions, record, 6)
+            missions._room = Room(stored / (1 + RESERVE))
+            with pytest.raises(StoreFull):
+                await driver.drive(missions, record)
+            missions._room = Room()
+            assert await driver.drive(missions, record)
+            return driver.batch
+
+    assert run(fly()) > 7

@@ -1,0 +1,98 @@
+"""What a mission takes in the store, and what is left of that when it is removed."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+from mission_house import Driver, open_missions, run, started, team
+
+from marsupial_service.entries.records import EntrySettings
+from marsupial_service.entries.room import stored_bytes
+from marsupial_service.missions import packed
+from marsupial_service.missions.table import MISSIONS
+from marsupial_service.missions.values import Event, EventType, Report
+from marsupial_service.operations import upkeep
+from marsupial_service.store import Store, Transaction, open_store
+from marsupial_service.store.sqlite import FILE
+
+NEW = {"digest": b"d", "name": "hall", "strategy": "temporal", "planner": "auto", "state": "ended", "created_ms": 0}
+
+
+def test_a_report_with_all_that_follows_from_it_takes_well_under_a_kilobyte(place: str) -> None:
+    async def fly() -> tuple[int, int]:
+        async with open_missions(place) as missions:
+            record = await started(missions)
+            driver = Driver(team())
+            assert await driver.drive(missions, record)
+            return await missions.read(stored_bytes), len(driver.reports)
+
+    stored, reports = run(fly())
+    assert reports > 30
+    assert stored / reports < 700
+
+
+def add_mission(tx: Transaction, name: str, owner: str, reports: int, finished_ms: int) -> None:
+    tx.insert("missions", **NEW, id=name, owner=owner, finished_ms=finished_ms)
+    number = MISSIONS.existing(tx, name).number
+    for n in range(1, reports + 1):
+        packed.add_input(tx, number, n, Report(n=n, t_ms=n), bytes((n % 256,)) * 32, 0)
+        data = f'{{"event":"reveal","t_ms":{n},"looks":[["carrier",0,"{n * 7919**20:x}"]]}}'
+        packed.add_events(tx, number, {n: [Event(EventType.LOG, data)] * 3}, 0)
+
+
+@pytest.mark.parametrize("by_age", [True, False])
+def test_a_store_shrinks_to_what_is_live_when_missions_are_removed(tmp_path: Path, by_age: bool) -> None:
+    store = open_store(tmp_path)
+    for i in range(12):
+        store.write(lambda tx, i=i: add_mission(tx, f"m{i}", "me", 700, 100 * (i % 4))).result()
+    store.settle()
+    full = (tmp_path / FILE).stat().st_size
+    store.close()
+
+    async def sweep() -> None:
+        kept = {"retention_s": 0.25, "kept": 99} if by_age else {"retention_s": 99.0, "kept": 3}
+        async with open_missions(tmp_path, **kept) as missions:
+            missions.now_ms = lambda: 500
+            while is_sweeping(tmp_path, len(await missions.list("me"))):
+                await asyncio.sleep(0.05)
+
+    run(sweep())
+    size = upkeep.info(tmp_path).disk_bytes
+    assert upkeep.info(tmp_path).rows["mission_events"] == 3 * 700
+    assert size < full / 2
+    assert size <= 1.2 * upkeep.live_bytes(tmp_path)
+
+
+def is_sweeping(folder: Path, missions: int) -> bool:
+    """Say whether anything is left to be removed, given back, or brought from the write-ahead log into the file."""
+    found = upkeep.info(folder)
+    return missions > 3 or found.free_bytes > found.disk_bytes / 50 or found.disk_bytes > (folder / FILE).stat().st_size
+
+
+@pytest.fixture
+def long(place: str) -> Store:
+    store = open_store(place)
+    store.write(lambda tx: add_mission(tx, "long", "me", 6000, 100)).result()
+    store.write(lambda tx: add_mission(tx, "short", "me", 3, 200)).result()
+    return store
+
+
+def test_a_long_mission_is_removed_little_by_little_and_is_not_seen_meanwhile(long: Store) -> None:
+    settings = EntrySettings(retention_s=0.0)
+    told: list[str] = []
+    long.listen(lambda topics: told.extend(topics or ()))
+    assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 1
+    assert told == ["long"]
+    assert long.read(lambda c: MISSIONS.find(c, "long")).result() is None
+    assert [record.id for record in long.read(lambda c: MISSIONS.newest(c, "me", 9)).result()] == ["short"]
+    assert long.read(lambda c: MISSIONS.events(c, "long", 0, 9)).result().events == ()
+    count = "SELECT count(*) FROM mission_events"
+    left = long.read(lambda c: c.execute(count).fetchone()[0]).result()
+    assert 0 < left - 3 < 6000
+    assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 1
+    assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 0
+    assert long.read(lambda c: c.execute(count).fetchone()[0]).result() == 3
+    assert long.read(lambda c: c.execute("SELECT count(*) FROM missions").fetchone()[0]).result() == 1
+    long.close()

@@ -1,0 +1,155 @@
+"""Backups, restoring, and removing, of stores that are being used."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shutil
+import sqlite3
+from pathlib import Path
+
+import pytest
+from databases import PostgresServer
+from mission_house import Driver, open_missions, run, started, team
+from servers import Server
+from service_house import client, problem
+
+from marsupial.cli.main import main
+from marsupial.errors import UsageError
+from marsupial_service.operations import upkeep
+from marsupial_service.operations.keys import KeyFile
+from marsupial_service.store import StoreError, StoreInUse, open_store, tables
+from marsupial_service.store.sqlite import FILE
+
+
+def test_a_mission_goes_on_in_a_folder_that_was_restored_from_a_backup_made_meanwhile(tmp_path: Path) -> None:
+    folder, again, file = tmp_path / "data", tmp_path / "again", tmp_path / "backup"
+    driver = Driver(team())
+
+    async def begin() -> str:
+        async with open_missions(folder) as missions:
+            record = await started(missions)
+            assert not await driver.drive(missions, record, 5)
+            KeyFile(folder).add("fleet", ["mission"], 1, now_s=0.0)
+            upkeep.backup(folder, file)
+            return record.id
+
+    async def go_on(mission: str) -> None:
+        async with open_missions(again) as missions:
+            record = await missions.get(mission, "me")
+            assert record is not None
+            assert record.n == 5
+            assert await driver.drive(missions, record)
+
+    mission = run(begin())
+    assert upkeep.restore(file, again) == tables.VERSION
+    assert (again / "keys.json").read_text() == (folder / "keys.json").read_text()
+    assert [path.stat().st_mode & 0o77 for path in (file, again / FILE, again / "keys.json")] == [0, 0, 0]
+    run(go_on(mission))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    open_store(tmp_path / "data").close()
+    return tmp_path / "data"
+
+
+def test_nothing_is_written_over(folder: Path, tmp_path: Path) -> None:
+    upkeep.backup(folder, tmp_path / "backup")
+    with pytest.raises(UsageError, match="backup is there already"):
+        upkeep.backup(folder, tmp_path / "backup")
+    with pytest.raises(UsageError, match="has a store or keys already"):
+        upkeep.restore(tmp_path / "backup", folder)
+    with pytest.raises(UsageError, match="no such file"):
+        upkeep.restore(tmp_path / "none", tmp_path / "again")
+
+
+def test_a_folder_in_use_is_not_restored_into_nor_upgraded(folder: Path, tmp_path: Path) -> None:
+    upkeep.backup(folder, tmp_path / "backup")
+    store = open_store(folder)
+    (folder / FILE).rename(folder / "elsewhere")
+    with pytest.raises(StoreInUse):
+        upkeep.restore(tmp_path / "backup", folder)
+    (folder / "elsewhere").rename(folder / FILE)
+    with pytest.raises(StoreInUse):
+        upkeep.upgrade(folder)
+    store.close()
+
+
+def test_what_is_no_sound_backup_is_refused_and_leaves_nothing(folder: Path, tmp_path: Path) -> None:
+    store = open_store(folder)
+    store.write(lambda tx: [tx.insert("documents", name=f"{i}", text="x" * 3000) for i in range(99)]).result()
+    store.close()
+    good = tmp_path / "good"
+    upkeep.backup(folder, good)
+    data = bytearray(good.read_bytes())
+    later, damaged, cut, text = (tmp_path / name for name in ("later", "damaged", "cut", "text"))
+    page = data.index(b"x" * 2000) // 4096 * 4096
+    damaged.write_bytes(data[:page] + b"\xff" * 4096 + data[page + 4096 :])
+    cut.write_bytes(data[: len(data) // 2])
+    text.write_text("no database" * 100)
+    shutil.copy(good, later)
+    with contextlib.closing(sqlite3.connect(later)) as connection:
+        connection.execute(f"PRAGMA user_version = {tables.VERSION + 1}")
+    for file, why in ((damaged, "damaged"), (cut, "damaged|malformed"), (text, "not a database"), (later, "version")):
+        with pytest.raises(StoreError, match=why):
+            upkeep.restore(file, tmp_path / "again")
+        assert [path.name for path in (tmp_path / "again").iterdir()] == ["lock"]
+    with pytest.raises(StoreError, match="is no backup but a store's own file"):
+        upkeep.restore(folder / FILE, tmp_path / "again")
+    assert upkeep.restore(good, tmp_path / "again") == tables.VERSION
+
+
+def test_shared_databases_are_backed_up_with_their_own_tools(postgres: PostgresServer, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="pg_dump"):
+        upkeep.backup(postgres.database(), tmp_path / "backup")
+
+
+def test_what_ended_is_removed_at_once_and_what_is_open_stays(place: str) -> None:
+    async def fly() -> None:
+        async with open_missions(place) as missions:
+            for _ in range(2):
+                assert await Driver(team()).drive(missions, await started(missions))
+            await started(missions)
+            assert upkeep.info(place).open == {"jobs": 0, "missions": 1}
+            now_ms = missions.now_ms()
+            assert upkeep.retain(place, days=1, kept=2, now_ms=now_ms) == {"jobs": 0, "missions": 0}
+            assert upkeep.retain(place, days=None, kept=1, now_ms=now_ms) == {"jobs": 0, "missions": 1}
+            assert upkeep.retain(place, days=0, kept=None, now_ms=now_ms + 1) == {"jobs": 0, "missions": 1}
+            assert len(await missions.list("me")) == upkeep.info(place).rows["missions"] == 1
+
+    run(fly())
+
+
+def test_the_commands_work_beside_a_server_which_says_when_it_is_full(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data, again, file = tmp_path / "data", tmp_path / "again", str(tmp_path / "backup")
+
+    def command(*words: str, folder: Path = data) -> int:
+        return main(["serve", "store", *words, "--data", str(folder)])
+
+    with Server(data, "--limit", "store_bytes=1") as server, client(server) as http:
+        job = http.get("/v1/demo-data/tiny").json()
+        made = http.post("/v1/jobs", json=job, headers={"Prefer": "wait=30"})
+        assert made.status_code == 200
+        assert (command("backup", file), command("info", "--json")) == (0, 0)
+        shown = json.loads(capsys.readouterr().out)
+        assert shown["rows"]["jobs"] == 1
+        lines = dict(line.split() for line in http.get("/metrics").text.splitlines() if line.startswith("marsupial_st"))
+        assert float(lines["marsupial_store_bytes"]) == shown["stored_bytes"]
+        assert float(lines["marsupial_store_disk_bytes"]) > shown["stored_bytes"]
+        while (full := http.post("/v1/jobs", json=job)).status_code != 507:
+            assert full.status_code == 202
+        assert "1 are allowed" in problem(full, 507, "store-full")["detail"]
+        assert int(full.headers["retry-after"]) == 60
+        assert (command("upgrade"), command("retain"), command("retain", "--kept", "0")) == (2, 2, 0)
+        said = capsys.readouterr().err
+        assert "in use by another server" in said
+        assert "removed " in said
+        problem(http.get(made.json()["links"]["self"]), 404, "not-found")
+    assert (command("restore", file, folder=again), command("upgrade", folder=again)) == (0, 0)
+    assert command("info", "--live", folder=again) == 0
+    out = capsys.readouterr().out
+    assert "1 rows" in out
+    assert "times that is on the disk" in out
