@@ -68,7 +68,8 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
         value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
         planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except Exception as error:
-        return f"planning fails: {error}"
+        waits = isinstance(error, HttpProblem) and error.kind == "not-ready"
+        return f"planning {'has to wait' if waits else 'fails'}: {error}"
     if planned is not True:
         return "planning gives no valid plan"
     took_ms = round(1000 * (time.monotonic() - begun), 1)
