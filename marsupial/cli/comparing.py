@@ -13,7 +13,6 @@ from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
-from marsupial.bench.compare.ray_cluster import cluster_at, usable
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.runner import Runner
@@ -25,6 +24,7 @@ from marsupial.cli.display.tables import print_table
 from marsupial.cli.interrupt import Interrupted
 from marsupial.cli.missions import strategy_name
 from marsupial.cli.outputs import make_folder, writing
+from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import replace_file
 from marsupial.library.first_use import prepare_mission

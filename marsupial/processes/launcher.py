@@ -46,20 +46,26 @@ _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
 _POLL_S = 0.2
-_CODE = "import sys; sys.path[:] = {path!r}; from marsupial.processes.fork_server import main; main({fd}, {asker})"
+_CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd}, {asker}, *{words!r})"
 
 
 class Launcher:
-    """A running fork server and the socket to it."""
+    """A running fork server, or what else starts jobs when it is asked, and the socket to it.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    module
+        Its function `main` is what runs; it is given the socket, our process id, and `words`.
+    """
+
+    def __init__(self, module: str = fork_server.__name__, *words: str) -> None:
         self.owner = os.getpid()
         self._lock = threading.Lock()
         self._ended = False
         self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
         self._line, theirs = socket.socketpair()
         with theirs:
-            code = _CODE.format(path=sys.path, fd=theirs.fileno(), asker=self.owner)
+            code = _CODE.format(path=sys.path, module=module, fd=theirs.fileno(), asker=self.owner, words=words)
             self._process = subprocess.Popen(
                 [sys.executable, "-c", code],
                 stdin=subprocess.DEVNULL,
@@ -110,10 +116,11 @@ class Launcher:
             if frame is None:
                 channel.close()
         if frame is None:
-            raise InternalError(f"the process that starts planners can't be started: {self._last_words()}")
+            raise InternalError(f"the process that starts planners can't be started: {self.last_words()}")
         return frame[1]
 
-    def _last_words(self) -> str:
+    def last_words(self) -> str:
+        """Return what it said last, or how it ended."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_LEAVE_S)
         with self._lock:
@@ -157,10 +164,10 @@ def _current() -> Launcher:
 
 
 def _have_loaded(launcher: Launcher) -> Channel:
-    return launcher.ask(fork_server.PRELOAD, [pickle.dumps(_call(one)) for one in _preload])
+    return launcher.ask(fork_server.PRELOAD, [pickle.dumps(call(one)) for one in _preload])
 
 
-def _call(wanted: Preload) -> Callable[[], object]:
+def call(wanted: Preload) -> Callable[[], object]:
     """Return what loads it and can be pickled."""
     return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
 
@@ -205,11 +212,16 @@ class JobRun:
 
     `cancel` and `send` may be called from another thread while one waits for the next value. When `close` returns,
     nothing of the job is running any more.
+
+    Parameters
+    ----------
+    kill
+        Ends at once what answers over the channel, because it should have ended long ago.
     """
 
-    def __init__(self, channel: Channel, supervisor: int, limits: JobLimits) -> None:
+    def __init__(self, channel: Channel, limits: JobLimits, kill: Callable[[], object]) -> None:
         self._channel = channel
-        self._supervisor = supervisor
+        self._kill = kill
         self._started = time.monotonic()
         self._grace_s = limits.grace_s
         self._deadline = self._started + limits.wall_s + self._grace_s + _SLACK_S
@@ -267,7 +279,7 @@ class JobRun:
             except TimeoutError:
                 # Only a supervisor that is stopped or starved is this late: it keeps the limit by itself.
                 if time.monotonic() > self._deadline:
-                    reaper.kill(self._supervisor)
+                    self._kill()
                     break
         return None
 
@@ -275,15 +287,27 @@ class JobRun:
 def run(job: Job) -> JobRun:
     """Start `job` in a child process.
 
-    Its time counts from when it has a process: what is being loaded for jobs is waited for before. A fork server that
-    was killed is replaced, but not over and over.
+    Its time counts from when it has a process: what is being loaded for jobs is waited for before.
 
     Raises
     ------
     InternalError
         If the fork server can't be started.
     """
-    order = JobOrder(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
+    channel, supervisor = begin(order_of(job))
+    return JobRun(channel, job.limits, partial(reaper.kill, supervisor))
+
+
+def order_of(job: Job) -> JobOrder:
+    """Return what a supervisor is given to have `job` done."""
+    return JobOrder(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
+
+
+def begin(order: JobOrder) -> tuple[Channel, int]:
+    """Have an order carried out, and return the channel to its supervisor, and the process id of that.
+
+    A fork server that was killed is replaced, but not over and over. Raises InternalError if it can't be started.
+    """
     for _ in range(_TRIES - 1):
         launcher = _current()
         try:
@@ -294,6 +318,6 @@ def run(job: Job) -> JobRun:
     return _begun(_current(), order)
 
 
-def _begun(launcher: Launcher, order: JobOrder) -> JobRun:
+def _begun(launcher: Launcher, order: JobOrder) -> tuple[Channel, int]:
     channel = launcher.ask(fork_server.NEW_JOB, order)
-    return JobRun(channel, int(launcher.answer(channel)), order.limits)
+    return channel, int(launcher.answer(channel))

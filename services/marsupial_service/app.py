@@ -17,6 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import MarsupialError
+from marsupial.processes.runner import LOCAL
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
 from marsupial_service.entries.slots import Slots
@@ -28,7 +29,7 @@ from marsupial_service.jobs.records import JobSettings
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
-from marsupial_service.missions.service import Missions
+from marsupial_service.missions.service import READERS, Missions
 from marsupial_service.operations.keys import KeyFile, KeyRow
 from marsupial_service.operations.settings import ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
@@ -102,6 +103,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
         ),
+        runner=state.runner,
         slots=slots,
     )
     state.missions = Missions(
@@ -122,9 +124,12 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             store_bytes=limits.store_bytes,
             key_bytes=limits.key_bytes if state.settings.needs_keys else math.inf,
         ),
+        runner=state.runner,
         slots=slots,
     )
     try:
+        if state.runner is not LOCAL:
+            await asyncio.to_thread(LOCAL.warm_up, READERS)
         await state.jobs.start()
         await state.missions.start()
         yield

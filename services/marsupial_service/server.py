@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import logging
 import socket
 from collections.abc import Callable
 from functools import partial
@@ -13,6 +14,7 @@ from typing import cast
 import uvicorn
 
 from marsupial.errors import UsageError
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
 from marsupial_service.http.connections import OTHER_FILES, Connections, GuardedProtocol, LoopFaults, allow_files
 from marsupial_service.operations import logs
@@ -22,11 +24,16 @@ from marsupial_service.planners import planner_infos
 from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 
+_PACKAGES = ("marsupial", "marsupial_service")
+"""Of ours, that have to be the same on all nodes of a cluster."""
+
 _GRACE_S = 1
 """What requests under way may still take; jobs and missions, which come after it, take as long at most."""
 
 _BACKLOG = OTHER_FILES // 2
 """Connections that wait to be accepted: so many may come at once before any of them is counted."""
+
+log = logging.getLogger("marsupial.cluster")
 
 
 class _Server(uvicorn.Server):
@@ -65,6 +72,7 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         of the operator's can't be offered.
     """
     planner_infos(settings.planners)
+    runner = _runner(settings)
     if settings.needs_keys:
         _check_keys(settings)
     logs.set_up(level)
@@ -72,6 +80,7 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
     with _listening(settings) as line:
         app = create_app(settings)
         state_of(app).store = _opened(settings)
+        state_of(app).runner = runner
         config = uvicorn.Config(
             app,
             http=cast("type[asyncio.Protocol]", partial(GuardedProtocol, Connections(settings.limits))),
@@ -90,8 +99,22 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         try:
             server.run(sockets=[line])
         finally:
+            runner.shutdown()
             gc.freeze()  # else the interpreter looks for cycles among all that was imported before it ends
         return server.started
+
+
+def _runner(settings: ServiceSettings) -> Runner:
+    """Return what runs jobs and missions; a cluster is tried out, and connected to meanwhile. Raises UsageError."""
+    if settings.ray is None:
+        return LOCAL
+    from marsupial.cluster.ray_cluster import cluster_at, usable
+    from marsupial.cluster.runner import ClusterRunner
+
+    cluster = usable(cluster_at(settings.ray))
+    return ClusterRunner(
+        cluster, _PACKAGES, lambda why: log.warning("the cluster can't be used", extra={"reason": why})
+    )
 
 
 def _check_keys(settings: ServiceSettings) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from starlette.applications import Starlette
 
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.supervised import Supervised
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.service import Missions
@@ -36,6 +37,8 @@ class State:
     ----------
     store
         The one to be used, if it is open already.
+    runner
+        Runs the processes of jobs and missions.
     jobs, missions
         None until the service has started.
     streams
@@ -54,6 +57,7 @@ class State:
     held_bytes: int = 0
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     store: Store | None = None
+    runner: Runner = LOCAL
     jobs: Jobs | None = None
     missions: Missions | None = None
     streams: Counter[str] = field(default_factory=Counter)

@@ -18,10 +18,11 @@ from compare_workers import GREEDY, HEURISTIC, lobby
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.plan import Comparison, Trial
-from marsupial.bench.compare.ray_cluster import cluster_at, usable
 from marsupial.bench.compare.ray_pool import RayPool
-from marsupial.bench.compare.ray_task import Terms, _unpacked, attend
+from marsupial.bench.compare.ray_task import _unpacked, attend
 from marsupial.bench.compare.rows import Result
+from marsupial.cluster.make import Terms
+from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.model.planning import Budget
 
 

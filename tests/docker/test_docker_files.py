@@ -123,3 +123,42 @@ def test_the_module_that_compiles_is_run_on_what_is_installed() -> None:
     (at,) = [i for i, (name, rest) in enumerate(before) if name == "RUN" and "precompiling" in rest]
     assert before[at - 1] == ("WORKDIR", "/")
     assert before[at][1].split() == ["/opt/marsupial/bin/python", "-m", precompiling.__name__]
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Any:
+    return yaml.safe_load((DOCKER / "cluster.yaml").read_text())["services"]
+
+
+def test_a_cluster_is_closed_to_all_but_its_proxy(cluster: Any) -> None:
+    assert [name for name, service in cluster.items() if "ports" in service] == ["proxy"]
+    assert all(port.startswith("127.0.0.1:") for port in cluster["proxy"]["ports"])
+    for name in ("ray-head", "ray-worker", "server-1", "server-2"):
+        assert cluster[name]["environment"]["RAY_AUTH_MODE"] == "token"
+        assert cluster[name]["environment"]["RAY_AUTH_TOKEN"].startswith("${RAY_AUTH_TOKEN:?")
+        assert cluster[name]["user"] == "10001:10001"
+    for name, service in cluster.items():
+        assert service["security_opt"] == ["no-new-privileges:true"], name
+        assert name == "postgres" or (service["read_only"], service["cap_drop"]) == (True, ["ALL"])
+
+
+def test_the_servers_of_a_cluster_are_alike_and_know_store_and_cluster(cluster: Any) -> None:
+    assert cluster["server-1"] == cluster["server-2"]
+    environment, command = cluster["server-1"]["environment"], cluster["server-1"]["command"]
+    known = {PREFIX + field.name.upper() for field in fields(ServiceLimits)}
+    assert {name for name in environment if name.startswith(PREFIX)} <= {*known, "MARSUPIAL_STORE"}
+    assert "@postgres/marsupial" in environment["MARSUPIAL_STORE"]
+    assert command[-2:] == ["--ray", "ray://ray-head:10001"]
+    assert "--ray-client-server-port=10001" in cluster["ray-head"]["command"]
+    assert "--address=ray-head:6379" in cluster["ray-worker"]["command"]
+    extras = default(cluster["server-1"]["build"]["args"]["EXTRAS"])
+    assert {"service", "postgres", "ray"} <= set(extras.split(","))
+    assert cluster["ray-head"]["image"] == cluster["server-1"]["image"]
+
+
+def test_the_proxy_knows_the_servers_and_keeps_no_events_back() -> None:
+    text = (DOCKER / "nginx.conf").read_text()
+    assert re.findall(r"server (server-\d):8080", text) == ["server-1", "server-2"]
+    assert "proxy_buffering off;" in text
+    assert int(re.findall(r"proxy_read_timeout (\d+)s", text)[0]) > 15
+    assert f"client_max_body_size {ServiceLimits().body_bytes // 1_000_000}m" in text

@@ -8,8 +8,12 @@ from pathlib import Path
 import httpx
 import pytest
 from databases import DATABASES, PostgresServer, postgres_server
+from ray_nodes import Nodes
 from servers import Server
 from service_house import client
+
+from marsupial.cluster.ray_cluster import cluster_at, usable
+from marsupial.cluster.runner import ClusterRunner
 
 
 @pytest.fixture(scope="session")
@@ -30,6 +34,25 @@ def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PostgresServe
     """A database server whose disk is not waited for."""
     with postgres_server(tmp_path_factory.mktemp("postgres"), "fsync=off", "max_connections=300") as found:
         yield found
+
+
+@pytest.fixture(scope="session")
+def nodes() -> Iterator[Nodes]:
+    """A Ray cluster of two nodes; tests may kill what runs on them, but not the nodes."""
+    started = Nodes(workers=2)
+    yield started
+    started.stop()
+
+
+@pytest.fixture(scope="session")
+def cluster(nodes: Nodes) -> Iterator[ClusterRunner]:
+    """What runs jobs there."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in nodes.env.items():
+            patch.setenv(name, value)
+        runner = ClusterRunner(usable(cluster_at(nodes.address)), ("marsupial", "marsupial_service"))
+        yield runner
+        runner.shutdown()
 
 
 @pytest.fixture(params=DATABASES)

@@ -20,6 +20,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.processes.channel import Channel
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.reading import brief_of, report_of
 from marsupial_service.missions.records import MissionRecord, MissionSettings
@@ -60,8 +61,10 @@ def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
     return SimulatedTeam(world.grid, {kind.name: kind for kind in world.robot_types}, place_team(world, seed))
 
 
-def open_missions(place: Path | str, **settings: object) -> AbstractAsyncContextManager[Missions]:
-    return opened(place, lambda store: Missions(store, MissionSettings(**settings)))  # type: ignore[arg-type]
+def open_missions(
+    place: Path | str, runner: Runner = LOCAL, **settings: object
+) -> AbstractAsyncContextManager[Missions]:
+    return opened(place, lambda store: Missions(store, MissionSettings(**settings), runner=runner))  # type: ignore[arg-type]
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:

@@ -13,11 +13,10 @@ from importlib.metadata import version
 from typing import Any
 
 from marsupial.bench.compare.plan import Case, Comparison, Contender, digest
+from marsupial.cluster.make import LIBRARIES
 from marsupial.errors import InputError, Problem, UsageError
 
 FORMAT, VERSION = "marsupial-comparison", 1
-
-LIBRARIES = ("numpy", "scipy", "numba")
 
 
 def header_of(comparison: Comparison) -> dict[str, Any]:

@@ -14,10 +14,11 @@ from contextlib import suppress
 from typing import Any
 
 from marsupial.bench.compare.plan import Comparison, Trial
-from marsupial.bench.compare.ray_cluster import Cluster, connected, refusal
-from marsupial.bench.compare.ray_task import Terms, WorkerRefused, attend, make
+from marsupial.bench.compare.ray_task import attend
 from marsupial.bench.compare.rows import Result
 from marsupial.bench.compare.runner import Waiting
+from marsupial.cluster.make import Terms, WorkerRefused, make
+from marsupial.cluster.ray_cluster import Cluster, connected, refusal
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 

@@ -44,6 +44,14 @@ def run(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8080,
     data: Data = DEFAULT_DATA,
     store: Shared = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            envvar="MARSUPIAL_RAY",
+            show_default=False,
+            help="Run jobs and missions on this Ray cluster (HOST:PORT, ray://HOST:PORT, auto or local).",
+        ),
+    ] = None,
     require_keys: Annotated[bool, typer.Option("--require-keys", help="Ask for keys on this machine too.")] = False,
     planner: Annotated[
         list[str] | None, typer.Option(help="NAME=COMMAND: offer an external planner under a name; may be repeated.")
@@ -65,7 +73,7 @@ def run(
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.interrupt import Interrupted
     from marsupial_service.http.openapi import kept_text
-    from marsupial_service.operations.settings import ServiceLimits, ServiceSettings, limits_from
+    from marsupial_service.operations.settings import CLUSTER_SLOTS, PREFIX, ServiceLimits, ServiceSettings, limits_from
     from marsupial_service.server import serve as run_server
 
     if openapi:
@@ -78,13 +86,15 @@ def run(
     for name in given:
         if name not in names:
             raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
+    usual = {} if ray is None else {PREFIX + "SLOTS": str(CLUSTER_SLOTS)}
     settings = ServiceSettings(
         data=data,
         store=store,
+        ray=ray,
         host=host,
         port=port,
         keys=require_keys,
-        limits=limits_from(os.environ, given),
+        limits=limits_from({**usual, **os.environ}, given),
         planners={name: f"cmd:{command}" for name, command in _pairs("--planner", planner)},
     )
     try:

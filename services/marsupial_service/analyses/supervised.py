@@ -6,17 +6,25 @@ import asyncio
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from typing import Any
 
 from marsupial.errors import InternalError
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message
+from marsupial.processes.runner import Room, Runner
 from marsupial_service.http.problems import HttpProblem
 
 _TRIES = 3
 """How often it is begun where another process kills it."""
 
 _RETRY_S = 2
+
+_OWN = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
+"""Its own ends: to begin it again would not help."""
+
+_ROOM_S = 5.0
+"""How long a process is waited for on a cluster, which has room for it as long as a node is there."""
 
 _MOST = 16
 """At a time. Their threads are their own: while processes are still being made ready, others have work to do."""
@@ -48,13 +56,9 @@ class Supervised:
     def _first(self, job: Job) -> object:
         for _ in range(_TRIES):
             event = self._event(job)
-            if isinstance(event, Message):
-                return event.value
-            if event.ending in (Ending.TIMEOUT, Ending.MEMORY):
-                raise HttpProblem("too-large", f"it takes more than the service allows: {event.detail}")
-            if event.ending is Ending.CRASHED:
-                raise HttpProblem("internal", f"the process for it ended: {event.detail}")
-        raise _not_now("the process for it was ended")
+            if isinstance(event, Message) or event.ending in _OWN:
+                break
+        return _value_in(event)
 
     def _event(self, job: Job) -> Message | Ended:
         if self._leaving:
@@ -73,6 +77,44 @@ class Supervised:
             with self._lock:
                 self._runs.discard(run)
             run.close()
+
+
+async def value_on(
+    runner: Runner,
+    function: Callable[[Any], Iterable[object]],
+    argument: object,
+    *,
+    seconds: float,
+    memory_bytes: int,
+) -> object:
+    """Return the first value of a function that is run by `runner`, as `Supervised.value_of` does on this machine."""
+    job = Job(function=function, argument=argument, limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes))
+    with closing(runner.room(0)) as room:
+        try:
+            async with asyncio.timeout(_ROOM_S):
+                await asyncio.to_thread(room.wait)
+        except TimeoutError:
+            raise _not_now("no node of the cluster is ready to work") from None
+        return _value_in(await asyncio.to_thread(_event_in, room, job))
+
+
+def _event_in(room: Room, job: Job) -> Message | Ended:
+    try:
+        run = room.run(job)
+    except InternalError as error:
+        raise _not_now(str(error)) from error
+    with closing(run):
+        return next(run)
+
+
+def _value_in(event: Message | Ended) -> object:
+    if isinstance(event, Message):
+        return event.value
+    if event.ending in (Ending.TIMEOUT, Ending.MEMORY):
+        raise HttpProblem("too-large", f"it takes more than the service allows: {event.detail}")
+    if event.ending is Ending.CRASHED:
+        raise HttpProblem("internal", f"the process for it ended: {event.detail}")
+    raise _not_now("the process for it was ended")
 
 
 def _not_now(said: str) -> HttpProblem:

@@ -10,7 +10,8 @@ from enum import StrEnum
 from functools import partial
 from typing import Generic, TypeVar
 
-from marsupial.processes import launcher as processes
+from marsupial.processes.launcher import Preload
+from marsupial.processes.runner import Runner
 from marsupial_service.entries.bells import Bells
 from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
 from marsupial_service.entries.room import Room, Sizes, stored_bytes
@@ -34,10 +35,20 @@ class Entries(Generic[E]):
     ----------
     now_ms
         The clock, in ms since 1970.
+    runner
+        Runs the processes.
     """
 
-    def __init__(self, store: Store, table: EntryTable[E], settings: EntrySettings, now_ms: Callable[[], int]) -> None:
+    def __init__(
+        self,
+        store: Store,
+        table: EntryTable[E],
+        settings: EntrySettings,
+        now_ms: Callable[[], int],
+        runner: Runner,
+    ) -> None:
         self._store = store
+        self._runner = runner
         self._table = table
         self._kept = settings
         self._room = Room(settings.store_bytes, settings.key_bytes)
@@ -97,10 +108,10 @@ class Entries(Generic[E]):
         """Whether the service is about to end."""
         return self._stop.is_set()
 
-    async def _begin(self, preload: tuple[processes.Preload, ...]) -> None:
-        """Hear of what is committed from now on, have the launcher import what is needed, and look after the store."""
+    async def _begin(self, preload: tuple[Preload, ...]) -> None:
+        """Hear of what is committed from now on, have the runner load what is needed, and look after the store."""
         self._bells.attend(self._store)
-        await asyncio.to_thread(partial(processes.warm_up, wait=False, preload=preload))
+        await asyncio.to_thread(self._runner.warm_up, preload)
         self._go(self._watch())
         self._go(self._sweep())
 

@@ -19,11 +19,14 @@ class Place:
     Attributes
     ----------
     breaks
-        Ends the planning that has it, if that can be broken off.
+        Ends what has it, if that can be broken off; see `Slots.let_break`.
+    is_wanted
+        Whether it is broken off, so that a mission gets the slot.
     """
 
     def __init__(self) -> None:
         self.breaks: Callable[[], None] | None = None
+        self.is_wanted = False
 
 
 class Slots:
@@ -49,6 +52,13 @@ class Slots:
         if len(self._taken) >= self.count:
             self._break_off()
         return await self._wait(self._missions.setdefault(owner, deque()))
+
+    def let_break(self, place: Place, breaks: Callable[[], None]) -> None:
+        """Let what has a slot be broken off from now on: at once, if a mission waits for which nothing is."""
+        place.breaks = breaks
+        waiting = sum(not turn.done() for queue in self._missions.values() for turn in queue)
+        if waiting > sum(one.is_wanted for one in self._taken):
+            self._break_off()
 
     def free(self, place: Place) -> None:
         """Give a slot back."""
@@ -95,6 +105,7 @@ class Slots:
         for place in reversed(self._taken):
             if place.breaks is not None:
                 breaks, place.breaks = place.breaks, None
+                place.is_wanted = True
                 breaks()
                 return
 

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 
 from marsupial.errors import InternalError
 from marsupial.planning.engines import PROCESSES
-from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
+from marsupial.processes.launcher import JobRun
+from marsupial.processes.runner import Room
 from marsupial_service.jobs import table
 from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
 from marsupial_service.jobs.records import JobOutcome, JobSettings
@@ -39,15 +40,18 @@ class Lost:
 
 
 class Attempt:
-    """An attempt at the job of `claim`. `cancel` may be called from any thread, at any time."""
+    """An attempt at the job of `claim`, in `room`. `cancel` may be called from any thread, at any time."""
 
-    def __init__(self, claim: table.Claim, store: Store, settings: JobSettings, now_ms: Callable[[], int]) -> None:
+    def __init__(
+        self, claim: table.Claim, room: Room, store: Store, settings: JobSettings, now_ms: Callable[[], int]
+    ) -> None:
         self.claim = claim
+        self._room = room
         self._store = store
         self._settings = settings
         self._now_ms = now_ms
         self._lock = threading.Lock()
-        self._run: processes.JobRun | None = None
+        self._run: JobRun | None = None
         self._cancelled = False
         self._unstored: deque[Future[bool]] = deque()
         self._has_plan = claim.start is not None
@@ -63,7 +67,7 @@ class Attempt:
     def run(self) -> Closed | Lost:
         """Run it to its end; when this returns, nothing of it is running and its plans are stored."""
         try:
-            run = processes.run(self._job())
+            run = self._room.run(self._job())
         except InternalError as error:
             return self._lost(str(error))
         try:

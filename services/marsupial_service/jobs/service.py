@@ -11,12 +11,13 @@ import logging
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
+from typing import NamedTuple
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
-from marsupial.processes import launcher as processes
+from marsupial.processes.runner import LOCAL, Room, Runner
 from marsupial_service.entries.records import Created, UnknownEntry
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Place, Slots
@@ -41,10 +42,22 @@ from marsupial_service.store import Store, StoreError
 PRELOAD = (*engines.PRELOAD, work, load_planners)
 """What all workers need, loaded before they are forked."""
 
+_CPUS = 1.0
+"""Processors that a job is counted as, where they are counted."""
+
 _BUSY_RETRY_S = 1
 _HANG_S = 1.0
 
 log = logging.getLogger("marsupial.jobs")
+
+
+class _Claimed(NamedTuple):
+    """A job that is taken, and where it is to run; leaving `held` gives slot and room back."""
+
+    claim: table.Claim
+    place: Place
+    room: Room
+    held: ExitStack
 
 
 class Jobs(Entries[JobRecord]):
@@ -55,14 +68,17 @@ class Jobs(Entries[JobRecord]):
         store: Store,
         settings: JobSettings,
         now_ms: Callable[[], int] = wall_clock_ms,
+        runner: Runner = LOCAL,
         slots: Slots | None = None,
     ) -> None:
-        super().__init__(store, JOBS, settings, now_ms)
+        super().__init__(store, JOBS, settings, now_ms, runner)
         self._settings = settings
         self._slots = slots or Slots(settings.slots)
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
         self._storing = 0
+        self._claiming = asyncio.Lock()
+        self._asked: Room | None = None
 
     async def start(self) -> None:
         """Take up what an earlier run left, and begin to run jobs."""
@@ -73,13 +89,15 @@ class Jobs(Entries[JobRecord]):
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; jobs under way go back into the queue, to go on at the next start."""
         self.leave()
+        if self._asked is not None:
+            self._asked.close()
         for attempt in self._attempts.values():
             attempt.cancel()
         if not self._tasks:
             return
         _, left = await asyncio.wait(self._tasks, timeout=min(_HANG_S, grace_s))
         if left:  # such as those that wait for the fork server to become ready
-            await asyncio.to_thread(processes.shutdown)
+            await asyncio.to_thread(self._runner.shutdown)
             _, left = await asyncio.wait(left, timeout=grace_s)
         for task in left:
             task.cancel()
@@ -143,30 +161,60 @@ class Jobs(Entries[JobRecord]):
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
         with suppress(InternalError):
-            await asyncio.to_thread(processes.warm_up)
+            await asyncio.to_thread(self._runner.warm_up, wait=True)
+        while not self.stopping:
+            async with self._claiming:  # one slot after the other: they would all wait for the same
+                claimed = await self._claimed()
+            if claimed is not None:
+                with claimed.held:
+                    await self._attend(claimed)
+
+    async def _claimed(self) -> _Claimed | None:
+        """Wait for a job, a slot and room, and only then take it: it might run elsewhere meanwhile. None at `stop`."""
         with self._bells.bell(table.QUEUE) as bell:
             while not self.stopping:
                 bell.clear()
-                with self._slots.taken(await self._slots.for_job()) as place:
+                if not await self._is_queued():
+                    await bell.wait()
+                    continue
+                with ExitStack() as held:
+                    place = held.enter_context(self._slots.taken(await self._slots.for_job()))
+                    room = held.enter_context(closing(self._runner.room(_CPUS)))
+                    if not await self._is_there(room, place):
+                        continue
                     claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
                     if claim is not None:
-                        await self._attend(claim, place)
-                if claim is None and not self.stopping:
-                    await bell.wait()
+                        return _Claimed(claim, place, room, held.pop_all())
+        return None
 
-    async def _attend(self, claim: table.Claim, place: Place) -> None:
+    async def _is_queued(self) -> bool:
+        with suppress(StoreError):
+            return await self.read(table.is_queued)
+        return True  # who tries to take it waits for the store
+
+    async def _is_there(self, room: Room, place: Place) -> bool:
+        """Wait for room; a mission that wants the slot meanwhile gets it, and `stop` ends the waiting."""
+        self._slots.let_break(place, room.close)
+        self._asked = room
+        there = not self.stopping and await asyncio.get_running_loop().run_in_executor(self._threads, room.wait)
+        place.breaks = self._asked = None
+        return there and not place.is_wanted and not self.stopping
+
+    async def _attend(self, claimed: _Claimed) -> None:
         """Do an attempt at a job and store how it ended."""
-        end = await self._attempt(claim, place)
+        claim = claimed.claim
+        end = await self._attempt(claimed)
         try:
             await self._settle(claim, end)
         except Exception as error:
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
             await self._settle(claim, _failed(error))
 
-    async def _attempt(self, claim: table.Claim, place: Place) -> Closed | Lost:
-        attempt = self._attempts[claim.id] = Attempt(claim, self._store, self._settings, self.now_ms)
+    async def _attempt(self, claimed: _Claimed) -> Closed | Lost:
+        claim, place = claimed.claim, claimed.place
+        attempt = self._attempts[claim.id] = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
-        place.breaks = attempt.cancel
+        self._slots.let_break(place, attempt.cancel)
         heed = asyncio.create_task(self._heed(attempt))
         try:
             if self.stopping:

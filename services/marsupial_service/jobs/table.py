@@ -105,6 +105,12 @@ def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
     return TooMany(f"{whose} is full, try again in {retry_after_s} s", retry_after_s)
 
 
+def is_queued(reader: Reader) -> bool:
+    """Say whether a job waits."""
+    sql = "SELECT 1 FROM jobs WHERE state = ? AND finished_ms IS NULL LIMIT 1"
+    return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
+
+
 def claim(tx: Transaction, now_ms: int) -> Claim | None:
     """Take a job, if one waits: it is running from now on.
 

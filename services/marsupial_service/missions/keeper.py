@@ -12,8 +12,9 @@ import logging
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 
-from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
+from marsupial.processes.launcher import JobRun
+from marsupial.processes.runner import Room, Runner
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import packed, table
@@ -40,6 +41,9 @@ _MOST_DEATHS = 3
 
 _MOST_KILLED = 20
 """The same where another process killed it."""
+
+_CPUS = 0.1
+"""Processors that a mission is counted as, where they are counted: it plans now and then, and waits in between."""
 
 _AT_A_TIME = 32
 """Inputs that a process is given at a time, where so many wait: their turns are stored together."""
@@ -70,6 +74,7 @@ class Keeper:
         missions: Entries[MissionRecord],
         slots: Slots,
         threads: Executor,
+        runner: Runner,
         settings: MissionSettings,
     ) -> None:
         self.id = record.id
@@ -81,6 +86,7 @@ class Keeper:
         self._missions = missions
         self._slots = slots
         self._threads = threads
+        self._runner = runner
         self._settings = settings
 
     async def keep(self) -> None:
@@ -118,6 +124,8 @@ class Keeper:
         """Follow one process to its end; return None if it was the mission's end too."""
         limits = JobLimits(wall_s=_WALL_S, memory_bytes=self._settings.memory_bytes)
         run = await self._started(Job(function=fly, argument=self._brief, limits=limits, talks=True))
+        if run is None:
+            raise Dismissed
         loop, turns = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
             self._threads, run.follow, lambda turn: loop.call_soon_threadsafe(turns.put_nowait, turn)
@@ -135,16 +143,18 @@ class Keeper:
         await talk
         return None
 
-    async def _started(self, job: Job) -> processes.JobRun:
-        """Start a process; if that is cancelled meanwhile, the process is ended as soon as it is there."""
-        starting = self._threads.submit(processes.run, job)
+    async def _started(self, job: Job) -> JobRun | None:
+        """Start a process where there is room; if that is cancelled, it is ended as soon as it is there."""
+        room = self._runner.room(_CPUS)
+        starting = self._threads.submit(_start, room, job)
         try:
             return await asyncio.wrap_future(starting)
         except asyncio.CancelledError:
+            room.close()
             starting.add_done_callback(_close)
             raise
 
-    async def _talk(self, run: processes.JobRun, told: asyncio.Queue[object]) -> None:
+    async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
         number, asked = 0, await self._ask(run, 0)
         while True:
@@ -163,13 +173,13 @@ class Keeper:
                 case other:
                     raise AssertionError(other)
 
-    async def _ask(self, run: processes.JobRun, number: int) -> int:
+    async def _ask(self, run: JobRun, number: int) -> int:
         """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
         dues = (Due(input=None, decisions=await self._decisions(0)),) if number == 0 else await self._dues(number)
         await self._send(run, Dues(dues))
         return len(dues)
 
-    async def _send(self, run: processes.JobRun, value: Dues | MayPlan) -> None:
+    async def _send(self, run: JobRun, value: Dues | MayPlan) -> None:
         await asyncio.get_running_loop().run_in_executor(self._threads, run.send, value)
 
     async def _take(self, number: int, turns: Sequence[Turn]) -> None:
@@ -209,6 +219,10 @@ class Keeper:
         return await self._missions.read(lambda source: packed.events_of_turn(source, self._number, number))
 
 
-def _close(starting: Future[processes.JobRun]) -> None:
-    if not starting.cancelled() and starting.exception() is None:
-        starting.result().close()
+def _start(room: Room, job: Job) -> JobRun | None:
+    return room.run(job) if room.wait() else None
+
+
+def _close(starting: Future[JobRun | None]) -> None:
+    if not starting.cancelled() and starting.exception() is None and (run := starting.result()) is not None:
+        run.close()

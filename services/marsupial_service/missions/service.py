@@ -11,6 +11,7 @@ from contextlib import suppress
 from functools import partial
 
 from marsupial.model.grid import CellArray, Grid
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
@@ -27,7 +28,10 @@ from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store, StoreError, kept, packing
 from marsupial_service.store.engine import Connection
 
-PRELOAD = (load_analysis, host.load_missions, reading, telling, jobs, analyses)
+READERS = (load_analysis, reading, telling, jobs, analyses)
+"""What analyses need, and those who read and write what is large: they work on the server itself in any case."""
+
+PRELOAD = (*READERS, host.load_missions)
 _AT_A_TIME = 4
 
 
@@ -39,9 +43,10 @@ class Missions(Entries[MissionRecord]):
         store: Store,
         settings: MissionSettings,
         now_ms: Callable[[], int] = wall_clock_ms,
+        runner: Runner = LOCAL,
         slots: Slots | None = None,
     ) -> None:
-        super().__init__(store, MISSIONS, settings, now_ms)
+        super().__init__(store, MISSIONS, settings, now_ms, runner)
         self._settings = settings
         self._slots = slots or Slots(settings.missions)
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
@@ -145,7 +150,7 @@ class Missions(Entries[MissionRecord]):
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._slots, self._threads, self._settings)
+        keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
 

@@ -17,6 +17,9 @@ from marsupial.errors import UsageError
 from marsupial.model.sizes import SIZES
 
 PREFIX = "MARSUPIAL_"
+CLUSTER_SLOTS = 64
+"""Jobs that one server follows at a time on a cluster, where its processors say how many run; a thread each."""
+
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 N = TypeVar("N", int, float)
@@ -96,6 +99,8 @@ class ServiceSettings:
         The folder of jobs, missions and keys.
     store
         The address of a PostgreSQL database that keeps them instead, and that other servers may use too.
+    ray
+        The address of a Ray cluster on which jobs and missions run, in place of this machine.
     port
         0 takes any free one.
     keys
@@ -106,6 +111,7 @@ class ServiceSettings:
 
     data: Path
     store: str | None = None
+    ray: str | None = None
     host: str = "127.0.0.1"
     port: int = 8080
     keys: bool = False

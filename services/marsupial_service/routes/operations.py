@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sqlite3
 import time
+from functools import partial
 from importlib.metadata import version
 
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
+from marsupial.processes.runner import LOCAL
+from marsupial_service.analyses.supervised import value_on
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
@@ -60,9 +63,13 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     begun = time.monotonic()
     limits = state.settings.limits
     try:
-        planned = await state.supervised.value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
+        if (trouble := state.runner.trouble()) is not None:
+            return f"planning has to wait: {trouble}"
+        value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
+        planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
     except Exception as error:
-        return f"planning fails: {error}"
+        waits = isinstance(error, HttpProblem) and error.kind == "not-ready"
+        return f"planning {'has to wait' if waits else 'fails'}: {error}"
     if planned is not True:
         return "planning gives no valid plan"
     took_ms = round(1000 * (time.monotonic() - begun), 1)

@@ -51,6 +51,22 @@ def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
     assert asyncio.run(plan()) == ["new", "old"]
 
 
+def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission_that_waits_and_no_other_does() -> None:
+    async def plan() -> list[str]:
+        slots, broken = Slots(2), list[str]()
+        old, new = await slots.for_job(), await slots.for_job()
+        mission = asyncio.create_task(slots.for_mission("a"))
+        await asyncio.sleep(0)
+        slots.let_break(new, lambda: broken.append("new"))
+        slots.let_break(old, lambda: broken.append("old"))
+        slots.free(new)
+        async with asyncio.timeout(1):
+            await mission
+        return broken
+
+    assert asyncio.run(plan()) == ["new"]
+
+
 @pytest.mark.parametrize("moment", ["waiting", "given"])
 def test_who_no_longer_waits_takes_no_slot(moment: str) -> None:
     async def plan() -> None:

@@ -12,6 +12,7 @@ from situations import one_room
 
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
+from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.records import EventRecord
 from marsupial_service.jobs.records import JobRecord, JobRequest, JobSettings, MapTask
 from marsupial_service.jobs.service import Jobs
@@ -20,9 +21,9 @@ SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{doma
 """The external planner of `slow_planner.py`; the name of the file it waits for is to be added."""
 
 
-def open_jobs(place: Path | str, **settings: object) -> AbstractAsyncContextManager[Jobs]:
+def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
     """Give the jobs of a folder, one at a time unless told otherwise."""
-    return opened(place, lambda store: Jobs(store, JobSettings(**{"slots": 1, **settings})))
+    return opened(place, lambda store: Jobs(store, JobSettings(**{"slots": 1, **settings}), runner=runner))
 
 
 def request(

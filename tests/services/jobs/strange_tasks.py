@@ -114,11 +114,11 @@ def tell_pid(folder: Path) -> None:
     (folder / "part").rename(folder / "pid")
 
 
-async def pid_in(folder: Path) -> int:
+async def pid_in(folder: Path, within_s: float = 60) -> int:
     """Return the process id that a task wrote, once it has."""
     import asyncio
 
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(within_s):
         while not (folder / "pid").exists():
             await asyncio.sleep(0.01)
     return int((folder / "pid").read_text())

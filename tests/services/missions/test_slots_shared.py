@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from pathlib import Path
 
 from mission_house import Driver, run, started, team
 from situations import many_rooms
 
 from marsupial.model.planning import Budget
+from marsupial.processes.jobs import Job
+from marsupial.processes.launcher import JobRun
+from marsupial.processes.runner import LocalRunner
 from marsupial_service.entries.slots import Slots
 from marsupial_service.jobs.records import JobOutcome, JobRequest, JobSettings
 from marsupial_service.jobs.service import Jobs
@@ -16,16 +20,43 @@ from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
 from marsupial_service.store import open_store
 
+WANTED = JobRequest(
+    planner="anytime",
+    budget=Budget(seconds=8.0),
+    task=many_rooms(2, 1, 6, 3),
+    digest=b"",
+    source={"planner": "anytime"},
+)
+
+
+class NoRoom:
+    """Room that never comes."""
+
+    def __init__(self) -> None:
+        self._closed = threading.Event()
+
+    def wait(self) -> bool:
+        self._closed.wait()
+        return False
+
+    def run(self, job: Job) -> JobRun:
+        raise AssertionError(job)
+
+    def close(self) -> None:
+        self._closed.set()
+
+
+class FullRunner(LocalRunner):
+    """Has no room, and counts how often it was asked for some."""
+
+    asked = 0
+
+    def room(self, cpus: float = 1.0) -> NoRoom:
+        self.asked += 1
+        return NoRoom()
+
 
 def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goes_on_after(tmp_path: Path) -> None:
-    wanted = JobRequest(
-        planner="anytime",
-        budget=Budget(seconds=8.0),
-        task=many_rooms(2, 1, 6, 3),
-        digest=b"",
-        source={"planner": "anytime"},
-    )
-
     async def plan() -> None:
         slots, store = Slots(1), open_store(tmp_path)
         jobs = Jobs(store, JobSettings(slots=1), slots=slots)
@@ -33,7 +64,7 @@ def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goe
         try:
             await jobs.start()
             await missions.start()
-            job = (await jobs.submit(wanted, owner="me")).record.id
+            job = (await jobs.submit(WANTED, owner="me")).record.id
             while not await jobs.plans(job):
                 await asyncio.sleep(0.02)
             record = await started(missions)
@@ -43,6 +74,29 @@ def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goe
         finally:
             await jobs.stop()
             await missions.stop()
+            store.close()
+
+    run(plan())
+
+
+def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_after(tmp_path: Path) -> None:
+    async def plan() -> None:
+        slots, store, runner = Slots(1), open_store(tmp_path), FullRunner()
+        jobs = Jobs(store, JobSettings(slots=1), runner=runner, slots=slots)
+        try:
+            await jobs.start()
+            await jobs.submit(WANTED, owner="me")
+            while not slots.in_use:
+                await asyncio.sleep(0.02)
+            async with asyncio.timeout(5):
+                with slots.taken(await slots.for_mission("me")):
+                    assert runner.asked == 1
+                while runner.asked == 1:
+                    await asyncio.sleep(0.02)
+            (record,) = await jobs.list("me")
+            assert (record.state.value, record.attempts) == ("queued", 0)
+        finally:
+            await jobs.stop()
             store.close()
 
     run(plan())

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from ray_nodes import free_port, needs_ray
 
-from marsupial.bench.compare import ray_cluster
-from marsupial.bench.compare.ray_cluster import Cluster, cluster_at, usable
-from marsupial.bench.compare.ray_task import Terms, WorkerRefused, demand, make
 from marsupial.cli.main import main
+from marsupial.cluster import ray_cluster
+from marsupial.cluster.make import Terms, WorkerRefused, demand, make
+from marsupial.cluster.ray_cluster import Cluster, cluster_at, usable
 from marsupial.errors import UsageError
 
 SETTINGS = ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH", "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER",
@@ -30,7 +30,7 @@ def plain(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch
         os.environ.pop(name, None)
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
     monkeypatch.setattr(ray_cluster, "version", lambda name: "2.60.0")
-    monkeypatch.setattr(ray_cluster, "_reach", lambda host, port: None)
+    monkeypatch.setattr(ray_cluster, "reach", lambda cluster: None)
     monkeypatch.setattr(ray_cluster, "_try_out", lambda cluster: None)
     return monkeypatch
 

@@ -1,9 +1,9 @@
-"""A Ray cluster to carry out missions on: its address, whether it may be used, and the connection to it.
+"""A Ray cluster: its address, whether it may be used, and the connection to it.
 
 Any process that may talk to a Ray cluster may run any code on it. So beyond this machine only clusters are used that
 demand a token, and what is started here listens on the loopback interface alone. Ray is looked at, and imported, only
-by this module and `ray_pool`, and only once a cluster is asked for. Its settings are environment variables that it
-reads when it is imported.
+by this package and the comparisons' `ray_pool`, and only once a cluster is asked for. Its settings are environment
+variables that it reads when it is imported.
 """
 
 from __future__ import annotations
@@ -99,8 +99,7 @@ def usable(cluster: Cluster) -> Cluster:
         If Ray is not installed, or the cluster can't be reached, does not let us in, or may not be used without token.
     """
     _demand_ray()
-    if cluster.host is not None and cluster.port is not None:
-        _reach(cluster.host, cluster.port)
+    reach(cluster)
     _settle(cluster)
     if not cluster.here and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
         raise refusal(
@@ -151,7 +150,11 @@ def _demand_ray() -> None:
         raise refusal(f"Ray {found} is too old, it must be {oldest} or newer; {_TO_GET_IT}")
 
 
-def _reach(host: str, port: int) -> None:
+def reach(cluster: Cluster) -> None:
+    """Raise UsageError if nobody answers at the address."""
+    host, port = cluster.host, cluster.port
+    if host is None or port is None:
+        return
     try:
         socket.create_connection((host, port), timeout=REACH_S).close()
     except OSError as error:
@@ -176,13 +179,20 @@ def _try_out(cluster: Cluster) -> None:
     """Connect once in a process of its own: Ray tries for minutes where it is not let in, and says why on stderr."""
     command = [sys.executable, "-c", _TRY, cluster.address]
     try:
-        done = subprocess.run(command, capture_output=True, env=os.environ | _IMPATIENT, timeout=JOIN_S, check=False)
+        try:
+            done = _tried(command, JOIN_S / 2)
+        except subprocess.TimeoutExpired:  # Ray's server for clients forks amid threads, and at times that one hangs
+            done = _tried(command, JOIN_S / 2)
     except subprocess.TimeoutExpired as error:
         why = _meaning(error.stderr or b"") or f"no Ray cluster answers in {JOIN_S:g} s"
         raise refusal(f"{cluster.address}: {why}") from error
     if done.returncode != 0:
         last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise refusal(f"{cluster.address}: {_meaning(done.stderr) or last or f'exit code {done.returncode}'}")
+
+
+def _tried(command: list[str], seconds: float) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(command, capture_output=True, env=os.environ | _IMPATIENT, timeout=seconds, check=False)
 
 
 def _meaning(stderr: bytes) -> str | None:

@@ -9,7 +9,9 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -29,15 +31,7 @@ class Nodes:
 
     def __init__(self, workers: int) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="ray-", dir="/tmp"))  # paths of sockets must be short
-        self.env = {
-            "RAY_AUTH_MODE": "token",
-            "RAY_AUTH_TOKEN": "0123456789abcdef" * 4,
-            "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",
-            "RAY_TMPDIR": str(self.folder),
-            "RAY_USAGE_STATS_ENABLED": "0",
-            "RAY_health_check_period_ms": "1000",
-            "RAY_health_check_failure_threshold": "3",
-        }
+        self.env = settings_in(self.folder)
         client_port = free_port()
         self._program = subprocess.Popen([sys.executable, PROGRAM, str(workers), str(client_port)],
                                          env=with_settings(self.env), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
@@ -72,11 +66,82 @@ class Nodes:
         """Return the workers that are at work."""
         return [process for process in self._family() if _title(process).startswith("ray::attend")]
 
+    def planning(self) -> list[psutil.Process]:
+        """Return launchers, supervisors and workers of jobs, on any node."""
+        return [process for process in self.processes("fork_server") if process.status() != psutil.STATUS_ZOMBIE]
+
+    def processes(self, word: str) -> list[psutil.Process]:
+        """Return those with a word in their title."""
+        return [process for process in self._family() if word in _title(process)]
+
     def _family(self) -> list[psutil.Process]:
         try:
             return psutil.Process(self._program.pid).children(recursive=True)
         except psutil.NoSuchProcess:
             return []
+
+
+class Head:
+    """A cluster of one node, whose whole machine a test may lose and bring back at the same address."""
+
+    def __init__(self) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="ray-", dir="/tmp"))
+        self.env = settings_in(self.folder)
+        self.port = free_port()
+        self.address = f"127.0.0.1:{self.port}"
+        self._started: list[subprocess.Popen[bytes]] = []
+
+    def start(self) -> None:
+        """Start it, and wait until somebody answers."""
+        command = f"start --head --block --port={self.port} --num-cpus=2 --object-store-memory=80000000"
+        words = [*command.split(), "--include-dashboard=false", "--include-log-monitor=false"]
+        self._started.append(
+            subprocess.Popen(
+                [sys.executable, "-m", "ray.scripts.scripts", *words],
+                env=with_settings(self.env),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        )
+        until = time.monotonic() + 60
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", self.port), 1).close()
+                return
+            except OSError:
+                assert time.monotonic() < until, "the head did not start"
+                time.sleep(0.1)
+
+    def kill(self) -> None:
+        """Kill all of it at once."""
+        program = self._started.pop()
+        family = [psutil.Process(program.pid), *psutil.Process(program.pid).children(recursive=True)]
+        for process in family:
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
+        program.wait(20)
+
+    def stop(self) -> None:
+        """End it for good."""
+        if self._started:
+            self.kill()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def settings_in(folder: Path) -> dict[str, str]:
+    """Return the environment of nodes that keep their files in a folder."""
+    return {
+        "RAY_AUTH_MODE": "token",
+        "RAY_AUTH_TOKEN": "0123456789abcdef" * 4,
+        "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER": "0",
+        "RAY_TMPDIR": str(folder),
+        "RAY_USAGE_STATS_ENABLED": "0",
+        "RAY_health_check_period_ms": "1000",
+        "RAY_health_check_failure_threshold": "3",
+        "PYTHONPATH": os.pathsep.join(sys.path),
+    }
 
 
 def with_settings(settings: Mapping[str, str]) -> dict[str, str]:

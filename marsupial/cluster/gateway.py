@@ -1,0 +1,238 @@
+"""The gateway to a cluster: the process of a server that is connected to Ray, and relays its runs.
+
+It is a process of its own because Ray ends the one that uses it once the cluster is lost; its server then starts
+another one. It is asked as a fork server is: over a socket, with a channel for each request. For room it has Ray
+reserve processors (a placement group), on a node that has an outpost; then it relays the channel.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import pickle
+import signal
+import socket
+import threading
+import time
+from collections.abc import Coroutine, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from itertools import count
+from typing import Any
+
+from marsupial.cluster.links import Link
+from marsupial.cluster.make import Terms, make
+from marsupial.cluster.outpost import CANCEL, LEASE_S, LOST, ORDER
+from marsupial.cluster.places import Place, Places
+from marsupial.cluster.ray_cluster import Cluster, cluster_at, connected, reach
+from marsupial.cluster.relay import Relay
+from marsupial.processes import channel as frames
+from marsupial.processes.channel import Channel
+
+ROOM, PRELOAD, STATE = b"R", b"P", b"S"
+"""What is asked of it, each over a channel of its own: room for a run, functions to be called once on every node, and
+how it is. Asked for room it answers with `channel.START` once there is some, is sent the order, and answers again once
+that is begun."""
+
+_LOOK_S = 1.0
+_THREADS = 70
+_LEAVE_S = 2.0
+
+
+def main(fd: int, asker: int, address: str, *packages: str) -> None:
+    """Serve what process `asker` wants over the socket `fd`, until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
+    cluster = cluster_at(address)
+    with socket.socket(fileno=fd) as line:
+        reach(cluster)
+        with connected(cluster) as ray:
+            asyncio.run(_serve(ray, line, asker, cluster, packages))
+            hurry = threading.Timer(_LEAVE_S, os._exit, (0,))
+            hurry.daemon = True
+            hurry.start()
+    os._exit(0)
+
+
+async def _serve(ray: Any, line: socket.socket, asker: int, cluster: Cluster, packages: tuple[str, ...]) -> None:
+    loop = asyncio.get_running_loop()
+    terms = Terms(make=make(packages), token=not cluster.here, packages=packages)
+    gateway = Gateway(ray, line, terms)
+    loop.add_signal_handler(signal.SIGTERM, gateway.ended.set)
+    loop.add_reader(line, gateway.accept)
+    while not gateway.ended.is_set() and os.getppid() == asker:
+        await gateway.look()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(gateway.ended.wait(), _LOOK_S)
+
+
+class Gateway:
+    """The connection to a cluster, and who asks for room in it."""
+
+    def __init__(self, ray: Any, line: socket.socket, terms: Terms) -> None:
+        self.ray = ray
+        self.terms = terms
+        self.preload: list[bytes] = []
+        self.links: dict[str, Link] = {}
+        self.changed = asyncio.Event()
+        self.ended = asyncio.Event()
+        self.places = Places(self.call, self.go)
+        self.numbers = count(1)
+        self._threads = ThreadPoolExecutor(_THREADS)
+        self._line = line
+        self._seen_s = time.monotonic()
+        self._tasks: set[asyncio.Task[Any]] = set()
+
+    def accept(self) -> None:
+        """Take a request."""
+        request, fds, _, _ = socket.recv_fds(self._line, 1, 1)
+        if not request:
+            self.ended.set()
+        for fd in fds:
+            channel = Channel(socket.socket(fileno=fd))
+            if request == ROOM:
+                _Run(self, channel)
+            else:
+                _Answer(self, channel, request)
+
+    def answer(self, request: bytes, payload: bytes) -> bytes:
+        """Do what is asked for besides room, and return what to say to it."""
+        if request == PRELOAD:
+            self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
+            for link in self.links.values():
+                link.load()
+        return json.dumps({"trouble": self._trouble()}).encode()
+
+    def go(self, work: Coroutine[Any, Any, Any]) -> None:
+        """Run a coroutine beside all others."""
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def call(self, function: Any, *arguments: Any) -> Any:
+        """Call a function of Ray that waits."""
+        return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)
+
+    async def look(self) -> None:
+        """Have an outpost on every node that has processors, and none on those that are gone."""
+        nodes = await self.call(self.ray.nodes)
+        self._seen_s = time.monotonic()
+        alive = {node["NodeID"] for node in nodes if node["Alive"] and node["Resources"].get("CPU", 0) > 0}
+        for gone in self.links.keys() - alive:
+            self.links.pop(gone).lose("the node is gone")
+        for new in alive - self.links.keys():
+            self.links[new] = Link(self, new)
+            self.go(self.links[new].attend())
+
+    def ready(self) -> dict[str, Link]:
+        """Return the links to outposts that take jobs, by the node."""
+        return {node: link for node, link in self.links.items() if link.ready}
+
+    def _trouble(self) -> str | None:
+        silent_s = time.monotonic() - self._seen_s
+        if silent_s > LEASE_S:
+            return f"the head of the cluster has not answered for {silent_s:.0f} s"
+        if self.ready():
+            return None
+        faults = sorted({link.fault for link in self.links.values() if link.fault})
+        return "; ".join(faults) or "no node of the cluster is ready to work"
+
+
+class _Answer:
+    """A request that is answered at once."""
+
+    def __init__(self, gateway: Gateway, channel: Channel, request: bytes) -> None:
+        self._gateway = gateway
+        self._request = request
+        self._relay = Relay(channel, self._take, self._over)
+
+    def _take(self, tag: bytes, payload: bytes) -> None:
+        self._relay.send(frames.START, self._gateway.answer(self._request, payload))
+        self._relay.close()
+
+    def _over(self) -> None:
+        self._relay.close()
+
+
+class _Run:
+    """A run from when room is asked for to its end."""
+
+    def __init__(self, gateway: Gateway, channel: Channel) -> None:
+        self.number = next(gateway.numbers)
+        self._gateway = gateway
+        self._link: Link | None = None
+        self._place: Place | None = None
+        self._wanted = self._ordered = self._left = self._over = False
+        self._relay = Relay(channel, self._from_asker, self._asker_left)
+
+    def _from_asker(self, tag: bytes, payload: bytes) -> None:
+        if not self._wanted:
+            self._wanted = True
+            self._gateway.go(self._begin(pickle.loads(payload)))
+        elif self._link is not None:
+            self._link.give(self.number, tag if self._ordered else ORDER, payload)
+            self._ordered = True
+
+    def _asker_left(self) -> None:
+        self._left = True
+        if self._ordered and self._link is not None:
+            self._link.give(self.number, CANCEL)
+        elif self._link is not None or not self._wanted:
+            self.end()
+
+    def from_outpost(self, tag: bytes, payload: bytes) -> None:
+        """Hand on a frame."""
+        if not self._over and tag != LOST:
+            self._relay.send(tag, payload)
+        if tag in (frames.ENDED, LOST):
+            self.end()
+
+    def end(self) -> None:
+        """Hang up, and give the processors back."""
+        if self._over:
+            return
+        self._over = True
+        self._relay.close()
+        places, place, link = self._gateway.places, self._place, self._link
+        if link is not None:
+            link.runs.pop(self.number, None)
+        if place is not None:
+            (places.offer if link is not None and link.ready else places.give_back)(place)
+
+    async def _begin(self, cpus: float) -> None:
+        """Find a place and tell who asked, unless that one leaves before; it may ask again if this fails."""
+        try:
+            self._place = await self._found(cpus)
+        finally:
+            if self._left or self._place is None:
+                self.end()
+        if self._over or self._place is None:
+            return
+        self._link = self._gateway.links.get(self._place.node)
+        if self._link is None or not self._link.ready:
+            self.end()
+            return
+        self._link.runs[self.number] = self
+        self._relay.send(frames.START)
+
+    async def _found(self, cpus: float) -> Place | None:
+        gateway = self._gateway
+        while not self._left:
+            ready = gateway.ready()
+            if not ready:
+                gateway.changed.clear()
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(gateway.changed.wait(), _LOOK_S)
+            elif cpus == 0:
+                return Place(0, min(ready.items(), key=lambda item: len(item[1].runs))[0])
+            else:
+                place = await gateway.places.find(cpus, ready, partial(self._still, ready))
+                if place is not None:
+                    return place
+        return None
+
+    def _still(self, ready: Mapping[str, Link]) -> bool:
+        """Say whether a place on these nodes is wanted: no other ones are ready meanwhile."""
+        return not self._left and self._gateway.ready().keys() == ready.keys()

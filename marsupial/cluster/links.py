@@ -1,0 +1,132 @@
+"""The gateway's link to the outpost of one node."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import TYPE_CHECKING, Any, Protocol
+
+from marsupial.cluster.make import WorkerRefused
+from marsupial.cluster.outpost import LEASE_S, LOST, Letter, Outpost
+
+if TYPE_CHECKING:
+    from marsupial.cluster.gateway import Gateway
+
+_PREPARE_S = 300.0
+"""Wall-clock time for an outpost to load what jobs need; where nothing is precompiled that takes half a minute."""
+
+_RETRY_S = 2.0
+_REFUSED_S = 30.0
+
+
+class LinkedRun(Protocol):
+    """A run of an outpost, as its gateway has it."""
+
+    def from_outpost(self, tag: bytes, payload: bytes) -> None:
+        """Take a frame."""
+        ...
+
+
+class Link:
+    """An outpost that is started again whenever it is lost, as long as its node is there.
+
+    Attributes
+    ----------
+    ready
+        Whether it takes jobs.
+    fault
+        What is wrong with it, in words; empty if nothing is.
+    """
+
+    def __init__(self, gateway: Gateway, node: str) -> None:
+        self._gateway = gateway
+        self._node = node
+        self.runs: dict[int, LinkedRun] = {}
+        self.ready = False
+        self.fault = ""
+        self._gone = False
+        self._outpost: Any = None
+        self._unsent: list[Letter] = []
+        self._posting = False
+
+    async def attend(self) -> None:
+        """Start the outpost and relay what it tells, again and again, until the node is gone."""
+        while not self._gone:
+            pause_s = _RETRY_S
+            try:
+                await self._follow()
+            except Exception as error:  # whatever it is: who is silent or speaks nonsense is lost
+                refused = getattr(error, "cause", None)
+                if isinstance(refused, WorkerRefused):
+                    pause_s = _REFUSED_S
+                self._lost(str(refused or error).strip().rpartition("\n")[2] or type(error).__name__)
+            if not self._gone:
+                await asyncio.sleep(pause_s)
+
+    async def _follow(self) -> None:
+        self._outpost = self._started()
+        gateway = self._gateway
+        loaded = len(gateway.preload)
+        await asyncio.wait_for(_answer(self._outpost.prepare.remote(gateway.terms, gateway.preload)), _PREPARE_S)
+        self.ready, self.fault = True, ""
+        gateway.changed.set()
+        if len(gateway.preload) > loaded:
+            self.load()
+        while not self._gone:
+            for run, tag, payload in await asyncio.wait_for(_answer(self._outpost.take.remote()), LEASE_S):
+                if run in self.runs:
+                    self.runs[run].from_outpost(tag, payload)
+
+    def _started(self) -> Any:
+        from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
+
+        actor = self._gateway.ray.remote(num_cpus=0, max_restarts=0, max_task_retries=0)(Outpost)
+        return actor.options(scheduling_strategy=NodeAffinitySchedulingStrategy(self._node, soft=False)).remote()
+
+    def give(self, run: int, tag: bytes, payload: bytes = b"") -> None:
+        """Send to a run."""
+        self._unsent.append(Letter(run, tag, payload))
+        if not self._posting:
+            self._posting = True
+            self._gateway.go(self._post())
+
+    def load(self) -> None:
+        """Have the outpost load what the gateway was told meanwhile."""
+        if self.ready:
+            self._outpost.load.remote(self._gateway.preload)
+
+    def lose(self, fault: str) -> None:
+        """End it for good."""
+        self._gone = True
+        self._lost(fault)
+
+    async def _post(self) -> None:
+        """Send what there is, all that has come meanwhile together."""
+        try:
+            while self._unsent:
+                letters, self._unsent = self._unsent, []
+                await asyncio.wait_for(_answer(self._outpost.give.remote(letters)), LEASE_S)
+        except Exception as error:
+            self._lost(str(error))
+        finally:
+            self._posting = False
+
+    def _lost(self, fault: str) -> None:
+        """Tell all runs that they are over; the outpost, should it still be there, ends them."""
+        self.ready, self.fault = False, fault
+        self._gateway.changed.set()
+        for run in list(self.runs.values()):
+            run.from_outpost(LOST, b"")
+        self._unsent.clear()
+        outpost, self._outpost = self._outpost, None
+        if outpost is not None:
+            self._gateway.go(self._end(outpost))
+
+    async def _end(self, outpost: Any) -> None:
+        with contextlib.suppress(Exception):  # it is gone already, or nobody can be told
+            await self._gateway.call(self._gateway.ray.kill, outpost)
+
+
+async def _answer(reference: Any) -> Any:
+    """Wait for what a method of an actor returns; also through Ray Client."""
+    return await reference

@@ -1,0 +1,83 @@
+"""Of what make a process on a cluster is: it works for those of the same make only.
+
+Rows of different versions must not stand in one file without a word, nor may a mission be continued by another version.
+So what is asked of a process of a cluster comes with terms, and one that can't meet them refuses.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+
+LIBRARIES = ("numpy", "scipy", "numba")
+
+ENGINES = ("unified-planning", "up-aries", "up-tamer")
+"""Packages that missions depend on beside `LIBRARIES`, so far as they are installed."""
+
+OURS = ("marsupial",)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Terms:
+    """What is asked of a process: to be of the same make, and to serve no caller without a token if `token`.
+
+    Parameters
+    ----------
+    packages
+        Of ours, whose source files have to be the same.
+    """
+
+    make: Mapping[str, str]
+    token: bool
+    packages: tuple[str, ...] = OURS
+
+
+class WorkerRefused(Exception):
+    """A worker does not meet the terms; the message says which machine and why."""
+
+
+def demand(terms: Terms) -> None:
+    """Raise `WorkerRefused` if this process does not meet `terms`."""
+    here = platform.node()
+    if terms.token and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
+        raise WorkerRefused(f"the node {here} serves anybody without a token: start it with RAY_AUTH_MODE=token")
+    ours = make(terms.packages)
+    differences = [f"{name} {ours[name]} instead of {wanted}" for name, wanted in terms.make.items()
+                   if ours[name] != wanted]  # fmt: skip
+    if differences:
+        raise WorkerRefused(f"the node {here} has {', '.join(differences)}: install the same everywhere")
+
+
+@cache
+def make(packages: tuple[str, ...] = OURS) -> Mapping[str, str]:
+    """Return what this process depends on: versions, and digests of the source files of packages of ours."""
+    return {
+        **{name: f"{_version('marsupial')} (source {_source(name)})" for name in packages},
+        "Python": platform.python_version(),
+        **{name: _version(name) for name in (*LIBRARIES, *ENGINES)},
+    }
+
+
+def _source(package: str) -> str:
+    found = find_spec(package)
+    if found is None or not found.submodule_search_locations:
+        return "none"
+    digest = hashlib.sha256()
+    folder = Path(found.submodule_search_locations[0])
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()[:8]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "(none)"

@@ -1,0 +1,165 @@
+"""The outpost on a node: an actor that has jobs run there by a launcher of its own, for one gateway.
+
+It ends with the gateway: Ray ends it when its owner is gone, and it ends itself when the gateway has not asked for so
+long that its server counts as dead to others. What it has launched ends with it, in whatever way.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import pickle
+import platform
+import sys
+import time
+from functools import partial
+from typing import NamedTuple
+
+from marsupial.cluster.make import Terms, demand
+from marsupial.cluster.relay import Relay
+from marsupial.errors import InternalError
+from marsupial.processes import channel as frames
+from marsupial.processes import launcher, reaper
+from marsupial.processes.worker import JobOrder
+
+ORDER, CANCEL = b"O", b"C"
+"""What a gateway asks beside sending messages: begin the run, end it."""
+
+LOST = b"L"
+"""In answer, in place of `channel.ENDED`: the run is over, and nobody knows how."""
+
+POLL_S = 2.0
+"""How long `take` waits for something to tell."""
+
+LEASE_S = 10.0
+"""Who has not been asked, or not answered, for so long counts as gone; servers hold entries of a store as long."""
+
+_KILL_S = 2.0
+_MOST_BYTES = 32 << 20
+
+
+class Letter(NamedTuple):
+    """One frame of a run, or an order about it, on its way between gateway and outpost."""
+
+    run: int
+    tag: bytes
+    payload: bytes = b""
+
+
+class Outpost:
+    """An actor; all its methods run in one event loop."""
+
+    def __init__(self) -> None:
+        self._runs: dict[int, _Run] = {}
+        self._out: list[Letter] = []
+        self._bytes = 0
+        self._held: set[Relay] = set()
+        self._heard_s = time.monotonic()
+
+    async def prepare(self, terms: Terms, preload: list[bytes]) -> str:
+        """Get ready for jobs, and return the name of this machine. Raises WorkerRefused, InternalError."""
+        demand(terms)
+        self._news = asyncio.Event()
+        await self.load(preload)
+        self._heard_s = time.monotonic()
+        self._watching = asyncio.create_task(self._watch())
+        return platform.node()
+
+    async def load(self, preload: list[bytes]) -> None:
+        """Have pickled functions called once for all jobs."""
+        calls = tuple(pickle.loads(one) for one in preload)
+        await asyncio.to_thread(partial(launcher.warm_up, preload=calls))
+
+    async def take(self) -> list[Letter]:
+        """Return what the runs send, or nothing after a while."""
+        self._heard_s = time.monotonic()
+        if not self._out:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), POLL_S)
+        self._news.clear()
+        found, self._out, self._bytes = self._out, [], 0
+        for relay in self._held:
+            relay.listen(on=True)
+        self._held.clear()
+        self._heard_s = time.monotonic()
+        return found
+
+    async def give(self, letters: list[Letter]) -> None:
+        """Take what is sent to the runs."""
+        for run, tag, payload in letters:
+            if tag == ORDER:
+                self._runs[run] = _Run(self, run, pickle.loads(payload)._replace(path=sys.path))
+            elif run in self._runs:
+                self._runs[run].give(tag, payload)
+
+    def tell(self, letter: Letter, relay: Relay | None = None) -> None:
+        """Put a letter among those to be taken; one who sends more than is taken has to wait."""
+        self._out.append(letter)
+        self._bytes += len(letter.payload)
+        self._news.set()
+        if letter.tag in (frames.ENDED, LOST):
+            self._runs.pop(letter.run, None)
+        elif relay is not None and self._bytes > _MOST_BYTES:
+            relay.listen(on=False)
+            self._held.add(relay)
+
+    async def _watch(self) -> None:
+        while time.monotonic() - self._heard_s < LEASE_S:
+            await asyncio.sleep(LEASE_S / 10)
+        os._exit(1)  # the launcher notices
+
+
+class _Run:
+    """A run on this node; what is sent to it before it has begun waits."""
+
+    def __init__(self, outpost: Outpost, number: int, order: JobOrder) -> None:
+        self._outpost = outpost
+        self._number = number
+        self._order = order
+        self._early: list[tuple[bytes, bytes]] = []
+        self._relay: Relay | None = None
+        self._over = False
+        self._beginning = asyncio.create_task(self._begin())
+
+    def give(self, tag: bytes, payload: bytes) -> None:
+        if self._relay is None:
+            self._early.append((tag, payload))
+        elif tag == CANCEL:
+            self._relay.end()
+            asyncio.get_running_loop().call_later(self._order.limits.grace_s + _KILL_S, self._kill)
+        else:
+            self._relay.send(tag, payload)
+
+    async def _begin(self) -> None:
+        try:
+            channel, self._supervisor = await asyncio.to_thread(launcher.begin, self._order)
+        except InternalError as error:
+            self._end(LOST, str(error).encode())
+            return
+        self._outpost.tell(Letter(self._number, frames.START))
+        self._relay = Relay(channel, self._take, self._lost)
+        for tag, payload in self._early:
+            self.give(tag, payload)
+        if self._over:  # all had come at once
+            self._relay.close()
+
+    def _take(self, tag: bytes, payload: bytes) -> None:
+        if tag == frames.ENDED:
+            self._end(tag, payload)
+        else:
+            self._outpost.tell(Letter(self._number, tag, payload), self._relay)
+
+    def _lost(self) -> None:
+        self._end(LOST)
+
+    def _end(self, tag: bytes, payload: bytes = b"") -> None:
+        if not self._over:
+            self._over = True
+            self._outpost.tell(Letter(self._number, tag, payload))
+            if self._relay is not None:
+                asyncio.get_running_loop().call_soon(self._relay.close)
+
+    def _kill(self) -> None:
+        if not self._over:
+            reaper.kill(self._supervisor)

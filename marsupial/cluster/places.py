@@ -1,0 +1,123 @@
+"""Processors that Ray has reserved for runs of one gateway (placement groups).
+
+Ray looks again for room about once a second where there was none. So what a run leaves goes to the next run of the same
+gateway, if one waits for as much or comes at once, and only then back to Ray.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable, Collection, Coroutine
+from typing import Any, NamedTuple
+
+_LOOK_S = 1.0
+_KEPT_S = 0.2
+_AT_A_TIME = 64
+_NODE = "ray.io/node-id"
+
+
+class Place(NamedTuple):
+    """So many processors of a node, and the reservation (None: of no processors)."""
+
+    cpus: float
+    node: str
+    group: Any = None
+
+
+class Places:
+    """The reservations of a gateway.
+
+    Parameters
+    ----------
+    call
+        Calls a function of Ray that waits, in a thread.
+    go
+        Runs a coroutine beside all others.
+    """
+
+    def __init__(
+        self, call: Callable[..., Coroutine[Any, Any, Any]], go: Callable[[Coroutine[Any, Any, Any]], None]
+    ) -> None:
+        self._call = call
+        self._go = go
+        self._asking = asyncio.Semaphore(_AT_A_TIME)
+        self._waiting: dict[float, deque[asyncio.Future[Place]]] = {}
+        self._left: dict[float, deque[Place]] = {}
+
+    async def find(self, cpus: float, nodes: Collection[str], still: Callable[[], bool]) -> Place | None:
+        """Return a place on one of these nodes; None once it is no longer wanted there, as `still` says."""
+        left = self._left.get(cpus)
+        while left:
+            place = left.popleft()
+            if place.node in nodes:
+                return place
+            self.give_back(place)
+        async with self._asking:
+            group = await self._call(_reserve, cpus, sorted(nodes))
+            offered: asyncio.Future[Place] = asyncio.get_running_loop().create_future()
+            self._waiting.setdefault(cpus, deque()).append(offered)
+            try:
+                node = await self._either(group, offered, still)
+            finally:
+                if not offered.done():
+                    self._waiting[cpus].remove(offered)
+        own = Place(cpus, node or "", group)
+        if node is None:
+            self.give_back(own)
+            return offered.result() if offered.done() else None
+        if offered.done():
+            self.offer(offered.result())
+        return own
+
+    async def _either(self, group: Any, offered: asyncio.Future[Place], still: Callable[[], bool]) -> str | None:
+        """Return where processors are reserved; None if they no longer are needed."""
+        while still() and not offered.done():
+            looking = asyncio.ensure_future(self._call(_node_of, group))
+            await asyncio.wait((looking, offered), return_when=asyncio.FIRST_COMPLETED)
+            if looking.done() and (node := looking.result()) is not None:
+                return node
+        return None
+
+    def offer(self, place: Place) -> None:
+        """Let another run have a place that is no longer needed."""
+        if place.group is None:
+            return
+        waiting = self._waiting.get(place.cpus)
+        if waiting:
+            waiting.popleft().set_result(place)
+            return
+        self._left.setdefault(place.cpus, deque()).append(place)
+        asyncio.get_running_loop().call_later(_KEPT_S, self._tidy, place)
+
+    def _tidy(self, place: Place) -> None:
+        if place in self._left[place.cpus]:
+            self._left[place.cpus].remove(place)
+            self.give_back(place)
+
+    def give_back(self, place: Place) -> None:
+        """Give a place back to Ray."""
+        if place.group is not None:
+            self._go(self._call(_give_back, place.group))
+
+
+def _reserve(cpus: float, nodes: list[str]) -> Any:
+    from ray.util.placement_group import placement_group
+
+    return placement_group([{"CPU": cpus}], bundle_label_selector=[{_NODE: f"in({','.join(nodes)})"}])
+
+
+def _node_of(group: Any) -> str | None:
+    """Return where processors are reserved, None if they are not within a moment."""
+    from ray.util.placement_group import placement_group_table
+
+    if not group.wait(_LOOK_S):
+        return None
+    node: str | None = placement_group_table(group)["bundles_to_node_id"].get(0)
+    return node
+
+
+def _give_back(group: Any) -> None:
+    from ray.util.placement_group import remove_placement_group
+
+    remove_placement_group(group)

@@ -1,0 +1,86 @@
+"""One end of a channel in an event loop: nothing here waits."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+from marsupial.processes.channel import Channel, FrameTooBig
+
+
+class Relay:
+    """Hands every frame that comes to `take`, then calls `over` once, when the other end is closed.
+
+    Both may be called before it is made, with what has come already.
+    """
+
+    def __init__(self, channel: Channel, take: Callable[[bytes, bytes], None], over: Callable[[], None]) -> None:
+        self._channel = channel
+        self._take = take
+        self._over = over
+        self._loop = asyncio.get_running_loop()
+        self._listening = self._sending = self._ending = self._closing = False
+        self.listen(on=True)
+        self._hand_on()
+
+    def send(self, tag: bytes, payload: bytes = b"") -> None:
+        """Send a frame, as soon as the other end takes it."""
+        if self._channel.fileno() >= 0:
+            self._channel.put(tag, payload)
+            self._flush()
+
+    def end(self) -> None:
+        """Let the other end know that nothing more is sent, once all is."""
+        self._ending = True
+        self._flush()
+
+    def listen(self, *, on: bool) -> None:
+        """Begin or cease to read; the other end has to wait then."""
+        if on == self._listening or self._channel.fileno() < 0:
+            return
+        self._listening = on
+        if on:
+            self._loop.add_reader(self._channel.fileno(), self._read)
+        else:
+            self._loop.remove_reader(self._channel.fileno())
+
+    def close(self) -> None:
+        """Close this end, once all is sent."""
+        self.listen(on=False)
+        self._closing = True
+        self._flush()
+
+    def _read(self) -> None:
+        is_open = self._channel.fill()
+        if not (self._hand_on() and is_open) and self._listening:
+            self.listen(on=False)
+            self._over()
+
+    def _hand_on(self) -> bool:
+        """Hand on the frames that have come; say whether they are such."""
+        try:
+            for tag, payload in self._channel.frames():
+                self._take(tag, payload)
+        except FrameTooBig:
+            return False
+        return True
+
+    def _flush(self) -> None:
+        channel, left = self._channel, -1
+        if channel.fileno() < 0:
+            return
+        while channel.unsent not in (0, left):
+            left = channel.unsent
+            channel.flush()  # if the other end is closed, nothing is left to be sent
+        if bool(channel.unsent) != self._sending:
+            self._sending = bool(channel.unsent)
+            if self._sending:
+                self._loop.add_writer(channel.fileno(), self._flush)
+            else:
+                self._loop.remove_writer(channel.fileno())
+        if self._sending:
+            return
+        if self._closing:
+            channel.close()
+        elif self._ending:
+            channel.end()

@@ -1,0 +1,182 @@
+"""A runner whose jobs run on a cluster: it keeps a gateway, and hands out room that this one finds."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import threading
+import time
+from collections.abc import Callable
+
+from marsupial.cluster import gateway
+from marsupial.cluster.make import OURS
+from marsupial.cluster.ray_cluster import Cluster
+from marsupial.errors import InternalError
+from marsupial.processes import channel as frames
+from marsupial.processes.channel import Channel
+from marsupial.processes.jobs import Job
+from marsupial.processes.launcher import JobRun, Launcher, Preload, call, order_of
+from marsupial.processes.runner import Room
+
+_START_S = 45.0
+"""Wall-clock time in which a gateway must be connected."""
+
+_ANSWER_S = 15.0
+_LOOK_S = 1.0
+_RETRY_S = 2.0
+_POLL_S = 0.2
+
+
+class ClusterRunner:
+    """Runs jobs on a usable cluster (`ray_cluster.usable`), to which it connects at the first `warm_up`.
+
+    While the cluster can't be used, whoever asks for room waits; runs under way end as killed.
+
+    Parameters
+    ----------
+    packages
+        Of ours, which have to be the same on all nodes.
+    warn
+        Is told in words when the cluster can't be used.
+    """
+
+    def __init__(
+        self, cluster: Cluster, packages: tuple[str, ...] = OURS, warn: Callable[[str], None] = lambda text: None
+    ) -> None:
+        self._words = (cluster.address, *packages)
+        self._warn = warn
+        self._preload: dict[bytes, None] = {}
+        self._gateway: Launcher | None = None
+        self._trouble: str | None = "the cluster is not connected yet"
+        self._ended = threading.Event()
+        self._lock = threading.Lock()
+        self._keeping = threading.Thread(target=self._keep, name="cluster", daemon=True)
+
+    @property
+    def ended(self) -> bool:
+        """Whether it was shut down."""
+        return self._ended.is_set()
+
+    def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
+        """Have every node load what jobs need; one that has not yet takes no jobs, so nothing is waited for."""
+        with self._lock:
+            self._preload.update(dict.fromkeys(pickle.dumps(call(one)) for one in preload))
+            if self._keeping.ident is None:
+                self._keeping.start()
+        self._have_loaded()
+
+    def room(self, cpus: float = 1.0) -> Room:
+        """Ask for room for a job that is counted as so many processors; 0 is to be had as long as there is a node."""
+        return _Room(self, cpus)
+
+    def trouble(self) -> str | None:
+        """Return why the cluster can't be used, if that is so."""
+        return self._trouble
+
+    def shutdown(self) -> None:
+        """End all runs and the connection."""
+        self._ended.set()
+        found, self._gateway = self._gateway, None
+        if found is not None:
+            found.close()
+        if self._keeping.is_alive():
+            self._keeping.join(_LOOK_S)
+
+    def ask(self, request: bytes, order: object) -> Channel | None:
+        """Send a request to the gateway, if there is one; if it dies, the channel is closed."""
+        found = self._gateway
+        return None if found is None or self.ended else found.ask(request, order)
+
+    def _have_loaded(self) -> None:
+        channel = self.ask(gateway.PRELOAD, list(self._preload))
+        if channel is not None:
+            channel.close()
+
+    def _keep(self) -> None:
+        """Keep a gateway running."""
+        while not self.ended:
+            found = self._gateway = Launcher(gateway.__name__, *self._words)
+            self._have_loaded()
+            patience_s = _START_S
+            while found.usable() and self._asked(patience_s) and not self._ended.wait(_LOOK_S):
+                patience_s = _ANSWER_S
+            self._gateway = None
+            if self.ended:
+                found.close()
+                return
+            said = "it does not answer" if found.usable() else found.last_words().strip().rpartition("\n")[2]
+            self._tell(f"the connection to the cluster was lost: {said}")
+            found.close()
+            self._ended.wait(_RETRY_S)
+
+    def _asked(self, patience_s: float) -> bool:
+        """Ask the gateway how it is; say whether it answers."""
+        channel = self.ask(gateway.STATE, None)
+        if channel is None:
+            return False
+        try:
+            frame = channel.receive_frame(patience_s)
+        except TimeoutError:
+            frame = None
+        channel.close()
+        if frame is None:
+            return False
+        self._tell(json.loads(frame[1])["trouble"])
+        return True
+
+    def _tell(self, trouble: str | None) -> None:
+        if trouble != self._trouble and trouble is not None:
+            self._warn(trouble)
+        self._trouble = trouble
+
+
+class _Room:
+    """Room on some node, asked for anew whenever the gateway is lost while one waits."""
+
+    def __init__(self, runner: ClusterRunner, cpus: float) -> None:
+        self._runner = runner
+        self._cpus = cpus
+        self._channel: Channel | None = None
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def wait(self) -> bool:
+        """Wait for room; also as long as the cluster is away."""
+        while not (self._closed or self._runner.ended):
+            channel = self._runner.ask(gateway.ROOM, self._cpus)
+            if channel is not None:
+                if self._granted(channel):
+                    return True
+                channel.close()
+            time.sleep(_POLL_S)
+        return False
+
+    def _granted(self, channel: Channel) -> bool:
+        while not self._closed:
+            try:
+                if channel.receive_frame(_POLL_S) is None:
+                    return False
+            except TimeoutError:
+                continue
+            with self._lock:
+                self._channel = channel
+                return not self._closed
+        return False
+
+    def run(self, job: Job) -> JobRun:
+        """Start the job; one whose node is lost meanwhile ends as killed."""
+        with self._lock:
+            channel, self._channel = self._channel, None
+        if channel is None:
+            raise InternalError("the room for it was given up")
+        channel.send_frame(frames.START, pickle.dumps(order_of(job)))
+        channel.receive_frame()
+        return JobRun(channel, job.limits, kill=lambda: None)
+
+    def close(self) -> None:
+        """Give it up."""
+        with self._lock:
+            self._closed = True
+            if self._channel is not None:
+                self._channel.close()
+                self._channel = None

@@ -1,0 +1,89 @@
+"""Where supervised processes run: on this machine, or wherever else a runner takes them.
+
+Who wants a job run asks a runner for *room*, waits for it, and runs one job there.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from marsupial.processes import launcher
+from marsupial.processes.jobs import Job
+from marsupial.processes.launcher import JobRun, Preload
+
+
+class Room(Protocol):
+    """A place for one job, from when `wait` returns until the job ends or `close` is called.
+
+    `close` may be called at any time from another thread, and ends the waiting.
+    """
+
+    def wait(self) -> bool:
+        """Wait for the place; False if it was closed meanwhile."""
+        ...
+
+    def run(self, job: Job) -> JobRun:
+        """Start the one job. Raises InternalError if no process can be started here."""
+        ...
+
+    def close(self) -> None:
+        """Give the place up, unless a job has it."""
+        ...
+
+
+class Runner(Protocol):
+    """Runs jobs in processes that always end."""
+
+    def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
+        """Have loaded what jobs need, as far as it isn't; see `launcher.warm_up`. Raises InternalError if `wait`."""
+        ...
+
+    def room(self, cpus: float = 1.0) -> Room:
+        """Ask for room for a job that is counted as so many processors, where they are counted; returns at once."""
+        ...
+
+    def trouble(self) -> str | None:
+        """Return why no job can be run at present, if that is so."""
+        ...
+
+    def shutdown(self) -> None:
+        """End all jobs, and the waiting for room."""
+        ...
+
+
+class _Here:
+    """Room on this machine, which has as much as is asked for."""
+
+    def wait(self) -> bool:
+        """Return at once."""
+        return True
+
+    def run(self, job: Job) -> JobRun:
+        """Start a job."""
+        return launcher.run(job)
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class LocalRunner:
+    """Runs jobs below this process."""
+
+    def warm_up(self, preload: tuple[Preload, ...] = (), *, wait: bool = False) -> None:
+        """Start the fork server."""
+        launcher.warm_up(wait=wait, preload=preload)
+
+    def room(self, cpus: float = 1.0) -> Room:
+        """Return room."""
+        return _Here()
+
+    def trouble(self) -> str | None:
+        """Return nothing: a job will tell."""
+        return None
+
+    def shutdown(self) -> None:
+        """End the fork server; the next job starts a new one."""
+        launcher.shutdown()
+
+
+LOCAL = LocalRunner()

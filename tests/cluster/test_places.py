@@ -1,0 +1,84 @@
+"""What a run leaves goes to the next one; Ray is played by functions that answer when they are told to."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from typing import Any
+
+from marsupial.cluster.places import Place, Places
+
+
+class Ray:
+    """Knows of one node, on which a reservation is made once `free` is set."""
+
+    def __init__(self) -> None:
+        self.free = asyncio.Event()
+        self.made = 0
+        self.given_back: list[Any] = []
+        self._tasks: set[asyncio.Task[Any]] = set()
+
+    async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        if function.__name__ == "_reserve":
+            self.made += 1
+            return self.made
+        if function.__name__ == "_node_of":
+            await self.free.wait()
+            return "node"
+        self.given_back.append(arguments[0])
+        return None
+
+    def go(self, work: Coroutine[Any, Any, Any]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+
+
+def test_a_place_that_is_left_goes_to_who_waits_and_its_own_reservation_back() -> None:
+    async def run() -> None:
+        ray = Ray()
+        places = Places(ray.call, ray.go)
+        waiting = asyncio.create_task(places.find(1.0, {"node"}, lambda: True))
+        await asyncio.sleep(0.01)
+        left = Place(1.0, "node", "left")
+        places.offer(left)
+        assert await waiting == left
+        await asyncio.sleep(0.01)
+        assert ray.given_back == [1]
+
+    asyncio.run(run())
+
+
+def test_a_place_that_nobody_takes_goes_back_soon_and_one_elsewhere_at_once() -> None:
+    async def run() -> None:
+        ray = Ray()
+        ray.free.set()
+        places = Places(ray.call, ray.go)
+        places.offer(Place(1.0, "lost", "old"))
+        assert await places.find(1.0, {"node"}, lambda: True) == Place(1.0, "node", 1)
+        places.offer(Place(1.0, "node", "kept"))
+        assert await places.find(0.5, {"node"}, lambda: True) == Place(0.5, "node", 2)
+        assert await places.find(1.0, {"node"}, lambda: True) == Place(1.0, "node", "kept")
+        places.offer(Place(1.0, "node", "unwanted"))
+        while "unwanted" not in ray.given_back:
+            await asyncio.sleep(0.01)
+        assert ray.given_back == ["old", "unwanted"]
+
+    asyncio.run(run())
+
+
+def test_who_leaves_while_waiting_leaves_nothing_reserved() -> None:
+    class Full(Ray):
+        async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+            return None if function.__name__ == "_node_of" else await super().call(function, *arguments)
+
+    async def run() -> None:
+        ray = Full()
+        places = Places(ray.call, ray.go)
+        still = iter([True, True, False])
+        assert await places.find(1.0, {"node"}, lambda: next(still)) is None
+        await asyncio.sleep(0.01)
+        assert ray.given_back == [1]
+        places.offer(Place(1.0, "node", "left"))
+        assert await places.find(1.0, {"node"}, lambda: True) == Place(1.0, "node", "left")
+
+    asyncio.run(run())

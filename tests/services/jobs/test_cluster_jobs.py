@@ -1,0 +1,132 @@
+"""Jobs on a Ray cluster, whose actors, launchers and connection are killed."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+import pytest
+from job_house import ended, open_jobs, planned, request, submit, told
+from launcher_tree import is_alive, is_gone
+from ray_nodes import Nodes, needs_ray
+from strange_tasks import Waits, pid_in
+
+from marsupial.cluster.runner import ClusterRunner
+from marsupial_service.jobs.records import JobOutcome
+
+pytestmark = needs_ray
+
+
+def actors(nodes: Nodes) -> list[psutil.Process]:
+    return nodes.processes("ray::Outpost")
+
+
+def gateways(nodes: Nodes) -> list[psutil.Process]:
+    below = psutil.Process().children(recursive=True)
+    return [process for process in below if "marsupial.cluster.gateway" in " ".join(process.cmdline())]
+
+
+@pytest.mark.parametrize("find", [actors, pytest.param(gateways, marks=pytest.mark.slow)])
+def test_a_job_goes_on_elsewhere_when_what_runs_it_is_killed(
+    tmp_path: Path, nodes: Nodes, cluster: ClusterRunner, find: Callable[[Nodes], list[psutil.Process]]
+) -> None:
+    async def run() -> None:
+        async with open_jobs(tmp_path, cluster, slots=4) as jobs:
+            job = await submit(jobs, request(Waits(tmp_path)))
+            first = await pid_in(tmp_path, 120)
+            assert first in [process.pid for process in nodes.planning()]
+            (tmp_path / "pid").unlink()
+            for process in find(nodes):
+                process.kill()
+            second = await pid_in(tmp_path, 60)
+            assert is_gone(first)
+            assert second != first
+            (tmp_path / "go").touch()
+            done = await ended(jobs, job)
+            assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
+
+    asyncio.run(run())
+
+
+def test_as_many_jobs_run_as_there_are_processors_and_the_rest_wait_in_the_queue(
+    tmp_path: Path, cluster: ClusterRunner
+) -> None:
+    folders = [tmp_path / str(number) for number in range(3)]
+
+    async def run() -> None:
+        async with open_jobs(tmp_path, cluster, slots=8) as jobs:
+            waiting = []
+            for folder in folders:
+                folder.mkdir()
+                waiting.append(await submit(jobs, request(Waits(folder), digest=folder.name.encode())))
+            for folder in folders[:2]:
+                await pid_in(folder, 120)
+            states = [record.state.value for record in await jobs.list("me")]
+            assert sorted(states) == ["queued", "running", "running"]
+            cancelled = await jobs.cancel(waiting[0])
+            assert cancelled.outcome is JobOutcome.CANCELLED
+            await pid_in(folders[2], 60)
+            for folder in folders:
+                (folder / "go").touch()
+            assert [(await ended(jobs, job)).outcome for job in waiting[1:]] == [JobOutcome.SATISFICING] * 2
+
+    asyncio.run(run())
+
+
+def test_what_waits_for_a_cluster_ends_with_its_service(tmp_path: Path, cluster: ClusterRunner) -> None:
+    async def run() -> None:
+        async with open_jobs(tmp_path / "other", cluster, slots=2) as others:
+            for number in range(2):
+                (tmp_path / str(number)).mkdir()
+                await submit(others, request(Waits(tmp_path / str(number)), digest=bytes([number])))
+                await pid_in(tmp_path / str(number), 120)
+            async with open_jobs(tmp_path / "store", cluster) as jobs:
+                job = await submit(jobs)
+                await asyncio.sleep(0.3)
+                async with asyncio.timeout(3):
+                    await jobs.stop()
+                (record,) = await jobs.list("me")
+                assert (record.id, record.state.value, record.attempts) == (job, "queued", 0)
+
+    asyncio.run(run())
+
+
+def test_plans_come_from_a_cluster_as_they_are_found(tmp_path: Path, cluster: ClusterRunner) -> None:
+    async def run() -> None:
+        async with open_jobs(tmp_path, cluster) as jobs:
+            job = await submit(jobs)
+            await planned(jobs, job)
+            assert (await ended(jobs, job)).outcome in (JobOutcome.SATISFICING, JobOutcome.OPTIMAL)
+            assert [event.type for event in await told(jobs, job)][-1] == "end"
+
+    asyncio.run(run())
+
+
+@pytest.mark.slow
+def test_an_actor_that_is_stopped_is_taken_for_dead_and_what_it_ran_ends(
+    tmp_path: Path, nodes: Nodes, cluster: ClusterRunner
+) -> None:
+    async def run() -> None:
+        async with open_jobs(tmp_path, cluster) as jobs:
+            job = await submit(jobs, request(Waits(tmp_path)))
+            first = await pid_in(tmp_path, 120)
+            (tmp_path / "pid").unlink()
+            stopped = actors(nodes)
+            try:
+                for process in stopped:
+                    process.suspend()
+                second = await pid_in(tmp_path, 60)
+            finally:
+                for process in stopped:
+                    if is_alive(process.pid):
+                        os.kill(process.pid, signal.SIGCONT)
+            assert second != first
+            assert is_gone(first, 15)
+            (tmp_path / "go").touch()
+            assert (await ended(jobs, job)).attempts == 2
+
+    asyncio.run(run())

@@ -1,0 +1,86 @@
+"""`marsupial serve --ray`: what it says of its cluster, and what it leaves there."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+import pytest
+from ray_nodes import Head, Nodes, free_port, needs_ray
+from servers import START, Server
+from service_house import client, problem
+
+pytestmark = needs_ray
+
+
+def until_ready(server: Server, within_s: float = 200.0) -> None:
+    until = time.monotonic() + within_s
+    with client(server) as http:
+        while (answer := http.get("/readyz")).status_code != 200:
+            assert time.monotonic() < until, answer.text
+            time.sleep(0.3)
+
+
+@pytest.mark.parametrize(
+    ("address", "said"), [("127.0.0.1:{port}", "can't reach 127.0.0.1:"), ("nowhere", "must be HOST:PORT")]
+)
+def test_a_cluster_that_can_not_be_reached_is_told_at_the_start(tmp_path: Path, address: str, said: str) -> None:
+    command = [*START, "--port", "0", "--data", str(tmp_path), "--ray", address.format(port=free_port())]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2
+    assert f"--ray: {said}" in done.stderr
+
+
+def test_a_server_that_is_killed_leaves_no_process_on_the_cluster(
+    tmp_path: Path, nodes: Nodes, cluster: object
+) -> None:
+    before = {process.pid for process in nodes.planning()}
+    with Server(tmp_path, "--ray", nodes.address) as server, client(server) as http:
+        until_ready(server)
+        job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 100}}
+        made = http.post("/v1/jobs", json=job).json()
+        while http.get(made["links"]["self"]).json()["best"] is None:
+            time.sleep(0.05)
+        ours = [process for process in nodes.planning() if process.pid not in before]
+        assert len(ours) >= 3
+        server.kill()
+        assert psutil.wait_procs(ours, timeout=10)[1] == []
+
+
+@pytest.mark.slow
+def test_what_is_planned_waits_for_a_cluster_that_is_lost_and_goes_on_when_it_is_back(
+    tmp_path: Path, head: Head
+) -> None:
+    with Server(tmp_path, "--ray", head.address) as server, client(server) as http:
+        until_ready(server)
+        job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
+        running = http.post("/v1/jobs", json=job).json()["links"]["self"]
+        while http.get(running).json()["best"] is None:
+            time.sleep(0.05)
+        head.kill()
+        while (answer := http.get("/readyz")).status_code == 200:
+            time.sleep(0.2)
+        assert "planning has to wait" in problem(answer, 503, "not-ready")["detail"]
+        waiting = http.post("/v1/jobs", json={**job, "budget": {"seconds": 1}}).json()["links"]["self"]
+        time.sleep(3)
+        assert [http.get(one).json()["state"] for one in (running, waiting)] == ["queued", "queued"]
+        assert http.get("/healthz").status_code == 200
+        head.start()
+        until_ready(server)
+        for one in (waiting, running):
+            while (ended := http.get(one).json())["outcome"] is None:
+                time.sleep(0.1)
+            assert ended["state"] == "succeeded"
+
+
+@pytest.fixture
+def head(monkeypatch: pytest.MonkeyPatch) -> Iterator[Head]:
+    started = Head()
+    for name, value in started.env.items():
+        monkeypatch.setenv(name, value)
+    started.start()
+    yield started
+    started.stop()

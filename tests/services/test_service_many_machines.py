@@ -1,0 +1,98 @@
+"""What docker/cluster.yaml sets up, as processes: proxy, two servers, a database, two Ray nodes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import httpx
+import pytest
+from databases import PostgresServer
+from ray_nodes import Nodes, free_port, needs_ray
+from servers import Server
+from test_service_cluster import until_ready
+
+pytestmark = [needs_ray, pytest.mark.slow]
+
+CONFIGURATION = Path(__file__).resolve().parents[2] / "docker" / "nginx.conf"
+
+
+@pytest.fixture
+def servers(
+    tmp_path: Path, postgres: PostgresServer, nodes: Nodes, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[list[Server]]:
+    for name, value in nodes.env.items():
+        monkeypatch.setenv(name, value)
+    database = postgres.database()
+    with ExitStack() as stack:
+        options = ("--store", database, "--ray", nodes.client)
+        yield [stack.enter_context(Server(tmp_path / str(number), *options)) for number in (1, 2)]
+
+
+@pytest.fixture
+def proxy(tmp_path: Path, servers: list[Server]) -> Iterator[str]:
+    """The address of a proxy with the configuration of the container."""
+    program = shutil.which("nginx", path=f"{os.environ['PATH']}:/usr/sbin")
+    if program is None:
+        pytest.skip("nginx is not installed (Debian: apt-get install nginx-light)")
+    port = free_port()
+    text = CONFIGURATION.read_text().replace("listen 8080", f"listen 127.0.0.1:{port}").replace("/tmp/", f"{tmp_path}/")
+    for server, name in zip(servers, ("server-1:8080", "server-2:8080"), strict=True):
+        assert name in text
+        text = text.replace(name, f"127.0.0.1:{server.port}")
+    (tmp_path / "nginx.conf").write_text(text)
+    command = [program, "-c", str(tmp_path / "nginx.conf"), "-p", str(tmp_path), "-g", "daemon off;"]
+    with (tmp_path / "nginx.log").open("wb") as log:
+        process = subprocess.Popen(command, stdout=log, stderr=log)
+    yield f"http://127.0.0.1:{port}"
+    process.send_signal(signal.SIGQUIT)
+    process.wait(20)
+
+
+def test_jobs_and_missions_go_on_though_a_server_dies(
+    tmp_path: Path, servers: list[Server], proxy: str, nodes: Nodes
+) -> None:
+    for server in servers:
+        until_ready(server)
+    out = tmp_path / "mission.jsonl"
+    words = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--planner", "greedy", "--steps", "1"]
+    command = [*words, "--server", proxy, "--log", str(out)]
+    with httpx.Client(base_url=proxy, timeout=30, trust_env=False) as http:
+        job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 8}}
+        jobs = [http.post("/v1/jobs", json=job).json()["links"]["self"] for _ in range(2)]
+        while any(http.get(one).json()["best"] is None for one in jobs):
+            time.sleep(0.05)
+        mission = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        while not http.get("/v1/missions").json()["missions"]:
+            time.sleep(0.05)
+        before = nodes.processes("ray::Outpost")
+        servers[0].kill()
+        said, _ = mission.communicate(timeout=120)
+        assert mission.returncode == 0, said
+        subprocess.run([*words, "--log", str(tmp_path / "here.jsonl")], check=True, capture_output=True, timeout=120)
+        assert out.read_bytes() == (tmp_path / "here.jsonl").read_bytes()
+        for one in jobs:
+            while (ended := http.get(one).json())["outcome"] is None:
+                time.sleep(0.1)
+            assert ended["state"] == "succeeded"
+    assert len([process for process in before if process.is_running()]) == len(before) // 2
+
+
+def test_events_pass_the_proxy_as_they_come(servers: list[Server], proxy: str) -> None:
+    until_ready(servers[0])
+    with httpx.Client(base_url=proxy, timeout=30, trust_env=False) as http:
+        job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
+        made = http.post("/v1/jobs", json=job).json()
+        with http.stream("GET", made["links"]["events"]) as stream:
+            for line in stream.iter_lines():
+                if line == "event: plan":
+                    break
+            assert http.get(made["links"]["self"]).json()["outcome"] is None
+        http.post(made["links"]["self"] + "/cancel")
