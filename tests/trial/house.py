@@ -71,13 +71,13 @@ class House(Server):
         """Return the memory that the server process has to itself."""
         return reaper.resident_bytes([self.process.pid])
 
-    def close(self) -> None:
-        """End it and everything below it."""
+    def close(self, keep: Collection[int] = ()) -> None:
+        """End it and everything below it, and all else below this process but what is in `keep`."""
         if self.runs:
             self.terminate()
         if self.runs:
             self.kill()
-        end_strays()
+        end_strays(keep)
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import cycle, islice, pairwise
 from typing import Any
 
-from talk import ACCEPTED, BUSY, Frame, Reply, Talk, frames
+from talk import ACCEPTED, BUSY, Frame, Reply, ask, frames
 
 from marsupial.model.objective import Value
 from marsupial.model.situation import Situation
@@ -134,21 +134,19 @@ class Findings:
 def audit(ports: Sequence[int], promises: Promises, within_s: float) -> Findings:
     """Wait until every acknowledged job is over, at most `within_s`, and look at all of them, through any server."""
     found = Findings(ended_again=promises.ended_again, made_twice=promises.made_twice)
-    talks = {port: Talk(port) for port in ports}
     until = time.monotonic() + within_s
     known = set(promises.jobs.values())
-    for job, (port, talk) in zip(known, cycle(talks.items()), strict=False):
-        _audit_job(talk, port, job, promises, until, found)
+    for job, port in zip(known, cycle(ports), strict=False):
+        _audit_job(port, job, promises, until, found)
     for path, told in promises.streams.items():
         found.streams_differ += any(told != list(islice(frames(port, path), len(told))) for port in ports)
-    for talk in talks.values():
-        found.made_twice += len(set(_all_ids(talk)) - known)
-        talk.close()
+    for port in ports:
+        found.made_twice += len(set(_all_ids(port)) - known)
     return found
 
 
-def _audit_job(talk: Talk, port: int, job: str, promises: Promises, until: float, found: Findings) -> None:
-    document = _final(talk, job, until)
+def _audit_job(port: int, job: str, promises: Promises, until: float, found: Findings) -> None:
+    document = _final(port, job, until)
     if document is None:
         found.lost += 1
         return
@@ -161,7 +159,7 @@ def _audit_job(talk: Talk, port: int, job: str, promises: Promises, until: float
     found.bad_events += not in_order(events, document)
     found.plans_lost += _lost_plans(job, events, promises)
     if document["plans"]:
-        situation = read_situation(talk.ask("GET", f"/v1/jobs/{job}/situation").document["situation"])
+        situation = read_situation(ask(port, "GET", f"/v1/jobs/{job}/situation").document["situation"])
         scores = list(_scores(situation, events))
         found.plans += len(scores)
         found.bad_plans += sum(one is None for one in scores)
@@ -188,10 +186,10 @@ def _how(document: Any) -> str:
     return "given up" if document["detail"].startswith(GIVEN_UP) else document["outcome"]
 
 
-def _final(talk: Talk, job: str, until: float) -> Any:
+def _final(port: int, job: str, until: float) -> Any:
     """Return the document of a job once it is over or time is up; None if there is no such job."""
     while True:
-        answer = talk.ask("GET", f"/v1/jobs/{job}")
+        answer = ask(port, "GET", f"/v1/jobs/{job}")
         if answer.status != 200:
             return None
         if answer.document["state"] in FINAL or time.monotonic() > until:
@@ -223,9 +221,9 @@ def improving(scores: Iterable[Value | None]) -> bool:
     return all(later < earlier for earlier, later in pairwise(one for one in scores if one is not None))
 
 
-def _all_ids(talk: Talk) -> Iterator[str]:
+def _all_ids(port: int) -> Iterator[str]:
     following: str | None = f"/v1/jobs?limit={_PAGE}"
     while following:
-        page = talk.ask("GET", following).document
+        page = ask(port, "GET", following).document
         yield from (job["id"] for job in page["jobs"])
         following = page["next"]

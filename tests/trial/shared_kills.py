@@ -17,7 +17,7 @@ from databases import NoPostgres, PostgresServer
 
 from trial.crowd import Crowd
 from trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
-from trial.house import House, strays
+from trial.house import House, end_strays, strays
 from trial.kills import OPTIONS, armed, kill_below
 from trial.owners import Ownership, keep_account, ownership
 from trial.promises import Promises, audit
@@ -58,10 +58,16 @@ class Estate:
         """Where the servers listen."""
         return tuple(house.port for house in self.houses)
 
+    @property
+    def pids(self) -> tuple[int, ...]:
+        """The processes that were started last."""
+        return (self.database.pid, *(house.process.pid for house in self.houses))
+
     def open(self) -> None:
         """Start all servers, and begin to keep account."""
         for house in self.houses:
             house.launch()
+        for house in self.houses:
             house.wait_ready()
         keep_account(self.url)
 
@@ -84,7 +90,7 @@ class Estate:
             if house.runs:
                 house.terminate()
             self._toll.read_log(house.log)
-        self._toll.strays += len(strays(_GONE_S, (self.database.pid,)))
+        self._toll.strays += len(strays(_GONE_S, self.pids))
 
     def _kill_server(self) -> None:
         """Kill a server, and start it again: sometimes to be killed as it starts, or at one of its first commits."""
@@ -129,7 +135,7 @@ class Estate:
 
     def _bury(self, victim: str) -> None:
         self._toll.victims[victim] += 1
-        self._toll.look_for_strays([self.database.pid, *(house.process.pid for house in self.houses)])
+        self._toll.look_for_strays(self.pids)
 
 
 @contextmanager
@@ -141,8 +147,9 @@ def _estate(draw: random.Random, toll: Toll) -> Iterator[Estate]:
             yield estate
         finally:
             for house in estate.houses:
-                house.close()
+                house.close(estate.pids)
             estate.database.crash()
+            end_strays()
 
 
 def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[TrialRow]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from marsupial.model.objective import Value
@@ -235,21 +235,28 @@ def give_back(tx: Transaction, claim: Claim, reason: str, settings: JobSettings,
 
     With no `reason` the attempt was ended by us: it does not count, but for the time that it took.
     """
+    if not _is_running(tx, claim):
+        return False
     if not reason:
-        sql = "UPDATE jobs SET spent_ms = spent_ms + ? - claimed_ms WHERE number = ? AND term = ?"
-        tx.execute(sql, (now_ms, claim.number, claim.term))
-    return _is_running(tx, claim) and _try_again(tx, claim.number, claim.attempt, reason, settings, now_ms)
+        sql = "UPDATE jobs SET spent_ms = spent_ms + ? - claimed_ms WHERE number = ?"
+        tx.execute(sql, (now_ms, claim.number))
+    return _try_again(tx, claim.number, claim.attempt, reason, settings, now_ms)
 
 
-def recover(tx: Transaction, settings: JobSettings, now_ms: int) -> None:
-    """Put jobs that were running when their server died into the queue again, as `give_back` does."""
-    rows = tx.execute(
-        "SELECT number, attempts FROM jobs WHERE state = ? AND finished_ms IS NULL"
-        f" AND (holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}",
-        (JobState.RUNNING,),
-    ).fetchall()
-    for number, attempts in rows:
-        _try_again(tx, number, attempts, "the server ended while it ran", settings, now_ms)
+def recover(tx: Transaction, settings: JobSettings, now_ms: int, ours: Collection[str] | None = None) -> None:
+    """Put jobs that were running when their server died into the queue again, as `give_back` does.
+
+    Also those of this server that are not among `ours`: it was never told that it got them, as the database broke off
+    right after that. They were not begun.
+    """
+    sql = "SELECT number, id, attempts FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
+    orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
+    for row in tx.execute(orphaned, (JobState.RUNNING,)).fetchall():
+        _try_again(tx, row["number"], row["attempts"], "the server ended while it ran", settings, now_ms)
+    if ours is not None:
+        for row in tx.execute(f"{sql}holder = ?{tx.skip_locked}", (JobState.RUNNING, tx.server)).fetchall():
+            if row["id"] not in ours:
+                _try_again(tx, row["number"], row["attempts"], "", settings, now_ms)
 
 
 def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:

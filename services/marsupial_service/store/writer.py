@@ -17,6 +17,7 @@ from typing import Any
 from marsupial_service.store import failpoints
 from marsupial_service.store.engine import Connection, Engine, Rows
 from marsupial_service.store.errors import StoreError
+from marsupial_service.store.outage import Outage
 
 _LARGEST_GROUP = 256
 _MOST_CLASHES = 20
@@ -100,6 +101,7 @@ class Writer:
         self._points = points
         self._tell = tell
         self._errands: queue.SimpleQueue[_Errand | None] = queue.SimpleQueue()
+        self._outage = Outage("the store can't be written")
         self._lock = threading.Lock()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="store-writer")
@@ -145,9 +147,8 @@ class Writer:
         """Do a group of errands and tell how that ended; say no if it is to be tried again."""
         transaction = None
         try:
-            connection = self._connection = self._connection or self._engine.writer()
+            connection = self._begun()
             transaction = Transaction(self._engine, connection)
-            connection.execute(self._engine.begin)
             for errand in group:
                 errand.run(transaction, self._engine)
             news = frozenset(transaction.news)
@@ -162,11 +163,23 @@ class Writer:
             self._fail(group, error)
             return True
         self._points.reach(failpoints.AFTER_COMMIT)
+        self._outage.over()
         for errand in group:
             errand.tell()
         if news:
             self._tell(news)
         return True
+
+    def _begun(self) -> Connection:
+        """Begin to write, over another connection if the last one is broken: the database may have been away."""
+        if self._connection is not None:
+            with suppress(*self._engine.errors):
+                self._connection.execute(self._engine.begin)
+                return self._connection
+            self._take_back(None)
+        connection = self._connection = self._connection or self._engine.writer()
+        connection.execute(self._engine.begin)
+        return connection
 
     def _take_back(self, transaction: Transaction | None) -> None:
         if transaction is not None:
@@ -181,6 +194,7 @@ class Writer:
                 self._connection = None
 
     def _fail(self, group: list[_Errand], error: BaseException) -> None:
+        self._outage.met(str(error))
         for errand in group:
             told = StoreError(f"nothing was stored: {error}")
             told.__cause__ = error
