@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -81,10 +82,10 @@ def test_while_the_database_is_away_requests_are_put_off_and_streams_end_and_the
     database: PostgresServer, tmp_path: Path
 ) -> None:
     with Server(tmp_path / "data", "--store", database.database()) as server, client(server) as http:
-        job = {**http.get("/v1/demo-data/yard").json(), "planner": "anytime", "budget": {"seconds": 4}}
+        job = {**http.get("/v1/demo-data/yard").json(), "planner": "anytime", "budget": {"seconds": 3}}
         made = http.post("/v1/jobs", json=job).json()["links"]
         while http.get(made["self"]).json()["best"] is None:
-            pass
+            time.sleep(0.05)
         with http.stream("GET", made["events"]) as stream:
             lines = stream.iter_lines()
             next(lines)
@@ -95,7 +96,7 @@ def test_while_the_database_is_away_requests_are_put_off_and_streams_end_and_the
             assert int(answer.headers["retry-after"]) >= 1
         database.start()
         while (now := http.get(made["self"])).status_code == 503 or now.json()["outcome"] is None:
-            pass
+            time.sleep(0.05)
         assert (now.json()["outcome"], now.json()["attempts"]) == ("satisficing", 1)
         assert ": the store can't be read; take this stream up again later" in said
     records = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]

@@ -25,12 +25,13 @@ class Outage:
             self._since_s = time.monotonic()
         log.error(self._said, extra={"reason": reason})
 
-    def over(self) -> None:
-        """Enter that it works."""
+    def over(self) -> bool:
+        """Enter that it works; say whether it did not until now."""
         if self._since_s is None:  # nearly always
-            return
+            return False
         with self._lock:
             if self._since_s is None:
-                return
+                return False
             lasted_s, self._since_s = time.monotonic() - self._since_s, None
         log.warning("%s: that is over", self._said, extra={"lasted_s": round(lasted_s, 1)})
+        return True

@@ -93,9 +93,12 @@ class _Errand:
 
 
 class Writer:
-    """The thread; `tell` is called in it after every commit, with the topics that have news. Raises StoreError."""
+    """The thread; `tell` is called in it after every commit, with the topics that have news. Raises StoreError.
 
-    def __init__(self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str]], None]) -> None:
+    None stands for any topic.
+    """
+
+    def __init__(self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str] | None], None]) -> None:
         self._engine = engine
         self._connection: Connection | None = engine.writer()
         self._points = points
@@ -163,10 +166,11 @@ class Writer:
             self._fail(group, error)
             return True
         self._points.reach(failpoints.AFTER_COMMIT)
-        self._outage.over()
         for errand in group:
             errand.tell()
-        if news:
+        if self._outage.over():
+            self._tell(None)  # what failed last may be stored all the same
+        elif news:
             self._tell(news)
         return True
 

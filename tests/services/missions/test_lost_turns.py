@@ -14,7 +14,7 @@ from marsupial_service.store import StoreError
 def test_a_mission_of_which_a_server_has_stored_more_than_it_was_told_goes_on(place: str, lost: str) -> None:
     async def fly() -> str:
         async with open_missions(place) as missions:
-            answers = LostAnswers(missions._store, lost)
+            answers = LostAnswers(missions._store, lost, 1)
             while True:
                 with suppress(StoreError):
                     record, _ = await missions.create(brief(), b"same", owner="me", idempotency_key="key")
