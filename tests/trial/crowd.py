@@ -17,8 +17,11 @@ from talk import ACCEPTED, BROKEN, BUSY, Frame, Refusal, Reply, Talk, frames
 from trial.promises import Promises
 from trial.tasks import short_jobs
 
-SENDERS, FOLLOWERS = 2, 3
+SENDERS, FOLLOWERS = 2, 6
 _PAUSE_S = 0.05
+_SENDER_S = 0.4
+"""Senders rest so long, so that most jobs are begun soon and can be followed."""
+
 _CANCELLED = 0.1
 _END_S = 600.0
 
@@ -62,6 +65,7 @@ class Crowd:
 
     def _send(self) -> None:
         """Send a job, again and again until it is acknowledged; sometimes cancel it."""
+        time.sleep(_SENDER_S)
         key, body = uuid.uuid4().hex, self._draw.choice(short_jobs())
         while not self._over.is_set():
             answer = self._ask("POST", "/v1/jobs", body, key)

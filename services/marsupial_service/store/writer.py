@@ -98,7 +98,9 @@ class Writer:
     None stands for any topic.
     """
 
-    def __init__(self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str] | None], None]) -> None:
+    def __init__(
+        self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str] | None], None]
+    ) -> None:
         self._engine = engine
         self._connection: Connection | None = engine.writer()
         self._points = points
