@@ -47,6 +47,11 @@ class Occupancy:
             raise MapError(f"resolution {fault}")
 
 
+def shortest_resolution(resolution_m: float) -> float:
+    """Return the resolution that was meant: messages hold it in single precision (0.05000000074505806)."""
+    return float(str(np.float32(resolution_m)))
+
+
 def terrain_codes(
     values: OccupancyArray, free_thresh: float = FREE_THRESH, occupied_thresh: float = OCCUPIED_THRESH
 ) -> CellArray:

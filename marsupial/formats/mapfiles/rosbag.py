@@ -17,7 +17,13 @@ import numpy as np
 from marsupial.errors import MapError
 from marsupial.formats.files import file_fault
 from marsupial.formats.mapfiles.images import MAX_CELLS
-from marsupial.formats.mapfiles.occupancy import FREE_THRESH, OCCUPIED_THRESH, Occupancy, terrain_codes
+from marsupial.formats.mapfiles.occupancy import (
+    FREE_THRESH,
+    OCCUPIED_THRESH,
+    Occupancy,
+    shortest_resolution,
+    terrain_codes,
+)
 from marsupial.model.grid import Grid
 from marsupial.model.mapreading import LegendEntry, MapReading
 
@@ -86,16 +92,11 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
     try:
         return Occupancy(
             values=data.reshape(info.height, info.width),
-            resolution_m=rounded_resolution(info.resolution),
+            resolution_m=shortest_resolution(info.resolution),
             origin_m=(float(p.x), float(p.y), yaw),
         )
     except MapError as error:
         raise MapError(error.problems, source=source) from error
-
-
-def rounded_resolution(resolution_m: float) -> float:
-    """Return the resolution that was meant: messages hold it in single precision (0.05000000074505806)."""
-    return float(str(np.float32(resolution_m)))
 
 
 @contextmanager

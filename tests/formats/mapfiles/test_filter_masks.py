@@ -91,7 +91,8 @@ def test_the_no_go_areas_of_the_office_take_floor_away(shared_maps: Path) -> Non
 def scenario_file(folder: Path, masks: str) -> Path:
     Image.fromarray(np.array([[0, 254, 102]], dtype=np.uint8)).save(folder / "mask.png")
     (folder / "mask.yaml").write_text(
-        "image: mask.png\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\nmode: scale\noccupied_thresh: 1\nfree_thresh: 0\n"
+        "image: mask.png\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"
+        "mode: scale\noccupied_thresh: 1\nfree_thresh: 0\n"
     )
     (folder / "hall.yaml").write_text(f"""
 format: marsupial-scenario
