@@ -156,11 +156,13 @@ class Bridge:
         self._clock.begin((await mission.refresh())["t_ms"])
         self._record = kept
         self._record.report = None
-        self._fleet.mission = mission.id
+        self._record.starts += 1
+        self._fleet.mission, self._fleet.starts = mission.id, kept.starts
         self._fleet.take_up(kept.aboard, kept.lost)
         self._fleet.place()
         for command in kept.errands:
             self._fleet.obey(command, self._clock.now_s)
+        self._keep()
         self._say(f"mission {mission.id} goes on after report {mission.n}")
         return mission
 

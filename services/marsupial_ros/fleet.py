@@ -57,6 +57,11 @@ class Fleet:
         What tf tells, by topic.
     say
         Tells the user something.
+
+    Attributes
+    ----------
+    mission, starts
+        The id of the mission, and how often it was taken up before: names of goals are never used twice.
     """
 
     def __init__(
@@ -75,6 +80,7 @@ class Fleet:
         self._say = say
         self._gathered = Gathered()
         self.mission = ""
+        self.starts = 0
         self.robots = {one.name: Robot(one, frames[one.tf], one.carrier) for one in settings.robots}
 
     @property
@@ -232,14 +238,15 @@ class Fleet:
             self._finish(errand, arrived=True)
             return
         errand.attempt += 1
-        errand.goal, errand.name = goal, f"{self.mission}:{errand.command['id']}:{errand.attempt}"
+        errand.goal = goal
+        errand.name = f"{self.mission}:{errand.command['id']}:{self.starts}.{errand.attempt}"
         self._actions.send_goal(errand.name, goal.action, goal.type, goal.values)
 
     def _drive(self, errand: Errand) -> Goal | None:
         """Return the goal of a drive from where the robot is by now, None if it is there."""
         robot = self.robots[errand.command["robot"]]
         pose = robot.pose(self._frame)
-        if pose is not None and errand.attempt:
+        if pose is not None and (errand.attempt or self.starts):
             errand.pass_by((pose.x, pose.y), self._waits.tolerance_m)
         route = errand.route_m[errand.passed :]
         if len(route) < 2:

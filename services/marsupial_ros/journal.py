@@ -36,6 +36,8 @@ class Record:
         The commands that have not ended, but for those that end with `report`.
     aboard
         The carrier of each rover that is aboard.
+    starts
+        How often it was taken up.
     lost
         The robots that were reported as lost.
     report
@@ -49,6 +51,7 @@ class Record:
     until_ms: int | None = None
     errands: list[Command] = field(default_factory=list)
     aboard: dict[str, str] = field(default_factory=dict)
+    starts: int = 0
     lost: list[str] = field(default_factory=list)
     report: Report | None = None
 
