@@ -191,7 +191,7 @@ class Bridge:
         """Report whenever something has happened, and end the mission when the user wants that."""
         stopped = False
         while True:
-            if self._stops() and not stopped:
+            if self._stops() == 1 and not stopped:  # a second wish leaves it as it is
                 stopped = True
                 await mission.cancel()
             elif self._due(mission.n):

@@ -157,7 +157,7 @@ def test_a_carrier_that_is_not_heard_of_is_told_and_lost_with_its_rover(server: 
     _, talk = play(story, waits="{silent_s: 5, lost_s: 15}")
     assert outcomes[0].ended is not None
     missing = "no map -> carrier2/base_link on /tf for"
-    assert any(text.startswith(f"carrier2: {missing} 5") for text in talk.said)
+    assert any(text.startswith(f"carrier2: {missing}") for text in talk.said)
     assert f"carrier2: lost: {missing} 15 s" in talk.said
     assert not any(text.startswith("carrier1: lost") for text in talk.said)
 

@@ -439,7 +439,7 @@ def test_what_is_wrong_with_settings_is_named_by_field(tmp_path: Path) -> None:
     path = tmp_path / "fleet.yaml"
     with pytest.raises(ScenarioError):
         settings_of(tmp_path, more)
-    text = path.read_text().replace("map: {", extra + "map: {").replace("ws://", "http://")
+    text = path.read_text().replace("waits: {", extra + "waits: {").replace("ws://", "http://")
     path.write_text(text)
     with pytest.raises(ScenarioError) as caught:
         read_settings(path)
