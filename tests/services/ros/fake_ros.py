@@ -71,7 +71,10 @@ class Client:
 
 
 class FakeRos:
-    """Runs within a block; `goals` lists all that were sent, `cancelled` the names of those that were to end."""
+    """Runs within a block; `goals` lists all that were sent, `cancelled` the names of those that were to end.
+
+    `speedup` seconds pass there in one.
+    """
 
     def __init__(self, truth: Grid, bodies: list[Body], *, speedup: float = SPEEDUP) -> None:
         self.truth = truth
@@ -84,7 +87,7 @@ class FakeRos:
         self.connections = 0
         self.port = 0
         self.done: dict[tuple[str, int], int] = {}
-        self._speedup = speedup
+        self.speedup = speedup
         self._clients: list[Client] = []
         self._running: dict[str, Goal] = {}
         self._draw = random.Random(1)
@@ -228,7 +231,7 @@ class FakeRos:
 
     async def _live(self) -> None:
         while True:
-            await asyncio.sleep(STEP_S / self._speedup)
+            await asyncio.sleep(STEP_S / self.speedup)
             self.now_s += STEP_S
             for goal in list(self._running.values()):
                 await self._work(goal)

@@ -120,6 +120,7 @@ def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(server: 
     async def story(ros: FakeRos, talk: Talk) -> None:
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: any(action.endswith("follow_path") for action in ros.running))
+        ros.speedup = 1.0  # so that no robot gets there before it is stopped
         talk.stops = 1
         outcomes.append(await work)
 
@@ -136,6 +137,7 @@ def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(server: 
     async def story(ros: FakeRos, talk: Talk) -> None:
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
         await until(lambda: len(ros.running) == 2)
+        ros.speedup = 1.0  # so that no robot gets there before it is stopped
         talk.stops = 2
         outcomes.append(await work)
         await until(lambda: not ros.running)
