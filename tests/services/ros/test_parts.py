@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -427,6 +428,18 @@ def test_settings_have_usual_values(tmp_path: Path) -> None:
     carrier, rover = settings.robots
     assert (carrier.namespace, carrier.tf, carrier.base_frame) == ("/carrier1", "/tf", "carrier1/base_link")
     assert (rover.carrier, settings.map.topic, settings.map.updates) == ("carrier1", "/map", "/map_updates")
+
+
+def test_the_settings_of_the_documentation_can_be_read(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[3] / "docs" / "ros.md").read_text()
+    whole, _ = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (tmp_path / "fleet.yaml").write_text(whole)
+    settings = read_settings(tmp_path / "fleet.yaml")
+    assert [robot.namespace for robot in settings.robots] == ["/carrier1", "/fleet/c2", "/rover1", "/rover2"]
+    short = re.sub(r"^(map|planning|waits|goal|rosbridge|name):.*\n(  .*\n)*", "", whole, flags=re.MULTILINE)
+    (tmp_path / "fleet.yaml").write_text(short)
+    usual = read_settings(tmp_path / "fleet.yaml")
+    assert (usual.map.topic, usual.waits, usual.goal) == (settings.map.topic, settings.waits, settings.goal)
 
 
 def test_what_is_wrong_with_settings_is_named_by_field(tmp_path: Path) -> None:
