@@ -41,7 +41,9 @@ def ros(
     ] = False,
     json: Json = False,
 ) -> None:
-    """Let robots with ROS 2 carry out a mission: maps and poses in, paths and dockings out, over rosbridge.
+    """Let robots with ROS 2 carry out a mission.
+
+    Maps and poses come in and paths and dockings go out over rosbridge: docs/ros.md.
 
     Example: marsupial ros fleet.yaml --server http://127.0.0.1:8080 --state fleet.state
     """
