@@ -30,7 +30,8 @@ def draw_lanes(axes: Axes, playback: Playback, palette: Palette, colours: Mappin
                 low = row - LANE / 2
                 axes.broken_barh(bars, (low, LANE), facecolors=palette.actions[does], linewidth=0)
     axes.set_yticks(range(len(names)), names)
-    axes.tick_params(axis="both", length=0, labelsize=min(8.5, 100 / max(1, len(names))), colors=palette.ink)
+    axes.tick_params(axis="x", length=0, labelsize=8.5, colors=palette.ink)
+    axes.tick_params(axis="y", length=0, labelsize=min(8.5, 100 / max(1, len(names))), colors=palette.ink)
     for label, name in zip(axes.get_yticklabels(), names, strict=True):
         label.set_color(colours[name])
         label.set_fontweight("bold")
