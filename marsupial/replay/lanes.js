@@ -2,7 +2,7 @@
 
    Two missions stand one under the other on one axis. What depends on no moment is drawn once, on a canvas of its own. */
 
-import { colour, inks, robotColours } from "./colours.js";
+import { inks, robotColours } from "./colours.js";
 import { fitted, make } from "./dom.js";
 import { area, clock } from "./format.js";
 import { lastAt } from "./history.js";
@@ -10,7 +10,7 @@ import { actionInk, bar, cross, line, rover, vehicle } from "./shapes.js";
 import { newsLong, ofSegment } from "./why.js";
 
 const TOP = 50, AXIS = 22, HEAD = 15, RIGHT = 12;
-const TALLEST = 19, LOWEST = 11, ROOM = 260;  // points of the page: a lane, and all lanes together if they can
+const TALLEST = 19, LOWEST = 11, ROOM = 260, ROOM_FOR_TWO = 180;  // points of the page: a lane, and all lanes together if they can
 const TICKS = [100, 200, 500, 1e3, 2e3, 5e3, 1e4, 15e3, 3e4, 6e4, 12e4, 3e5, 6e5, 12e5, 18e5, 36e5, 72e5, 144e5];
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 const AHEAD = 1.15;  // how much longer than a mission that goes on its axis is
@@ -30,7 +30,7 @@ export class Lanes {
   /** Each row with its mission, its robot (or none: a headline) and where it begins. */
   layOut() {
     const robots = this.missions.reduce((sum, mission) => sum + mission.robots.length, 0), rows = [];
-    this.lane = Math.max(LOWEST, Math.min(TALLEST, Math.floor(ROOM / robots)));
+    this.lane = Math.max(LOWEST, Math.min(TALLEST, Math.floor((this.missions.length > 1 ? ROOM_FOR_TWO : ROOM) / robots)));
     let top = TOP;
     this.missions.forEach((mission, i) => {
       if (this.missions.length > 1) { rows.push({ mission, i, robot: null, top, high: HEAD }); top += HEAD; }
@@ -40,7 +40,7 @@ export class Lanes {
     return rows;
   }
 
-  get gutter() { return this.width < 600 ? 76 : 104; }
+  get gutter() { return this.width < 600 ? 84 : 104; }
   get begin() { return Math.min(...this.missions.map((mission) => mission.from)); }
   get end() { return Math.max(...this.missions.map((mission) => mission.to)); }
 
@@ -82,7 +82,7 @@ export class Lanes {
     fitted(this.canvas, this.width, this.height);
     this.ink = inks();
     this.colours = this.missions.map(robotColours);
-    this.curves = this.missions.map((_, i) => (this.missions.length > 1 ? colour(`family-${[0, 5][i]}-0`) : this.ink.ink));
+    this.curves = [{ ink: this.ink.ink, dash: [] }, { ink: this.ink.dim, dash: [5, 4] }];
     this.g = fitted(this.still, this.width, this.height);
     this.g.fillStyle = this.ink.card;
     this.g.fillRect(0, 0, this.width, this.height);
@@ -105,7 +105,7 @@ export class Lanes {
     }
     g.textAlign = "left";
     g.fillText("plans", 4, this.bottom + 10);
-    this.missions.forEach((mission, i) => this.drawPlanTicks(mission, this.missions.length > 1 ? this.curves[i] : this.ink.accent));
+    this.missions.forEach((mission, i) => this.drawPlanTicks(mission, this.missions.length > 1 ? this.curves[i].ink : this.ink.accent));
   }
 
   drawPlanTicks(mission, ink) {
@@ -138,7 +138,7 @@ export class Lanes {
 
   areaY(value) { return TOP - 6 - value / this.most * (TOP - 14); }
 
-  drawArea(mission, ink) {
+  drawArea(mission, { ink, dash }) {
     const { g } = this, { areaTimes, areas } = mission.sightings, cell = mission.resolution ** 2;
     const first = Math.max(lastAt(areaTimes, this.from), 0), last = Math.max(lastAt(areaTimes, this.to), first);
     const stride = Math.max(1, Math.floor((last - first) / 3000)), right = this.x(Math.min(this.to, mission.to));
@@ -148,7 +148,7 @@ export class Lanes {
       points.push([x, points[points.length - 1][1]], [x, this.areaY(areas[at] * cell)]);
     }
     points.push([right, points[points.length - 1][1]]);
-    line(g, points, ink, 1.75);
+    line(g, points, ink, 1.75, dash);
     g.lineTo(right, TOP);
     g.lineTo(points[0][0], TOP);
     g.globalAlpha = 0.12;
@@ -159,12 +159,11 @@ export class Lanes {
 
   drawHead({ i, top }) {
     const { g } = this;
-    g.fillStyle = this.curves[i];
-    g.fillRect(4, top + 4, 8, 8);
+    line(g, [[4, top + 8], [22, top + 8]], this.curves[i].ink, 1.75, this.curves[i].dash);
     g.fillStyle = this.ink.ink;
     g.font = `600 11px ${FONT}`;
     g.textBaseline = "middle";
-    g.fillText(this.names[i], 17, top + HEAD / 2 + 1);
+    g.fillText(this.names[i], 28, top + HEAD / 2 + 1);
   }
 
   drawLane({ mission, i, robot, top }) {
@@ -175,7 +174,7 @@ export class Lanes {
     g.fillStyle = this.ink.ink;
     g.textBaseline = "middle";
     g.font = `${robot.carrier ? "600 " : ""}${Math.min(11, lane - 1)}px ${FONT}`;
-    g.fillText(cut(g, robot.name, gutter - 30), robot.carrier ? 22 : 28, middle + 0.5);
+    g.fillText(cut(g, robot.name, gutter - (robot.carrier ? 24 : 29)), robot.carrier ? 22 : 28, middle + 0.5);
     g.save();
     g.beginPath();
     g.rect(gutter, top, right - gutter, lane);
@@ -220,7 +219,7 @@ export class Lanes {
     g.textBaseline = "alphabetic";
     this.missions.forEach((mission, i) => {
       const known = mission.openArea(t);
-      g.fillStyle = this.missions.length > 1 ? this.curves[i] : this.ink.ink;
+      g.fillStyle = this.curves[i].ink;
       g.fillText(area(known), 4, 29 + 14 * i);
       if (t < this.from || t > this.to) return;
       g.beginPath();

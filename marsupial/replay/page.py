@@ -88,6 +88,8 @@ def _packed(events: tuple[MissionEvent, ...]) -> str:
 
 def _variables(palette: Palette) -> str:
     """Return the palette as CSS variables: ``--family-0-1`` for the first rover of the first carrier."""
-    families = {f"family-{i}-{k}": colour for i, family in enumerate(palette.families) for k, colour in enumerate(family)}
+    families = {
+        f"family-{i}-{k}": colour for i, family in enumerate(palette.families) for k, colour in enumerate(family)
+    }
     plain = {f.name: getattr(palette, f.name) for f in fields(palette) if f.name not in {"families", "actions"}}
     return " ".join(f"--{name}: {colour};" for name, colour in {**families, **plain, **palette.actions}.items())

@@ -140,7 +140,7 @@ export class Plans {
     if (this.shown >= 0) this.items[this.shown].removeAttribute("aria-current");
     this.shown = i;
     if (i < 0) return;
-    const item = this.items[i], top = item.offsetTop - list.offsetTop;
+    const item = this.items[i], top = item.offsetTop;  // in the list, which is positioned
     item.setAttribute("aria-current", "true");
     if (top < list.scrollTop || top + item.offsetHeight > list.scrollTop + list.clientHeight) list.scrollTop = top - list.clientHeight / 2;
   }
