@@ -46,8 +46,8 @@ def _description(file: str) -> MapDescription:
     from marsupial.model.robots import default_types
 
     if file in SCENARIOS or is_scenario_file(Path(file)):
-        scenario, _ = load_scenario(file)
-        return describe(scenario.grid, scenario.robot_types)
+        loaded = load_scenario(file)
+        return describe(loaded.scenario.grid, loaded.scenario.robot_types, reading=loaded.reading)
     reading = read_map(file)
     return describe(reading.grid, default_types(1), reading=reading)
 
