@@ -11,7 +11,7 @@ from typing import Any
 
 from marsupial.bench.sim import MissionRow, SightRow, bench_mission, bench_sight
 from marsupial.cli.display.messages import say
-from marsupial.cli.display.tables import print_text
+from marsupial.cli.display.tables import print_report
 from marsupial.cli.missions import strategy_name, warn_of
 from marsupial.cli.outputs import write_file
 from marsupial.generators.builtin import SCENARIOS
@@ -72,4 +72,4 @@ def show(text: str, rows: Sequence[Mapping[str, Any]], json: Path | None) -> Non
     """Print the text, and write the rows to a file if there is to be one."""
     if json is not None:
         write_file(json, json_text.dumps(rows, indent=1) + "\n")
-    print_text(text + "\n")
+    print_report(text)

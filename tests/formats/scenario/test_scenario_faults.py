@@ -300,7 +300,8 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"map": {"generator": "random", "width_m": 60, "height_m": 3, "share": 0.9, "depth": 1}},
         [
             "map.share: must be 0 to 0.35, got 0.9",
-            "map.depth: unknown field; the fields here are generator, width_m, height_m, resolution_m, seed, share, mask",
+            "map.depth: unknown field; the fields here are generator, width_m, height_m, resolution_m, seed, share, "
+            "mask",
         ],
     ),
     "a generated map too small": (
