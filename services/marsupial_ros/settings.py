@@ -15,6 +15,7 @@ from marsupial.formats.scenario.filters import read_filters
 from marsupial.formats.scenario.map import read_terrains
 from marsupial.formats.scenario.read import parse, read_goal, read_limits, read_types, read_version
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names
+from marsupial.formats.yamllines import with_lines
 from marsupial.model.bounds import BOUNDS, Bound
 from marsupial.model.grid import Terrain
 from marsupial.model.robots import RobotType, TeamMember
@@ -152,15 +153,15 @@ def read_settings(path: Path) -> Settings:
     Raises
     ------
     ScenarioError
-        With every wrong field by its path.
+        With every wrong field by its path and line.
     """
-    data = parse(path)
+    data, text = parse(path)
     if not isinstance(data, Mapping):
         raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
     problems: list[Problem] = []
     settings = _read(Fields(data, "", problems), path)
     if problems or settings is None:
-        raise ScenarioError(problems, source=str(path))
+        raise ScenarioError(with_lines(problems, text), source=str(path))
     return settings
 
 

@@ -86,6 +86,7 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
         legend=_legend(counts, codes, hidden),
         warnings=(
+            *header.warnings,
             *_image_warnings(image, hidden),
             *_saved_unknown_warnings(header, counts, codes),
             *_mixed_warnings(header, counts, codes),

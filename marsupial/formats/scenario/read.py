@@ -16,10 +16,12 @@ import yaml
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
-from marsupial.formats.scenario.map import read_grid, read_terrains
+from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
+from marsupial.formats.yamllines import with_lines
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Grid, Terrain
+from marsupial.model.mapreading import MapReading
 from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
@@ -60,17 +62,22 @@ def read_scenario(path: Path | str) -> Scenario:
     Raises
     ------
     ScenarioError
-        With every wrong field by its path.
+        With every wrong field by its path and line.
     """
+    return understand_scenario(path)[0]
+
+
+def understand_scenario(path: Path | str) -> tuple[Scenario, MapReading | None]:
+    """Read a scenario file, as `read_scenario`, and say how its map file was understood, if it has one."""
     path = Path(path)
-    data = parse(path)
+    data, text = parse(path)
     problems: list[Problem] = []
     if not isinstance(data, Mapping):
         raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
-    scenario = _read(Fields(data, "", problems), path)
-    if problems or scenario is None:
-        raise ScenarioError(problems, source=str(path))
-    return scenario
+    found = _read(Fields(data, "", problems), path)
+    if problems or found is None:
+        raise ScenarioError(with_lines(problems, text), source=str(path))
+    return found
 
 
 def is_scenario_file(path: Path | str) -> bool:
@@ -79,19 +86,22 @@ def is_scenario_file(path: Path | str) -> bool:
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
         return False
     try:
-        data = parse(path)
+        data, _ = parse(path)
     except ScenarioError:
         return path.suffix.lower() == ".json"
     return isinstance(data, Mapping) and not {"format", "team", "robot_types"}.isdisjoint(data)
 
 
-def parse(path: Path) -> object:
-    """Return what a YAML or JSON file of ours holds. Raises ScenarioError where it is neither, or nested too deep."""
+def parse(path: Path) -> tuple[object, str]:
+    """Return what a YAML or JSON file of ours holds, and its text.
+
+    Raises ScenarioError where it is neither, or nested too deep.
+    """
     text = read_text(path, ScenarioError, MOST_BYTES)
     try:
         if _is_deep(text):
             raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
-        return yaml.load(text, _Loader)
+        return yaml.load(text, _Loader), text
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -110,24 +120,25 @@ def _is_deep(text: str) -> bool:
     return False
 
 
-def _read(top: Fields, path: Path) -> Scenario | None:
+def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     """Read all fields; the scenario means something only if no problem was noted."""
     if not read_version(top, FORMAT, VERSION):
         return None
     name = top.text("name", path.stem)
     terrains = read_terrains(top)
-    grid = read_grid(top, terrains, path.parent)
+    found = read_map_field(top, terrains, path.parent)
+    grid = None if found is None else found.grid
     kinds = read_types(top, terrains, grid)
     team = read_team(top, kinds, grid)
     seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
     goal, limits = read_goal(top), read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     top.finish()
-    if top.problems or grid is None:
+    if top.problems or found is None:
         return None
-    return Scenario(
+    scenario = Scenario(
         name=name,
-        grid=grid,
+        grid=found.grid,
         robot_types=tuple(kind for kind in kinds.values() if kind is not None),
         team=team,
         goal=goal,
@@ -135,6 +146,7 @@ def _read(top: Fields, path: Path) -> Scenario | None:
         planning_time=PlanningTime(planning_time),
         start_seed=seed,
     )
+    return scenario, found.reading
 
 
 def read_version(top: Fields, form: str, latest: int) -> bool:
