@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 
 from marsupial.errors import ScenarioError
-from marsupial.formats.mapfiles.read import READERS, read_map
+from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
 from marsupial.formats.scenario import is_scenario_file, read_scenario, with_team
 from marsupial.generators.builtin import (
     DEFAULT_CARRIERS,
@@ -26,8 +26,8 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
     Parameters
     ----------
     name_or_path
-        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml`` or a
-        MovingAI ``.map``.
+        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml``, a
+        MovingAI ``.map`` or a recording of ROS 2.
     carriers, rovers
         Another team: carriers, and rovers for each of them; None keeps what the scenario says (2 and 2 without one).
 
@@ -47,7 +47,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     path = Path(source)
     if source in SCENARIOS:
         return builtin_scenario(source, *_team(carriers, rovers)), []
-    if not path.exists():
+    if not path.exists() and not names_recording(path):
         raise ScenarioError(_unknown(source))
     if is_scenario_file(path):
         return with_team(read_scenario(path), carriers, rovers), []

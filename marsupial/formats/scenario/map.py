@@ -12,10 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from marsupial.errors import MapError, Problem
+from marsupial.errors import MapError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.formats.mapfiles.terrain_mask import read_mask
+from marsupial.formats.scenario.filters import KEYS as FILTERS
+from marsupial.formats.scenario.filters import note_file, read_filters
 from marsupial.generators import GENERATORS
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, Terrain
@@ -30,7 +32,7 @@ _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 
 SOURCES = ("file", "generator", "rows")
 
-_KEYS = ("mask", "width_m", "height_m", "resolution_m", "seed", "origin_m", "legend")
+_KEYS = ("mask", *FILTERS, "width_m", "height_m", "resolution_m", "seed", "origin_m", "legend")
 
 
 def read_terrains(top: Fields) -> tuple[Terrain, ...]:
@@ -79,10 +81,11 @@ def read_grid(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid 
     grid = read(fields, terrains, folder)
     grid = None if grid is None else replace(grid, terrains=terrains)
     mask = _read_mask(fields, terrains)
+    filters = read_filters(fields, terrains, folder)
     fields.finish()
     if grid is not None and mask is not None:
         grid = _masked(grid, folder / mask[0], mask[1], fields)
-    return grid if len(top.problems) == before else None
+    return filters.painted(grid) if grid is not None and len(top.problems) == before else None
 
 
 def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
@@ -92,7 +95,7 @@ def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> G
     try:
         return read_map(folder / name).grid
     except MapError as error:
-        _note(fields, "file", error)
+        note_file(fields, "file", error)
         return None
 
 
@@ -208,12 +211,5 @@ def _masked(grid: Grid, path: Path, codes: Mapping[int, int], fields: Fields) ->
     try:
         return read_mask(grid, path, codes)
     except MapError as error:
-        _note(fields, "mask", error)
+        note_file(fields, "mask", error)
         return None
-
-
-def _note(fields: Fields, key: str, error: MapError) -> None:
-    """Note the problems of a file that a field names, with the file's path as far as it is known."""
-    for problem in error.problems:
-        text = f"{error.source}: {problem}" if error.source else str(problem)
-        fields.problems.append(Problem(fields.at(key), text))

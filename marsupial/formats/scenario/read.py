@@ -63,7 +63,7 @@ def read_scenario(path: Path | str) -> Scenario:
         With every wrong field by its path.
     """
     path = Path(path)
-    data = _parse(path)
+    data = parse(path)
     problems: list[Problem] = []
     if not isinstance(data, Mapping):
         raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
@@ -79,13 +79,14 @@ def is_scenario_file(path: Path | str) -> bool:
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
         return False
     try:
-        data = _parse(path)
+        data = parse(path)
     except ScenarioError:
         return path.suffix.lower() == ".json"
     return isinstance(data, Mapping) and not {"format", "team", "robot_types"}.isdisjoint(data)
 
 
-def _parse(path: Path) -> object:
+def parse(path: Path) -> object:
+    """Return what a YAML or JSON file of ours holds. Raises ScenarioError where it is neither, or nested too deep."""
     text = read_text(path, ScenarioError, MOST_BYTES)
     try:
         if _is_deep(text):
@@ -111,7 +112,7 @@ def _is_deep(text: str) -> bool:
 
 def _read(top: Fields, path: Path) -> Scenario | None:
     """Read all fields; the scenario means something only if no problem was noted."""
-    if not _read_version(top):
+    if not read_version(top, FORMAT, VERSION):
         return None
     name = top.text("name", path.stem)
     terrains = read_terrains(top)
@@ -119,7 +120,7 @@ def _read(top: Fields, path: Path) -> Scenario | None:
     kinds = read_types(top, terrains, grid)
     team = read_team(top, kinds, grid)
     seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
-    goal, limits = _read_goal(top), _read_limits(top)
+    goal, limits = read_goal(top), read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     top.finish()
     if top.problems or grid is None:
@@ -136,13 +137,13 @@ def _read(top: Fields, path: Path) -> Scenario | None:
     )
 
 
-def _read_version(top: Fields) -> bool:
+def read_version(top: Fields, form: str, latest: int) -> bool:
     """Check format and version; False where the file is of a later version and its fields mean who knows what."""
-    top.choice("format", [FORMAT])
+    top.choice("format", [form])
     version = top.integer("version", None, Bound(1, MOST))
-    if version > VERSION:
-        top.wrong("version", f"must be at most {VERSION}, got {version}: the file is for a later marsupial")
-    return version <= VERSION
+    if version > latest:
+        top.wrong("version", f"must be at most {latest}, got {version}: the file is for a later marsupial")
+    return version <= latest
 
 
 def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) -> dict[str, RobotType | None]:
@@ -230,7 +231,8 @@ def _read_energy(fields: Fields) -> EnergyModel:
     return model
 
 
-def _read_goal(top: Fields) -> Goal:
+def read_goal(top: Fields) -> Goal:
+    """Read ``goal``."""
     fields, default = top.part("goal", required=False), Goal()
     goal = Goal(
         recover_rovers=fields.flag("recover_rovers", default.recover_rovers),
@@ -240,7 +242,8 @@ def _read_goal(top: Fields) -> Goal:
     return goal
 
 
-def _read_limits(top: Fields) -> MissionLimits:
+def read_limits(top: Fields) -> MissionLimits:
+    """Read ``limits``."""
     fields = top.part("limits", required=False)
     seconds = fields.quantity("time_s", MissionLimits().time_ms / 1000)
     fields.finish()
