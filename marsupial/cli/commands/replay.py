@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from marsupial.formats.missionlog import MissionLog
+from marsupial.errors import UsageError
+from marsupial.model.mission import MissionEvent
 
 TERMINAL_SPEED = 20.0
 
 
 def replay(
     log: Annotated[Path, typer.Argument(help="A mission log.")],
+    other: Annotated[Path | None, typer.Argument(help="Another one, to be seen beside it on the page.")] = None,
     html: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page there instead.")] = None,
     export: Annotated[
         Path | None,
@@ -30,50 +31,59 @@ def replay(
 ) -> None:
     """Play a mission log in the terminal, or write it as a page, a film, a figure or a recording.
 
-    A recording (MCAP) is for Foxglove, Lichtblick and other viewers of robots' data. MP4 needs the extra
-    marsupial[video], MCAP the extra marsupial[mcap].
+    Two logs are a page with both side by side. A recording (MCAP) is for Foxglove, Lichtblick and other viewers of
+    robots' data. MP4 needs the extra marsupial[video], MCAP the extra marsupial[mcap].
 
     Example: marsupial replay office.jsonl --html office.html
 
     Example: marsupial replay office.jsonl --export office.gif
     """
-    from marsupial.cli.display.messages import warn
-    from marsupial.errors import UsageError
-    from marsupial.formats.missionlog import read_log
-
+    if other is not None and html is None:
+        raise UsageError("two logs are played on a page only: add --html FILE")
     if export is None and (at is not None or dark):
         raise UsageError("--at and --dark are for --export")
-    mission = read_log(log)
-    if mission.truncated:
-        warn(f"{log}: the last line is cut off and left out")
+    events = _events(log)
     if html is not None:
-        _page(mission, html)
+        _page(events, None if other is None else _events(other), html)
     if export is not None:
-        _export(mission, export, at, speed, dark=dark)
+        _export(events, export, at, speed, dark=dark)
     if html is None and export is None:
         from rich.console import Console
 
         from marsupial.cli.display.terminal_replay import play
 
-        play(mission.events, Console(), speed or TERMINAL_SPEED, time.monotonic, time.sleep)
+        play(events, Console(), speed or TERMINAL_SPEED, time.monotonic, time.sleep)
 
 
-def _page(mission: MissionLog, path: Path) -> None:
+def _events(log: Path) -> tuple[MissionEvent, ...]:
+    """Return the events of a log, with a notice where its last line is cut off."""
+    from marsupial.cli.display.messages import warn
+    from marsupial.formats.missionlog import read_log
+
+    mission = read_log(log)
+    if mission.truncated:
+        warn(f"{log}: the last line is cut off and left out")
+    return mission.events
+
+
+def _page(events: tuple[MissionEvent, ...], other: tuple[MissionEvent, ...] | None, path: Path) -> None:
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_file
     from marsupial.replay.page import replay_page
 
-    write_file(path, replay_page(mission.events))
+    write_file(path, replay_page(events, other))
     say(f"wrote {path}")
 
 
-def _export(mission: MissionLog, path: Path, at_s: float | None, speed: float | None, *, dark: bool) -> None:
+def _export(
+    events: tuple[MissionEvent, ...], path: Path, at_s: float | None, speed: float | None, *, dark: bool
+) -> None:
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_bytes
     from marsupial.exports.write import ExportOptions, export_mission
 
     at_ms = None if at_s is None else round(1000 * at_s)
     say(f"writing {path} ...")
-    data = export_mission(mission.events, path.suffix, ExportOptions(at_ms=at_ms, speed=speed, dark=dark))
+    data = export_mission(events, path.suffix, ExportOptions(at_ms=at_ms, speed=speed, dark=dark))
     write_bytes(path, data)
     say(f"wrote {path} ({len(data) / 1000:.0f} kB)")
