@@ -67,7 +67,7 @@ class RobotLook:
     Attributes
     ----------
     role
-        Gives the shape: carriers are discs, rovers are squares on a corner.
+        Gives the shape: no rover has that of a carrier.
     hue, shade
         Where its colour stands in `Palette.families`.
     dashed
