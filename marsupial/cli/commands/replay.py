@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -31,17 +32,17 @@ def replay(
 ) -> None:
     """Play a mission log in the terminal, or write it as a page, a film, a figure or a recording.
 
-    Two logs are a page with both side by side. A recording (MCAP) is for Foxglove, Lichtblick and other viewers of
+    Two logs make a page with both side by side. A recording (MCAP) is for Foxglove, Lichtblick and other viewers of
     robots' data. MP4 needs the extra marsupial[video], MCAP the extra marsupial[mcap].
 
     Example: marsupial replay office.jsonl --html office.html
 
     Example: marsupial replay office.jsonl --export office.gif
     """
-    if other is not None and html is None:
-        raise UsageError("two logs are played on a page only: add --html FILE")
     if export is None and (at is not None or dark):
         raise UsageError("--at and --dark are for --export")
+    if other is not None and (html is None or export is not None):
+        raise UsageError("two logs are played on a page only: add --html FILE")
     events = _events(log)
     if html is not None:
         _page(events, None if other is None else _events(other), html)
@@ -55,18 +56,7 @@ def replay(
         play(events, Console(), speed or TERMINAL_SPEED, time.monotonic, time.sleep)
 
 
-def _events(log: Path) -> tuple[MissionEvent, ...]:
-    """Return the events of a log, with a notice where its last line is cut off."""
-    from marsupial.cli.display.messages import warn
-    from marsupial.formats.missionlog import read_log
-
-    mission = read_log(log)
-    if mission.truncated:
-        warn(f"{log}: the last line is cut off and left out")
-    return mission.events
-
-
-def _page(events: tuple[MissionEvent, ...], other: tuple[MissionEvent, ...] | None, path: Path) -> None:
+def _page(events: Sequence[MissionEvent], other: Sequence[MissionEvent] | None, path: Path) -> None:
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_file
     from marsupial.replay.page import replay_page
@@ -75,9 +65,7 @@ def _page(events: tuple[MissionEvent, ...], other: tuple[MissionEvent, ...] | No
     say(f"wrote {path}")
 
 
-def _export(
-    events: tuple[MissionEvent, ...], path: Path, at_s: float | None, speed: float | None, *, dark: bool
-) -> None:
+def _export(events: Sequence[MissionEvent], path: Path, at_s: float | None, speed: float | None, *, dark: bool) -> None:
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_bytes
     from marsupial.exports.write import ExportOptions, export_mission
@@ -87,3 +75,14 @@ def _export(
     data = export_mission(events, path.suffix, ExportOptions(at_ms=at_ms, speed=speed, dark=dark))
     write_bytes(path, data)
     say(f"wrote {path} ({len(data) / 1000:.0f} kB)")
+
+
+def _events(log: Path) -> tuple[MissionEvent, ...]:
+    """Return the events of a log, with a notice where its last line is cut off."""
+    from marsupial.cli.display.messages import warn
+    from marsupial.formats.missionlog import read_log
+
+    mission = read_log(log)
+    if mission.truncated:
+        warn(f"{log}: the last line is cut off and left out")
+    return mission.events
