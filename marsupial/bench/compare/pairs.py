@@ -6,9 +6,8 @@ plays both side by side.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
@@ -74,14 +73,7 @@ def pair_pages(comparison: Comparison, outcome: ComparisonOutcome, out: Path) ->
     for pair in notable_pairs(outcome):
         if not (out / pair.path).exists():
             ours, theirs = (_again(comparison, pair, contender) for contender in (pair.rival, outcome.base))
-            yield pair.path, side_by_side(ours, theirs).encode()
-
-
-def side_by_side(ours: Sequence[MissionEvent], theirs: Sequence[MissionEvent]) -> str:
-    """Return one page that plays two missions beside each other."""
-    frames = "".join(f'<iframe srcdoc="{escape(replay_page(one), quote=True)}"></iframe>' for one in (ours, theirs))
-    look = "body{margin:0;display:flex;height:100vh}iframe{border:0;flex:1}"
-    return f'<!DOCTYPE html>\n<html lang="en"><meta charset="utf-8"><style>{look}</style><body>{frames}</body></html>\n'
+            yield pair.path, replay_page(ours, theirs).encode()
 
 
 def _again(comparison: Comparison, pair: NotablePair, contender: Contender) -> tuple[MissionEvent, ...]:
