@@ -16,7 +16,9 @@ def replay(
 ) -> None:
     """Play a mission log in the terminal, or write it as a page.
 
-    Example: marsupial replay office.jsonl --html office.html
+    Example: marsupial run lobby --log lobby.jsonl
+
+    marsupial replay lobby.jsonl --html lobby.html
     """
     from marsupial.cli.display.messages import say, warn
     from marsupial.cli.outputs import write_file
