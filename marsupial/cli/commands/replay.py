@@ -35,9 +35,11 @@ def replay(
     Two logs make a page with both side by side. A recording (MCAP) is for Foxglove, Lichtblick and other viewers of
     robots' data. MP4 needs the extra marsupial[video], MCAP the extra marsupial[mcap].
 
-    Example: marsupial replay office.jsonl --html office.html
+    Example: marsupial run lobby --log lobby.jsonl
 
-    Example: marsupial replay office.jsonl --export office.gif
+    marsupial replay lobby.jsonl --html lobby.html
+
+    marsupial replay lobby.jsonl --export lobby.gif
     """
     if export is None and (at is not None or dark):
         raise UsageError("--at and --dark are for --export")
