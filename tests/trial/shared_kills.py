@@ -25,7 +25,7 @@ from trial.rows import Judgement, TrialRow, none_of
 from trial.toll import COMMITTING, DATABASE, SERVER, Toll, report
 
 PART = "kills, shared"
-SERVERS, EXPLORERS = 2, 2
+SERVERS, EXPLORERS = 2, 3
 _END_S = 600.0
 _GONE_S = 5.0
 _PAUSE_S = 3.0
