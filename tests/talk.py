@@ -27,15 +27,11 @@ class Refusal(OSError):
 
 
 class Reply(NamedTuple):
-    """What a request is answered: status, media type, and the document, or the text of what is not JSON.
-
-    `retry_after` is the header of that name.
-    """
+    """What a request is answered: status, media type, and the document, or the text of what is not JSON."""
 
     status: int
     kind: str
     document: Any
-    retry_after: str | None = None
 
 
 class Frame(NamedTuple):
@@ -47,10 +43,17 @@ class Frame(NamedTuple):
 
 
 class Talk:
-    """A connection that is kept open; after a break the next request opens another one."""
+    """A connection that is kept open; after a break the next request opens another one.
+
+    Attributes
+    ----------
+    retry_after
+        The header of that name in the last answer.
+    """
 
     def __init__(self, port: int, timeout_s: float = 30.0) -> None:
         self._connection = http.client.HTTPConnection(HOST, port, timeout=timeout_s)
+        self.retry_after: str | None = None
 
     def ask(self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None) -> Reply:
         """Send a request with a body, JSON text or what becomes that, and return the answer.
@@ -63,11 +66,11 @@ class Talk:
             self._connection.request(method, path, sent, headers)
             answer = self._connection.getresponse()
             text, kind = answer.read().decode(), answer.headers.get_content_type()
-            retry_after = answer.headers.get("Retry-After")
+            self.retry_after = answer.headers.get("Retry-After")
         except BROKEN:
             self._connection.close()
             raise
-        return Reply(answer.status, kind, json.loads(text) if kind.endswith("json") else text, retry_after)
+        return Reply(answer.status, kind, json.loads(text) if kind.endswith("json") else text)
 
     def close(self) -> None:
         """Let go of the connection."""

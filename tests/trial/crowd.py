@@ -57,11 +57,14 @@ class Crowd:
         time.sleep(_PAUSE_S)
         talk = Talk(self._draw.choice(self._ports))
         try:
-            return talk.ask(method, path, body, {} if key is None else {"Idempotency-Key": key})
+            answer = talk.ask(method, path, body, {} if key is None else {"Idempotency-Key": key})
         except BROKEN:
             return None
         finally:
             talk.close()
+        if answer.status in BUSY and talk.retry_after is None:
+            self.promises.note_odd(f"status {answer.status} without Retry-After")
+        return answer
 
     def _send(self) -> None:
         """Send a job, again and again until it is acknowledged; sometimes cancel it."""

@@ -73,16 +73,14 @@ class Promises:
             self.see(answer.document)
 
     def _is_done(self, answer: Reply, what: str) -> bool:
-        """Say whether a request was granted; it may only be put off, and then the answer says until when."""
-        if answer.status in BUSY and answer.retry_after is None:
-            self.note_odd(f"status {answer.status} for {what} without Retry-After")
-        elif answer.status not in (*BUSY, *ACCEPTED):
+        """Say whether a request was granted; all else it may be is put off."""
+        if answer.status not in (*BUSY, *ACCEPTED):
             self.note_odd(f"status {answer.status} for {what}")
         return answer.status in ACCEPTED
 
     def see(self, document: Any) -> None:
         """Enter a job document: its best plan is never lost again, and if it is over it changes no more."""
-        best = document["best"]
+        best = document.get("best")
         if best is not None:
             self.see_plan(document["id"], best)
         if document["state"] not in FINAL:

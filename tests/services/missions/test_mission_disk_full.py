@@ -149,7 +149,7 @@ def test_on_a_disk_that_is_really_full_nothing_acknowledged_is_lost(
             assert not await driver.drive(service.missions, record, 5)
             service.limit(2)
             driving = asyncio.create_task(driver.drive(service.missions, record))
-            while not driver.refused and "the store can't be used" not in caplog.text:
+            while not driver.refused and "the store can't be written" not in caplog.text:
                 await asyncio.sleep(0.01)
             acknowledged = (await found(service, record.id)).n
             assert acknowledged == len(driver.reports)
