@@ -271,6 +271,15 @@ class MissionMoved(TypedDict):
     reason: NotRequired[str]
 
 
+class QuotaTold(TypedDict):
+    """The event `quota`: the planning time of the key is used up, so the mission waits; or it goes on."""
+
+    state: Literal["waiting", "running"]
+    t_ms: int
+    reason: NotRequired[str]
+    room_at: NotRequired[str]
+
+
 class FrameGrown(TypedDict):
     """The event `frame`: what was cell [x, y] of the map is cell [x, y] plus `shift` from now on."""
 

@@ -126,7 +126,9 @@ class Missions(Entries[MissionRecord]):
         return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
-        created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room))
+        created = await self.write(
+            lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
+        )
         if not created.replayed:
             self._open(created.record, new.brief)
         return created

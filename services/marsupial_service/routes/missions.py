@@ -145,7 +145,9 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     responses={
         **errors("not-found", "too-many"),
         204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
-        200: {"description": "Events `log`, `decision`, `commands`, `state` and `end`, with ids from 1."},
+        200: {
+            "description": "Events `log`, `decision`, `commands`, `state`, `frame`, `quota` and `end`, with ids from 1."
+        },
     },
 )
 async def follow_mission(

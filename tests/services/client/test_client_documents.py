@@ -45,6 +45,7 @@ SCHEMA_OF = {
     "Plan": "Plan",
     "Problem": "Problem",
     "ProblemDetail": "ProblemDetail",
+    "QuotaTold": "QuotaData",
     "Ready": "Ready",
     "Report": "ReportBody",
     "ReportFrame": "ReportFrameBody",
