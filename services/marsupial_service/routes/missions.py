@@ -115,6 +115,12 @@ async def report(
     return json_answer(answers.AllTakenAnswer(reports=told) if is_batch else told[0])
 
 
+@router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
+async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
+    """Return which reports were the last: where to go on counting."""
+    return json_answer(answers.LastReportsAnswer.of(await state.flying().last_reports(mission)))
+
+
 @router.post(
     "/{mission}/pause", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
 )
