@@ -1,5 +1,10 @@
 /* The page: reads the log out of it, fills its panels and moves through time. */
 
+import { lastAt } from "./history.js";
+import { bar, clock, Lanes } from "./lanes.js";
+import { cross, diamond, disc, doing, MapView, meetingMark, pips, robotColours, round, terrainColour, themeColour } from "./map.js";
+import { readMission } from "./model.js";
+
 const SPEEDS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
 const byId = (id) => document.getElementById(id);
 
@@ -377,4 +382,4 @@ function listenLanes(app) {
   }, { passive: false });
 }
 
-new App(new Mission(readLog(byId("log").textContent)));
+new App(readMission(byId("log").textContent));

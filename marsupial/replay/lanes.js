@@ -1,8 +1,11 @@
 /* The timeline: the known area over time, and below it a lane for each robot with what it did when. */
 
+import { lastAt } from "./history.js";
+import { cross, round, themeColour } from "./map.js";
+
 const LANE = { top: 56, height: 20, gutter: 104, right: 12, axis: 22 };
 
-class Lanes {
+export class Lanes {
   constructor(canvas, mission, colours) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
@@ -87,7 +90,7 @@ class Lanes {
   }
 
   drawCoverage() {
-    const { g } = this, { coverTimes, cover } = this.mission.reveals;
+    const { g } = this, { areaTimes: coverTimes, areas: cover } = this.mission.sightings;
     const most = Math.max(1, cover[cover.length - 1]), low = LANE.top - 8, high = 8;
     const y = (cells) => low - cells / most * (low - high);
     const first = Math.max(lastAt(coverTimes, this.from), 0), last = Math.max(lastAt(coverTimes, this.to), first);
@@ -141,7 +144,7 @@ class Lanes {
     g.rect(LANE.gutter, top, right - LANE.gutter, LANE.height);
     g.clip();
     for (const span of robot.aboard) this.drawAboard(span, middle);
-    for (const segment of robot.segments) if (segment.to > segment.start) this.drawSegment(segment, top);
+    for (const segment of robot.segments) if ((segment.to ?? this.mission.to) > segment.start) this.drawSegment(segment, top);
     if (robot.lost) cross(g, this.x(robot.lost.t_ms), middle, 5, this.ink.bad, 2.5);
     g.restore();
   }
@@ -153,13 +156,13 @@ class Lanes {
     g.globalAlpha = 0.55;
     g.beginPath();
     g.moveTo(this.x(span.start), middle);
-    g.lineTo(this.x(span.to), middle);
+    g.lineTo(this.x(span.to ?? this.mission.to), middle);
     g.stroke();
     g.globalAlpha = 1;
   }
 
   drawSegment(segment, top) {
-    const x = this.x(segment.start), wide = Math.max(1, this.x(segment.to) - x - 0.5);
+    const x = this.x(segment.start), wide = Math.max(1, this.x((segment.to ?? this.mission.to)) - x - 0.5);
     if (x > this.width || x + wide < LANE.gutter) return;
     const { g } = this, high = LANE.height - 5, y = top + 3;
     bar(g, x, y, wide, high, this.ink[segment.action.name], segment.end, this.ink.bad);
@@ -239,14 +242,14 @@ class Lanes {
 const ENDS = { done: "done", superseded: "superseded: the next plan wants something else", blocked: "blocked: the route is no longer passable", failed: "its robots could not do it", lost: "a robot was lost" };
 
 function describeSegment(segment, robot) {
-  const { action } = segment, seconds = ((segment.to - segment.start) / 1000).toFixed(1);
+  const { action } = segment, seconds = (((segment.to ?? this.mission.to) - segment.start) / 1000).toFixed(1);
   const partner = action.carrier === null ? "" : ` with ${action.carrier === robot.name ? action.robot : action.carrier}`;
   const end = segment.end === null ? "still running when the log stops" : ENDS[segment.end];
-  return `${robot.name}: ${action.name} ${action.place}${partner}\n${clock(segment.start, true)} to ${clock(segment.to, true)} (${seconds} s), plan ${segment.revision}\n${end}`;
+  return `${robot.name}: ${action.name} ${action.place}${partner}\n${clock(segment.start, true)} to ${clock((segment.to ?? this.mission.to), true)} (${seconds} s), plan ${segment.revision}\n${end}`;
 }
 
 /** One bar of a lane; hatched where the action was not finished. */
-function bar(g, x, y, wide, high, colour, end, bad) {
+export function bar(g, x, y, wide, high, colour, end, bad) {
   g.fillStyle = colour;
   if (end === "done" || end === null) {
     g.beginPath();
@@ -274,7 +277,7 @@ function bar(g, x, y, wide, high, colour, end, bad) {
   g.restore();
 }
 
-function clipped(g, text, room) {
+export function clipped(g, text, room) {
   if (g.measureText(text).width <= room) return text;
   let short = text;
   while (short && g.measureText(`${short}…`).width > room) short = short.slice(0, -1);
@@ -282,7 +285,7 @@ function clipped(g, text, room) {
 }
 
 /** Milliseconds as h:mm:ss, with tenths where asked. */
-function clock(ms, tenths = false) {
+export function clock(ms, tenths = false) {
   const whole = tenths ? Math.floor(ms / 100) / 10 : Math.floor(ms / 1000);
   const hours = Math.floor(whole / 3600), minutes = Math.floor(whole / 60) % 60, seconds = whole - 3600 * hours - 60 * minutes;
   const text = (tenths ? seconds.toFixed(1) : String(seconds)).padStart(tenths ? 4 : 2, "0");

@@ -1,11 +1,15 @@
 /* The map: what is known, painted as it becomes known, and on it the robots, their routes and the plan. */
 
+import { Ground } from "./ground.js";
+import { UNKNOWN } from "./knownmap.js";
+import { along } from "./legs.js";
+
 const HUES = [212, 22, 275, 150, 335, 48, 188, 100];
 const TRAIL_MS = 120000;
 const SMALLEST = { carrier: 8, rover: 5 };
 
 /** One colour per robot: a hue for each carrier, its own rovers beside it. */
-function robotColours(mission) {
+export function robotColours(mission) {
   const colours = new Map(), family = new Map();
   let loose = 0;
   for (const robot of mission.robots) {
@@ -22,10 +26,10 @@ function robotColours(mission) {
   return colours;
 }
 
-function themeColour(name) { return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(); }
+export function themeColour(name) { return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(); }
 
 /** CSS colour of a terrain class; classes that no map has from the start get one from their name. */
-function terrainColour(terrain) {
+export function terrainColour(terrain) {
   if (terrain.code === 0) return themeColour("obstacle");
   if (terrain.code === 1) return themeColour("floor");
   if (terrain.code === 2) return themeColour("rough");
@@ -34,19 +38,13 @@ function terrainColour(terrain) {
   return `hsl(${hash} 55% ${terrain.blocks_sight ? 42 : 78}%)`;
 }
 
-class MapView {
+export class MapView {
   constructor(canvas, mission, colours) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
     this.mission = mission;
     this.colours = colours;
-    this.known = new KnownMap(mission);
-    this.base = document.createElement("canvas");
-    this.base.width = mission.width;
-    this.base.height = mission.height;
-    this.baseContext = this.base.getContext("2d");
-    this.image = this.baseContext.createImageData(mission.width, mission.height);
-    this.pixels = new Uint32Array(this.image.data.buffer);
+    this.ground = new Ground(mission);
     this.palette = new Uint32Array(256);
     this.scale = 1;
     this.left = 0;
@@ -68,47 +66,17 @@ class MapView {
     for (const terrain of this.mission.start.terrains) this.palette[terrain.code] = packed(terrainColour(terrain));
     this.palette[UNKNOWN] = packed(themeColour("unknown"));
     this.ink = Object.fromEntries(["unknown", "target", "meeting", "bad", "ink", "card"].map((name) => [name, themeColour(name)]));
-    this.paintAll();
-  }
-
-  paintAll() {
-    const { width, height } = this.mission;
-    for (let y = 0; y < height; y++) {
-      let to = (height - 1 - y) * width;
-      for (let i = y * width, end = i + width; i < end; i++) this.pixels[to++] = this.palette[this.known.cells[i]];
-    }
-    this.baseContext.putImageData(this.image, 0, 0);
-  }
-
-  /** Bring the painted map to t. */
-  seek(t) {
-    const change = this.known.seek(t);
-    if (change.all) { this.paintAll(); return; }
-    if (change.from === change.to) return;
-    const { width, height, reveals: { runs } } = this.mission;
-    let low = height, high = -1;
-    for (let r = change.from; r < change.to; r += 3) {
-      const colour = this.palette[runs[r + 2]];
-      for (let i = runs[r], end = i + runs[r + 1]; i < end;) {
-        const y = Math.floor(i / width), stop = Math.min(end, (y + 1) * width), shift = (height - 1 - 2 * y) * width;
-        this.pixels.fill(colour, i + shift, stop + shift);
-        low = Math.min(low, y);
-        high = Math.max(high, y);
-        i = stop;
-      }
-    }
-    this.baseContext.putImageData(this.image, 0, 0, 0, height - 1 - high, width, high - low + 1);
+    this.ground.restyle(this.palette);
   }
 
   /** Show all that is ever known. */
   fit() {
     const { width, height } = this.size();
-    const known = this.mission.reveals.box;
-    const box = known.right < 0 ? { left: 0, right: this.mission.width - 1, low: 0, high: this.mission.height - 1 } : known;
+    const box = this.mission.sightings.box || { left: 0, right: this.mission.width - 1, low: 0, high: this.mission.height - 1 };
     const across = box.right - box.left + 1, up = box.high - box.low + 1;
     this.scale = Math.min((width - 36) / across, (height - 84) / up);
     this.left = (width - across * this.scale) / 2 - box.left * this.scale;
-    this.top = (height + 34 - up * this.scale) / 2 - 8 - (this.mission.height - 1 - box.high) * this.scale;
+    this.top = (height + 34 - up * this.scale) / 2 - 8 + (box.high + 1) * this.scale;
     this.fitted = true;
   }
 
@@ -141,24 +109,22 @@ class MapView {
 
   /** Page position, within the canvas, of a point in cells. */
   toScreen(x, y) {
-    return [this.left + (x + 0.5) * this.scale, this.top + (this.mission.height - 0.5 - y) * this.scale];
+    return [this.left + (x + 0.5) * this.scale, this.top - (y + 0.5) * this.scale];
   }
 
   toCell(px, py) {
-    return [Math.floor((px - this.left) / this.scale), Math.floor(this.mission.height - (py - this.top) / this.scale)];
+    return [Math.floor((px - this.left) / this.scale), Math.floor((this.top - py) / this.scale)];
   }
 
   draw(t, show) {
-    this.seek(t);
+    this.ground.seek(t);
     const g = this.context, ratio = window.devicePixelRatio || 1, { width, height } = this.size();
     const { mission, scale } = this;
     this.hits = [];
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     g.fillStyle = this.ink.unknown;
     g.fillRect(0, 0, width, height);
-    g.imageSmoothingEnabled = scale * ratio < 1;
-    g.imageSmoothingQuality = "high";
-    g.drawImage(this.base, this.left, this.top, mission.width * scale, mission.height * scale);
+    this.ground.draw(g, this.left, this.top, scale, ratio);
     g.lineJoin = g.lineCap = "round";
     const views = mission.views(t), over = mission.ended !== null && t >= mission.to;
     const plan = over ? null : mission.plans[mission.planIndex(t)] || null;
@@ -364,17 +330,14 @@ class MapView {
 
   /** Metres in the map frame and terrain at a point of the canvas, as text. */
   whereAt(px, py) {
-    const [x, y] = this.toCell(px, py), { width, height, resolution, start } = this.mission;
-    if (x < 0 || y < 0 || x >= width || y >= height) return "";
-    const [x0, y0, yaw] = start.origin_m, dx = (x + 0.5) * resolution, dy = (y + 0.5) * resolution;
-    const mx = x0 + Math.cos(yaw) * dx - Math.sin(yaw) * dy, my = y0 + Math.sin(yaw) * dx + Math.cos(yaw) * dy;
-    const code = this.known.cells[y * width + x], terrain = start.terrains.find((one) => one.code === code);
+    const [x, y] = this.toCell(px, py), [mx, my] = this.mission.metres([x, y]);
+    const code = this.ground.known.at(x, y), terrain = this.mission.terrain(code);
     const name = code === UNKNOWN ? "unknown" : terrain ? terrain.name : `terrain ${code}`;
     return `${mx.toFixed(2)}, ${my.toFixed(2)} m · cell ${x}, ${y} · ${name}`;
   }
 }
 
-function disc(g, x, y, r, colour, lost) {
+export function disc(g, x, y, r, colour, lost) {
   g.beginPath();
   g.arc(x, y, r, 0, 7);
   g.fillStyle = lost ? "#7a7f87" : colour;
@@ -388,7 +351,7 @@ function disc(g, x, y, r, colour, lost) {
 }
 
 /** The places of a carrier round its middle: a dot in the rover's colour, or a ring where none is aboard. */
-function pips(g, x, y, r, capacity, aboard) {
+export function pips(g, x, y, r, capacity, aboard) {
   const count = Math.max(capacity, aboard.length), around = count > 1 ? r * 0.5 : 0;
   const size = Math.min(r * 0.36, count > 1 ? Math.max(1.8, around * Math.sin(Math.PI / count) * 0.85) : r * 0.45);
   for (let k = 0; k < count; k++) {
@@ -403,7 +366,7 @@ function pips(g, x, y, r, capacity, aboard) {
   }
 }
 
-function diamond(g, x, y, r, colour, filled) {
+export function diamond(g, x, y, r, colour, filled) {
   g.beginPath();
   g.moveTo(x, y - r);
   g.lineTo(x + r, y);
@@ -420,7 +383,7 @@ function diamond(g, x, y, r, colour, filled) {
   g.stroke();
 }
 
-function meetingMark(g, cx, cy, rx, ry, colour) {
+export function meetingMark(g, cx, cy, rx, ry, colour) {
   g.lineWidth = 2;
   g.fillStyle = "#fff";
   g.strokeStyle = colour;
@@ -432,7 +395,7 @@ function meetingMark(g, cx, cy, rx, ry, colour) {
   g.fill();
 }
 
-function cross(g, x, y, r, colour, width) {
+export function cross(g, x, y, r, colour, width) {
   g.lineWidth = width;
   g.strokeStyle = colour;
   g.beginPath();
@@ -443,10 +406,10 @@ function cross(g, x, y, r, colour, width) {
   g.stroke();
 }
 
-function round(value) { return Math.abs(value) >= 100 ? value.toFixed(0) : value.toFixed(1); }
+export function round(value) { return Math.abs(value) >= 100 ? value.toFixed(0) : value.toFixed(1); }
 
 /** What a robot is doing, in words. */
-function doing(view) {
+export function doing(view) {
   if (view.lost) return `lost: ${view.robot.lost.reason}`;
   if (view.carrier) return `aboard ${view.carrier.name}`;
   const { action } = view;

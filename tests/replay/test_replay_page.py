@@ -1,25 +1,18 @@
 from __future__ import annotations
 
-import json
 import re
-import shutil
-import subprocess
-from collections.abc import Sequence
 from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
-from growing_mission import growing_mission
 from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.triggers import read_triggers
-from marsupial.mission.playback import Playback
 from marsupial.model.mission import MissionEvent, Planned
 from marsupial.replay.page import replay_page
 
 EVENTS = synthetic_mission()
-GROWN = growing_mission()
 NASTY = "</script><script>alert(1)</script><!--<script> {{style}} & \" ' \u2028 \\"
 
 
@@ -137,46 +130,3 @@ def test_a_log_without_an_end_makes_a_page() -> None:
 
 def test_the_same_events_make_the_same_page(page: str) -> None:
     assert replay_page(list(EVENTS)) == page
-
-
-# The page's own idea of the mission, asked in a JavaScript engine where there is one.
-
-QUESTION = """
-const fs = require("fs"), vm = require("vm");
-const page = fs.readFileSync(0, "utf8");
-const log = page.split('id="log">')[1].split("</script>")[0];
-const model = page.split('"use strict";')[1].split("/* The map:")[0];
-const wrapped = `(() => {${model}; return { Mission, KnownMap, readLog }; })()`;
-const { Mission, KnownMap, readLog } = vm.runInThisContext(wrapped);
-const mission = new Mission(readLog(log)), known = new KnownMap(mission);
-const answers = TIMES.map((t) => {
-  known.seek(t);
-  return {
-    robots: mission.views(t).map((v) => [v.x, v.y, v.carrier && v.carrier.name, v.action && v.action.name, v.lost]),
-    cells: Array.from(known.cells), area: mission.openArea(t), plan: mission.planIndex(t),
-  };
-});
-console.log(JSON.stringify(answers));
-"""
-
-
-def asked(page: str, times: Sequence[int]) -> list[dict[str, list]]:
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("no JavaScript engine (node) is installed here")
-    question = QUESTION.replace("TIMES", json.dumps(list(times)))
-    answer = subprocess.run([node, "-e", question], input=page, capture_output=True, text=True, timeout=60, check=True)
-    answers: list[dict[str, list]] = json.loads(answer.stdout)
-    return answers
-
-
-@pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])
-def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...]) -> None:
-    playback = Playback(events)
-    times = [*range(0, 26_006, 499), 26_005, 12_502, 5_001, 13_003, 0]  # to the end, and back in leaps
-    for t_ms, answer in zip(times, asked(replay_page(events), times), strict=True):
-        for robot, seen in zip(playback.state_at(t_ms).robots, answer["robots"], strict=True):
-            assert seen[:2] == pytest.approx([robot.x, robot.y])
-            assert seen[2:] == [robot.carrier, robot.action and robot.action.name, robot.lost]
-        assert answer["cells"] == playback.cells_at(t_ms).ravel().tolist()
-        assert answer["area"] == pytest.approx(playback.coverage_at(t_ms).open_m2)
