@@ -21,7 +21,7 @@ from marsupial.processes.runner import LOCAL
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
 from marsupial_service.entries.slots import Slots
-from marsupial_service.http import docspage, openapi
+from marsupial_service.http import docspage, livepage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
 from marsupial_service.http.routing import LOCAL_OWNER
@@ -69,6 +69,7 @@ def create_app(settings: ServiceSettings) -> FastAPI:
     for router in (
         *(room.router for room in (jobs, missions, simulations, analyses, catalogue, operations)),
         operations.admin,
+        livepage.router,
     ):
         app.include_router(router)
     document = openapi.document(app, needs_keys=settings.needs_keys)
