@@ -1,50 +1,71 @@
-"""A mission as one HTML page that needs nothing else: no network, no server, no library.
+"""Missions as one HTML page that needs nothing else: no network, no server, no library.
 
-The page is put together from ``page.html``, its style and its modules, and holds the mission log itself in a script
-element: the browser plays it from there, and it can be saved again from the page. All that follows from the log, such as
-who is where and on whom, the page works out itself (`model.js`). Whatever stands in the log, it can neither end an
-element nor be taken for markup.
+The page is put together from ``page.html``, the palette, the style and the modules, and holds the mission logs in script
+elements, packed: the browser plays them from there, and they can be saved again from the page. All that follows from a
+log, such as who is where and on whom, the page works out itself (`model.js`). Whatever stands in a log, it can neither
+end an element nor be taken for markup.
 """
 
 from __future__ import annotations
 
+import gzip
 import re
+from base64 import b64encode
 from collections.abc import Iterable
+from dataclasses import fields
 from html import escape
 from importlib.resources import files
 
 from marsupial.formats.loglines import log_lines
 from marsupial.model.mission import MissionEvent, MissionStarted
+from marsupial.replay.palette import DARK, LIGHT, Palette
 
-MODULES = ("history", "strips", "legs", "places", "knownmap", "model", "ground", "map", "lanes", "app")
+MODULES = (
+    *("format", "history", "strips", "legs", "places", "knownmap", "model", "ground"),
+    *("dom", "colours", "shapes", "why", "routes", "labels", "frontier", "camera", "map", "pointer"),
+    *("panels", "pane", "lanes", "legend", "difference", "telling", "tip", "keys", "transport", "app"),
+)
 """The page's modules, ``NAME.js``, each after those that it imports."""
 
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=class |const |function |async function )", re.MULTILINE)
+_PACKING = 9
 
 
-def replay_page(events: Iterable[MissionEvent]) -> str:
-    """Return the page that replays `events`, the events of one mission from its start.
+def replay_page(events: Iterable[MissionEvent], other: Iterable[MissionEvent] | None = None) -> str:
+    """Return the page that replays `events`, the events of one mission from its start; with `other`, two side by side.
 
     ``#t=120`` behind the page's address opens it at 120 s; ``play=1``, ``speed=10``, ``theme=dark`` and the layers
-    ``labels``, ``sensors``, ``plan``, ``trails`` and ``legend`` as 0 or 1 may follow, joined by ``&``.
+    ``labels``, ``sensors``, ``plan`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
     """
-    events = tuple(events)
-    first = events[0]
-    assert isinstance(first, MissionStarted)
-    parts = {
-        "title": escape(f"{first.scenario}: {first.strategy}, seed {first.seed}"),
-        "style": module_text("page.css").strip(),
-        "script": joined_modules(),
-        "log": "\n".join(map(_embedded, log_lines(events))),
-    }
+    missions = [tuple(one) for one in (events, other) if one is not None]
+    policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+    logs = (f'<script type="application/gzip" class="log">\n{_packed(one)}\n</script>' for one in missions)
+    return page_shell(
+        title=" and ".join(dict.fromkeys(map(_title, missions))),
+        head=f"{policy}\n<style>\n{page_style()}\n</style>",
+        scripts="\n".join((*logs, f"<script>\n{joined_modules()}\n</script>")),
+    )
+
+
+def page_shell(*, title: str, head: str, scripts: str) -> str:
+    """Return the page with more in its head and, behind its body, its scripts; `title` is text, the others markup."""
+    parts = {"title": escape(title), "head": head, "scripts": scripts}
     return _SLOT.sub(lambda slot: parts[slot[1]], module_text("page.html"))
+
+
+def page_style() -> str:
+    """Return the style of the page, which begins with the palette, light and dark."""
+    dark = ':root[data-theme="dark"]'
+    return f":root {{ {_variables(LIGHT)} }}\n{dark} {{ {_variables(DARK)} }}\n{module_text('page.css').strip()}"
 
 
 def joined_modules() -> str:
     """Return the page's modules as one script: they say nothing twice, so that they can share one scope."""
-    texts = (_EXPORT.sub("", _IMPORT.sub("", module_text(f"{name}.js"))).strip() for name in MODULES)
+    names = (*MODULES, "file")
+    texts = (_EXPORT.sub("", _IMPORT.sub("", module_text(f"{name}.js"))).strip() for name in names)
     return "\n".join(["(() => {", '"use strict";', *texts, "})();"])
 
 
@@ -53,6 +74,22 @@ def module_text(name: str) -> str:
     return files("marsupial.replay").joinpath(name).read_text(encoding="utf-8")
 
 
-def _embedded(text: str) -> str:
-    """Return JSON with `<` written as it can write it too: no text in it can then close the element."""
-    return text.replace("<", "\\u003c")
+def _title(events: tuple[MissionEvent, ...]) -> str:
+    first = events[0]
+    assert isinstance(first, MissionStarted)
+    return f"{first.scenario}: {first.strategy}, seed {first.seed}"
+
+
+def _packed(events: tuple[MissionEvent, ...]) -> str:
+    """Return a mission's log packed by gzip, which all browsers unpack, in base 64."""
+    log = "".join(f"{line}\n" for line in log_lines(events)).encode("ascii")
+    return b64encode(gzip.compress(log, _PACKING, mtime=0)).decode("ascii")
+
+
+def _variables(palette: Palette) -> str:
+    """Return the palette as CSS variables: ``--family-0-1`` for the first rover of the first carrier."""
+    families = {
+        f"family-{i}-{k}": colour for i, family in enumerate(palette.families) for k, colour in enumerate(family)
+    }
+    plain = {f.name: getattr(palette, f.name) for f in fields(palette) if f.name not in {"families", "actions"}}
+    return " ".join(f"--{name}: {colour};" for name, colour in {**families, **plain, **palette.actions}.items())
