@@ -2,7 +2,8 @@
 
 import { make } from "./dom.js";
 import { clock } from "./format.js";
-import { get } from "./service.js";
+import { get, Unreachable } from "./service.js";
+import { forget, mark } from "./stream.js";
 
 const EVERY_MS = 2000;
 
@@ -45,7 +46,10 @@ export class EntryList {
     this.run();
   }
 
-  close() { this.closed = true; }
+  close() {
+    this.closed = true;
+    forget(this);
+  }
 
   async run() {
     while (!this.closed) {
@@ -58,7 +62,9 @@ export class EntryList {
     let found;
     try {
       found = await get(`/v1/${this.kind}?limit=${this.limit}`);
+      mark(this, false);
     } catch (error) {
+      mark(this, error instanceof Unreachable && !this.closed);
       if (error.status === 403) { this.none.textContent = error.message; this.close(); }
       return;
     }

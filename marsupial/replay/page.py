@@ -27,6 +27,9 @@ MODULES = (
 )
 """The page's modules, ``NAME.js``, each after those that it imports."""
 
+LIVE_MODULES = ("service", "stream", "startform", "entrylist", "missionspage", "jobdrawing", "jobpage", "live")
+"""Those that only the page of the service has, which loads all as they are."""
+
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)

@@ -7,17 +7,23 @@ import { send } from "./service.js";
 const FIRST_PAUSE_MS = 250, LONGEST_PAUSE_MS = 4000;
 const SILENCE_MS = 40000;  // the service sends something every 15 s, if only that it is still there
 
-/** How many streams are broken, told to whoever watches. */
+/** What can't be read at the moment, and who is told when that begins or is over. */
 const broken = new Set();
 const watchers = new Set();
 
-/** Have `tell(isBroken)` called whenever the first stream breaks or the last one is back. */
+/** Have `tell` called: with true when something can't be read, with false when all can again, with null if none is. */
 export function watchConnection(tell) { watchers.add(tell); }
 
-function mark(stream, isBroken) {
+/** Note that what `reader` reads from the service is broken, or is not. */
+export function mark(reader, isBroken) {
   const before = broken.size > 0;
-  if (isBroken) broken.add(stream); else broken.delete(stream);
+  if (isBroken) broken.add(reader); else broken.delete(reader);
   if (before !== broken.size > 0) for (const tell of watchers) tell(broken.size > 0);
+}
+
+/** Note that it reads no more. */
+export function forget(reader) {
+  if (broken.delete(reader) && broken.size === 0) for (const tell of watchers) tell(null);
 }
 
 export class Stream {
@@ -32,7 +38,7 @@ export class Stream {
   close() {
     this.closed = true;
     this.aborter.abort();
-    mark(this, false);
+    forget(this);
   }
 
   async run() {

@@ -10,19 +10,15 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 
 from fastapi import APIRouter, Request, Response
 
+from marsupial.replay.page import LIVE_MODULES, MODULES, module_text, page_shell, page_style
 from marsupial_service.http.problems import HttpProblem
 
-SHELL = "live.html"
-
-_MEDIA_TYPES: Mapping[str, str] = {
-    ".html": "text/html; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-    ".css": "text/css; charset=utf-8",
-}
+_STYLES = ("page.css", "live.css")
+_HEAD = "\n".join(f'<link rel="stylesheet" href="page/{name}">' for name in _STYLES)
+_SCRIPT = '<script type="module" src="page/live.js"></script>'
 
 _HEADERS: Mapping[str, str] = {
     "Cache-Control": "no-cache",
@@ -44,29 +40,35 @@ class PageFile:
 
 
 @cache
+def shell() -> PageFile:
+    """Return the page itself."""
+    return _file(page_shell(title="marsupial", head=_HEAD, scripts=_SCRIPT), "html")
+
+
+@cache
 def page_files() -> Mapping[str, PageFile]:
-    """Return all files of the page, by name."""
-    found = {}
-    for entry in files("marsupial.replay").iterdir():
-        media_type = _MEDIA_TYPES.get(entry.name[entry.name.rfind(".") :])
-        if media_type is not None:
-            data = entry.read_bytes()
-            tag = f'"{hashlib.sha256(data).hexdigest()[:32]}"'
-            found[entry.name] = PageFile(data, media_type, tag)
-    return found
+    """Return the files that the page loads, by name."""
+    scripts = {f"{name}.js": _file(module_text(f"{name}.js"), "javascript") for name in (*MODULES, *LIVE_MODULES)}
+    styles = {"page.css": _file(page_style(), "css"), "live.css": _file(module_text("live.css"), "css")}
+    return {**scripts, **styles}
+
+
+def _file(text: str, kind: str) -> PageFile:
+    data = text.encode()
+    return PageFile(data, f"text/{kind}; charset=utf-8", f'"{hashlib.sha256(data).hexdigest()[:32]}"')
 
 
 @router.get("/")
 async def get_page(request: Request) -> Response:
     """Return the page."""
-    return _sent(request, page_files()[SHELL])
+    return _sent(request, shell())
 
 
 @router.get("/page/{name}")
 async def get_page_file(request: Request, name: str) -> Response:
     """Return one of the files that the page loads."""
     file = page_files().get(name)
-    if file is None or name.endswith(".html"):
+    if file is None:
         raise HttpProblem("not-found", "the page has no such file")
     return _sent(request, file)
 
