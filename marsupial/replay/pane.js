@@ -53,6 +53,7 @@ export class Pane {
   pick(x, y) {
     const hit = this.map.hit(x, y), cell = this.map.camera.cell(x, y), plan = this.mission.planAt(this.t);
     const target = hit ? undefined : targetAt(this.map.ground, plan, cell);
+    this.tip.hide();
     this.picked = hit || (target === undefined ? null : target === null ? { unplanned: cell } : { target });
     this.changed();
   }
