@@ -141,7 +141,7 @@ class View {
   resize() {
     for (const pane of this.panes) pane.map.resize();
     this.lanes.restyle();
-    this.draw();
+    this.drawNow();  // at once: a canvas of another size is empty
   }
 
   stepPlan(direction) {

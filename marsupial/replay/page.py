@@ -27,6 +27,9 @@ MODULES = (
 )
 """The page's modules, ``NAME.js``, each after those that it imports."""
 
+LIVE_MODULES = ("service", "stream", "startform", "entrylist", "missionspage", "jobdrawing", "jobpage", "live")
+"""Those that only the page of the service has, which loads all as they are."""
+
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
@@ -91,5 +94,5 @@ def _variables(palette: Palette) -> str:
     families = {
         f"family-{i}-{k}": colour for i, family in enumerate(palette.families) for k, colour in enumerate(family)
     }
-    plain = {f.name: getattr(palette, f.name) for f in fields(palette) if f.name not in {"families", "actions"}}
+    plain = {f.name: value for f in fields(palette) if isinstance(value := getattr(palette, f.name), str)}
     return " ".join(f"--{name}: {colour};" for name, colour in {**families, **plain, **palette.actions}.items())

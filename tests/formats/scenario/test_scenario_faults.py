@@ -301,7 +301,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         [
             "map.share: must be 0 to 0.35, got 0.9",
             "map.depth: unknown field; the fields here are generator, width_m, height_m, resolution_m, seed, share, "
-            "mask",
+            "mask, keepout, speed",
         ],
     ),
     "a generated map too small": (
