@@ -1,4 +1,4 @@
-"""The page of the service in a browser: missions begun, followed, compared and steered, jobs watched, keys asked for."""
+"""The page of the service in a browser: missions begun, followed, compared, steered; jobs watched; keys asked for."""
 
 from __future__ import annotations
 
