@@ -67,7 +67,7 @@ class RobotLook:
     Attributes
     ----------
     role
-        Gives the shape: carriers are discs, rovers are squares on a corner.
+        Gives the shape: no rover has that of a carrier.
     hue, shade
         Where its colour stands in `Palette.families`.
     dashed
@@ -108,6 +108,16 @@ LIGHT = Palette(
         "wait": "#f4f5f7",
     },
 )
+
+REACH: Mapping[str, str] = {
+    "carriers": "#8fbcff",
+    "rovers": "#ffcf6e",
+    "narrow": "#ffffff",
+    "islands": "#9a6fb0",
+    "leaks": "#d1322d",
+}
+"""Of a map before a mission, beside `LIGHT`: ground that carriers (and perhaps rovers) can stand on, that only rovers
+can, that is too narrow for all, islands that are cut off from most of it, leaks at its border."""
 
 DARK = Palette(
     families=(

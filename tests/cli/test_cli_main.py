@@ -25,6 +25,7 @@ COMMANDS = (
     "scenarios",
     "bench",
     "demo",
+    "ros",
 )
 
 

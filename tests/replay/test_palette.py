@@ -1,59 +1,13 @@
-import numpy as np
-import numpy.typing as npt
 import pytest
-from skimage.color import deltaE_ciede2000, rgb2lab
+from eyes import contrast, nearest, seen
+from skimage.color import deltaE_ciede2000
 
 from marsupial.model.mission import MissionStarted, PlacedRobot
 from marsupial.model.robots import Role, default_types
 from marsupial.model.scenario import Goal
-from marsupial.replay.palette import DARK, LIGHT, Palette, robot_looks
-
-Colours = npt.NDArray[np.float64]
-
-# Machado, Oliveira and Fernandes 2009, severity 1.0: linear RGB as seen without one kind of cones.
-SIGHT = {
-    "all cones": np.eye(3),
-    "protanopia": np.array(
-        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
-    ),
-    "deuteranopia": np.array(
-        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
-    ),
-    "tritanopia": np.array(
-        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]]
-    ),
-}
+from marsupial.replay.palette import DARK, LIGHT, REACH, Palette, robot_looks
 
 PALETTES = pytest.mark.parametrize("palette", [LIGHT, DARK], ids=["light", "dark"])
-
-
-def linear(colours: list[str]) -> Colours:
-    """Return linear RGB, (colours, 3), of ``#rrggbb``."""
-    values = np.array([[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for colour in colours]) / 255
-    return np.asarray(np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4))
-
-
-def seen(colours: list[str], sight: str) -> Colours:
-    """Return the CIELAB values, (colours, 3), of colours as somebody sees them."""
-    light = np.clip(linear(colours) @ SIGHT[sight].T, 0, 1)
-    return np.asarray(rgb2lab(np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)))
-
-
-def nearest(colours: list[str], others: list[str] | None = None) -> float:
-    """Return the least CIEDE2000 distance of two of `colours`, or of one to one of `others`, for any reader."""
-    found = []
-    for sight in SIGHT:
-        distances = deltaE_ciede2000(seen(colours, sight)[:, None], seen(others or colours, sight)[None])
-        if others is None:
-            distances = distances[np.triu_indices(len(colours), 1)]
-        found.append(float(distances.min()))
-    return min(found)
-
-
-def contrast(one: str, other: str) -> float:
-    """Return the contrast ratio of WCAG 2."""
-    low, high = sorted(linear([one, other]) @ [0.2126, 0.7152, 0.0722])
-    return float((high + 0.05) / (low + 0.05))
 
 
 def carriers(palette: Palette) -> list[str]:
@@ -94,6 +48,11 @@ def test_ground_is_told_apart_by_every_reader_and_text_can_be_read_on_the_page(p
     assert nearest([palette.frontier], [palette.unknown, palette.free, palette.wall, palette.other]) >= 12
     assert contrast(palette.ink, palette.page) >= 7
     assert contrast(palette.dim, palette.page) >= 4.5
+
+
+def test_reach_is_told_apart_by_every_reader() -> None:
+    assert nearest([*REACH.values(), LIGHT.wall]) >= 10
+    assert nearest([LIGHT.unknown], [*REACH.values(), LIGHT.wall]) >= 8
 
 
 def team(*aboard: tuple[str, str | None]) -> MissionStarted:

@@ -136,8 +136,8 @@ def planners(
     Example: marsupial bench planners --engine anytime --instance 'rooms-*' --budget 1
     """
     from marsupial.bench.planner_report import table
-    from marsupial.cli.display.tables import print_text
+    from marsupial.cli.display.tables import print_report
     from marsupial.cli.planner_bench import Selection, rows_of_bench
 
     chosen = Selection.of(engines or (), instances or (), budgets or ())
-    print_text(table(rows_of_bench(chosen, json=json, update=update), chosen.absent) + "\n")
+    print_report(table(rows_of_bench(chosen, json=json, update=update), chosen.absent))

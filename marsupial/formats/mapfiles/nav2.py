@@ -18,10 +18,9 @@ import numpy.typing as npt
 
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
+from marsupial.formats.mapfiles.occupancy import UNSAID, Occupancy, OccupancyArray
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
-
-OccupancyArray = npt.NDArray[np.int8]
 
 SAVED_UNKNOWN = 205
 """The grey that map savers write for unknown."""
@@ -50,6 +49,25 @@ def understand_nav2(path: Path | str) -> MapReading:
     return understand_image(header, read_grey(header.image, source=str(path)))
 
 
+def read_occupancy(path: Path | str) -> Occupancy:
+    """Read a nav2 map as occupancies, as nav2's map server publishes it; transparent pixels are unknown.
+
+    Raises
+    ------
+    MapError
+        As `understand_nav2`.
+    """
+    header = read_header(Path(path))
+    image = read_grey(header.image, source=str(path))
+    values = occupancy_table(header)[image.grey]
+    transparent = _transparent(header, image)
+    if transparent is not None:
+        values[transparent] = UNSAID
+    return Occupancy(
+        values=np.ascontiguousarray(np.flipud(values)), resolution_m=header.resolution_m, origin_m=header.origin_m
+    )
+
+
 def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     """Say how an image is understood under a header."""
     table = occupancy_table(header)
@@ -68,6 +86,7 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
         legend=_legend(counts, codes, hidden),
         warnings=(
+            *header.warnings,
             *_image_warnings(image, hidden),
             *_saved_unknown_warnings(header, counts, codes),
             *_mixed_warnings(header, counts, codes),

@@ -28,7 +28,6 @@ from marsupial_service.missions.values import (
     Event,
     EventType,
     HasPlanned,
-    Input,
     MayPlan,
     Turn,
     Turns,
@@ -213,12 +212,10 @@ class Keeper:
             while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
                 await (bell.wait() if self._driver is None else self._driver.wait(bell))
                 bell.clear()
-        if self._driver is not None:
-            self._driver.reported(found)
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
-    def _inputs(self, reader: Connection, number: int) -> tuple[Input, ...]:
-        """Return the inputs that have come from `number` on. Raises Dismissed."""
+    def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:
+        """Return what is kept of the inputs that have come from `number` on. Raises Dismissed."""
         if table.of_term(reader, self.id, self._term) is None:
             raise Dismissed
         return packed.inputs_from(reader, self._number, number, _AT_A_TIME)
