@@ -212,8 +212,6 @@ class Keeper:
             while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
                 await (bell.wait() if self._driver is None else self._driver.wait(bell))
                 bell.clear()
-        if self._driver is not None:
-            self._driver.reported(found)
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
     def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:
