@@ -29,13 +29,18 @@ class MarsupialError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One wrong field: `path` is where (``robot_types[1].speed_mps``), `message` what is wrong with it."""
+    """One wrong field: `path` is where (``robot_types[1].speed_mps``), `message` what is wrong with it.
+
+    `line` is that of its file, from 1, or None where no line is known.
+    """
 
     path: str
     message: str
+    line: int | None = None
 
     def __str__(self) -> str:
-        return f"{self.path}: {self.message}" if self.path else self.message
+        text = f"{self.path}: {self.message}" if self.path else self.message
+        return text if self.line is None else f"line {self.line}: {text}"
 
 
 class InputError(MarsupialError):

@@ -231,8 +231,8 @@ def analysis_row(name: str, size: int, seed: int, repeats: int) -> AnalysisRow:
 def table(rows: Sequence[AnalysisRow]) -> str:
     """Write rows as text."""
     lines = [
-        f"map work after {REVEALED_SHARE:.0%} of a map was revealed, {RESOLUTION_M:g} m a cell, in CPU ms: kept up to "
-        "date, and from scratch; a ratio says how many times cheaper it is to keep",
+        f"map work after {REVEALED_SHARE:.0%} of a map was revealed, {RESOLUTION_M:g} m a cell, in CPU ms:",
+        "kept up to date, and from scratch; a ratio says how many times cheaper it is to keep",
         f"{'map':<7}{'cells':>6}  {'part':<21}{'kept ms':>10}{'scratch ms':>12}{'ratio':>9}",
     ]
     for row in rows:

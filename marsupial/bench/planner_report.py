@@ -134,9 +134,10 @@ def rows_of(rounds: Iterable[Round]) -> tuple[RunRow, ...]:
 
 def table(rows: Sequence[RunRow], absent: Sequence[BenchEngine]) -> str:
     """Write rows by instance, a summary, and which engines are missing."""
+    budgets = sorted({row.run.budget_s for row in rows})
     lines = [
-        f"planner suite version {VERSION}; a plan counts that comes by its deadline "
-        f"({', '.join(f'{budget:g} s: {deadline_s(budget):.3g}' for budget in sorted({r.run.budget_s for r in rows}))})"
+        f"planner suite version {VERSION}; a plan counts that comes by its deadline",
+        f"({', '.join(f'{budget:g} s: {deadline_s(budget):.3g}' for budget in budgets)})",
     ]
     for _, group in groupby(rows, key=lambda row: row.round.instance.name):
         lines += _instance_lines(list(group))
@@ -170,22 +171,22 @@ def _instance_lines(rows: Sequence[RunRow]) -> Iterator[str]:
     yield ""
     yield f"{instance.name}: {instance.team}, {instance.targets} targets; {known}"
     yield (
-        f"  {'engine':<16}{'budget s':>9}{'solved':>8}{'makespan s':>12}{'ratio':>8}{'first s':>9}{'1% s':>9}"
-        f"{'bound s':>10}{'gap':>7}{'over s':>8}  outcome"
+        f"  {'engine':<10}{'budget s':>9}{'solved':>7}{'makespan s':>11}{'ratio':>7}{'first s':>8}{'1% s':>8}"
+        f"{'bound s':>9}{'gap':>7}{'over s':>7}  outcome"
     )
     for row in rows:
         run = row.run
         yield (
-            f"  {run.engine:<16}{run.budget_s:>9g}{'yes' if run.plan else 'no':>8}{_thousandth(run.makespan_ms):>12}"
-            f"{_fixed(row.ratio):>8}{_fixed(row.first_s):>9}{_fixed(row.close_s):>9}{_thousandth(run.bound_ms):>10}"
-            f"{_fixed(row.gap, '.1%'):>7}{row.over_s:>8.3f}  {row.outcome}"
+            f"  {run.engine:<10}{run.budget_s:>9g}{'yes' if run.plan else 'no':>7}{_thousandth(run.makespan_ms):>11}"
+            f"{_fixed(row.ratio):>7}{_fixed(row.first_s):>8}{_fixed(row.close_s):>8}{_thousandth(run.bound_ms):>9}"
+            f"{_fixed(row.gap, '.1%'):>7}{row.over_s:>7.3f}  {row.outcome}"
         )
 
 
 def _summary(rows: Sequence[RunRow]) -> Iterator[str]:
     yield (
-        f"  {'engine':<16}{'budget s':>9}{'solved':>8}{'mean ratio':>12}{'max ratio':>11}{'within 1%':>11}{'proven':>8}"
-        f"{'behind':>8}{'max first s':>13}{'max over s':>12}{'invalid':>9}"
+        f"  {'engine':<10}{'budget s':>9}{'solved':>7}{'mean ratio':>11}{'max ratio':>10}{'within 1%':>10}{'proven':>7}"
+        f"{'behind':>7}{'latest s':>9}{'over s':>8}{'invalid':>8}"
     )
 
     def key(row: RunRow) -> tuple[str, float]:
@@ -196,11 +197,11 @@ def _summary(rows: Sequence[RunRow]) -> Iterator[str]:
         ratios = [row.ratio for row in some if row.ratio is not None]
         firsts = [row.first_s for row in some if row.first_s is not None]
         yield (
-            f"  {name:<16}{budget_s:>9g}{_share(row.run.plan is not None for row in some):>8}"
-            f"{_fixed(fmean(ratios) if ratios else None):>12}{_fixed(max(ratios, default=None)):>11}"
-            f"{_share(row.close_s is not None for row in some):>11}{_share(row.proven for row in some):>8}"
-            f"{sum(row.behind for row in some):>8}{_fixed(max(firsts, default=None)):>13}"
-            f"{max(row.over_s for row in some):>12.3f}{sum(row.run.refused for row in some):>9}"
+            f"  {name:<10}{budget_s:>9g}{_share(row.run.plan is not None for row in some):>7}"
+            f"{_fixed(fmean(ratios) if ratios else None):>11}{_fixed(max(ratios, default=None)):>10}"
+            f"{_share(row.close_s is not None for row in some):>10}{_share(row.proven for row in some):>7}"
+            f"{sum(row.behind for row in some):>7}{_fixed(max(firsts, default=None)):>9}"
+            f"{max(row.over_s for row in some):>8.3f}{sum(row.run.refused for row in some):>8}"
         )
 
 

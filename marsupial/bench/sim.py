@@ -189,8 +189,8 @@ def bench_mission(
 def table(sights: Sequence[SightRow], missions: Sequence[MissionRow]) -> str:
     """Write rows as text."""
     lines = [
-        f"views of a carrier by chance on {SIGHT_MAP}, {RESOLUTION_M:g} m a cell, median CPU times of a view; a ratio "
-        "says how many times faster ours is",
+        f"views of a carrier by chance on {SIGHT_MAP}, {RESOLUTION_M:g} m a cell, median CPU times of a view;",
+        "a ratio says how many times faster ours is",
         f"{'cells':>6}{'seen':>8}{'ours us':>9}{'cells a us':>12}{'C us':>9}{'ratio':>8}  both",
         *map(_sight_line, sights),
     ]
@@ -199,13 +199,14 @@ def table(sights: Sequence[SightRow], missions: Sequence[MissionRow]) -> str:
         lines.append(f"C is left out: {library.reason}")
     lines += [
         "",
-        "missions, and where their CPU time goes; a ratio says how many times faster than the time they simulate",
-        f"{'scenario':<18}{'cells':>12}  {'strategy':<16}{'planner':<10}{'simulated s':>12}{'CPU s':>8}{'ratio':>8}"
-        f"{'replans':>9}{'revealed':>10}{'cells a ms of sensing':>23}  status",
+        "missions, and where their CPU time goes; a ratio says how many times faster than what they simulate",
+        f"{'scenario':<15}{'cells':>12}  {'strategy':<15}{'planner':<9}{'simulated s':>12}{'CPU s':>8}{'ratio':>8}"
+        f"{'replans':>8}{'revealed':>10}",
     ]
     for row in missions:
         shares = (f"{part} {seconds / row.cpu_s:.0%}" for part, seconds in row.parts.items())
-        lines += [_mission_line(row), f"  {', '.join(shares)}"]
+        sensing = f"{row.status}, {1e-3 * row.revealed_per_s:.0f} cells a ms of sensing"
+        lines += [_mission_line(row), f"  {', '.join(shares)}", f"  {sensing}"]
     return "\n".join(lines)
 
 
@@ -256,7 +257,6 @@ def _sight_line(row: SightRow) -> str:
 
 def _mission_line(row: MissionRow) -> str:
     return (
-        f"{row.scenario:<18}{f'{row.width} x {row.height}':>12}  {row.strategy:<16}{row.planner:<10}"
-        f"{row.simulated_s:>12.1f}{row.cpu_s:>8.2f}{row.ratio:>7.0f}x{row.replans:>9}{row.revealed:>10}"
-        f"{1e-3 * row.revealed_per_s:>23.0f}  {row.status}"
+        f"{row.scenario:<15}{f'{row.width} x {row.height}':>12}  {row.strategy:<15}{row.planner:<9}"
+        f"{row.simulated_s:>12.1f}{row.cpu_s:>8.2f}{row.ratio:>7.0f}x{row.replans:>8}{row.revealed:>10}"
     )

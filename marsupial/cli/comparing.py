@@ -23,7 +23,7 @@ from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.tables import print_table
 from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.missions import strategy_name
+from marsupial.cli.missions import strategy_name, warn_of
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
@@ -110,11 +110,11 @@ def _cases_of(
     grid = None
     for carrier_count in carriers or (None,):
         for rover_count in rovers or (None,):
-            scenario, warnings = load_scenario(source, carrier_count, rover_count)
-            for text in warnings if grid is None else ():
-                warn(text)
-            grid = scenario.grid if grid is None else grid  # one for all teams: it travels to each worker once
-            scenario = prepared(replace(scenario, grid=grid))
+            loaded = load_scenario(source, carrier_count, rover_count)
+            if grid is None:
+                warn_of(loaded)
+                grid = loaded.scenario.grid  # one for all teams: it travels to each worker once
+            scenario = prepared(replace(loaded.scenario, grid=grid))
             found[_case(scenario)] = scenario if limits is None else replace(scenario, limits=limits)
     if any(map(has_fixed_starts, found.values())):
         warn(f"{source}: all starts are fixed: every run of it is the same mission")

@@ -20,7 +20,7 @@ from marsupial.library.first_use import STAND_IN, prepare_mission
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate
 from marsupial.library.recording import LogFile
-from marsupial.library.scenarios import load_scenario
+from marsupial.library.scenarios import LoadedScenario, load_scenario
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import NO_PLANNER, Budget
@@ -49,15 +49,22 @@ class MissionRequest:
     server: str | None = None
 
 
-def carry_out(request: MissionRequest) -> Summary:
-    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report."""
+def carry_out(request: MissionRequest, *, again: bool = False) -> Summary:
+    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
+
+    Parameters
+    ----------
+    again
+        Another mission on the same map was carried out before: its oddities have been told.
+    """
     request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
     planner = _planner(request, budget)
     with Alive(lambda: "reading the map ..."):
-        scenario, warnings = load_scenario(request.source, request.carriers, request.rovers)
-    scenario = _changed(scenario, request)
-    for text in warnings:
+        loaded = load_scenario(request.source, request.carriers, request.rovers)
+        oddities = [] if again else loaded.warnings()
+    scenario = _changed(loaded.scenario, request)
+    for text in oddities:
         warn(text)
     here = request.server is None
     prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
@@ -76,6 +83,12 @@ def carry_out(request: MissionRequest) -> Summary:
             cancelled=stack.enter_context(asked_to_stop()),
         )
     return replace(summary, log=request.log)
+
+
+def warn_of(loaded: LoadedScenario) -> None:
+    """Warn of all that is odd about the map of a scenario: the same as `marsupial map` warns of."""
+    for text in loaded.warnings():
+        warn(text)
 
 
 def strategy_name(asked: str) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from marsupial.cli.missions import warn_of
 from marsupial.errors import UsageError
 from marsupial.formats.loglines import FORMAT
 from marsupial.formats.missionlog import read_log
@@ -47,10 +48,11 @@ def _events_up_to(
     at_ms: int, source: str, carriers: int | None, rovers: int | None, seed: int
 ) -> Sequence[MissionEvent]:
     """Run a scenario until something happens after `at_ms`, or to its end."""
-    scenario, _ = load_scenario(source, carriers, rovers)
+    loaded = load_scenario(source, carriers, rovers)
+    warn_of(loaded)
     recorder = Recorder()
     simulate(
-        scenario,
+        loaded.scenario,
         strategy="temporal",
         planner="greedy",
         budget=BUDGET,

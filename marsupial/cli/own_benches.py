@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from marsupial.bench.sim import MissionRow, SightRow, bench_mission, bench_sight
-from marsupial.cli.display.messages import say, warn
-from marsupial.cli.display.tables import print_text
-from marsupial.cli.missions import strategy_name
+from marsupial.cli.display.messages import say
+from marsupial.cli.display.tables import print_report
+from marsupial.cli.missions import strategy_name, warn_of
 from marsupial.cli.outputs import write_file
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.scenarios import load_scenario
@@ -47,10 +47,9 @@ class MissionChoice:
         for name in names:
             strategy(name, planner=planner, budget=budget)
         loaded = [load_scenario(source) for source in sources or SCENARIOS]
-        for _, oddities in loaded:
-            for text in oddities:
-                warn(text)
-        scenarios = tuple(scenario for scenario, _ in loaded)
+        for one in loaded:
+            warn_of(one)
+        scenarios = tuple(one.scenario for one in loaded)
         return cls(scenarios=scenarios, strategies=names, planner=planner, budget=budget)
 
 
@@ -73,4 +72,4 @@ def show(text: str, rows: Sequence[Mapping[str, Any]], json: Path | None) -> Non
     """Print the text, and write the rows to a file if there is to be one."""
     if json is not None:
         write_file(json, json_text.dumps(rows, indent=1) + "\n")
-    print_text(text + "\n")
+    print_report(text)

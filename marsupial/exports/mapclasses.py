@@ -10,7 +10,7 @@ import numpy as np
 from marsupial.maps.reach import parts, standable
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.robots import RobotType, Role
-from marsupial.replay.palette import Palette
+from marsupial.replay.palette import LIGHT, REACH
 
 
 class MapClass(IntEnum):
@@ -85,15 +85,12 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     return np.asarray(border & near & free)
 
 
-def class_colour(kind: MapClass, palette: Palette) -> str:
-    """Return the colour of a class."""
-    reach = palette.reach
-    return {
-        MapClass.WALL: palette.wall,
-        MapClass.CARRIERS: reach["carriers"],
-        MapClass.ROVERS: reach["rovers"],
-        MapClass.NARROW: reach["narrow"],
-        MapClass.ISLAND: reach["islands"],
-        MapClass.LEAK: reach["leaks"],
-        MapClass.UNSEEN: palette.unknown,
-    }[kind]
+COLOURS = {
+    MapClass.CARRIERS: REACH["carriers"],
+    MapClass.ROVERS: REACH["rovers"],
+    MapClass.NARROW: REACH["narrow"],
+    MapClass.ISLAND: REACH["islands"],
+    MapClass.LEAK: REACH["leaks"],
+    MapClass.WALL: LIGHT.wall,
+    MapClass.UNSEEN: LIGHT.unknown,
+}

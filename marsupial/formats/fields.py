@@ -85,11 +85,12 @@ class Fields(Notes):
     def __init__(self, data: Mapping[Any, Any], path: str, problems: list[Problem]) -> None:
         super().__init__(path, problems)
         self.data = data
-        self._known: set[str] = set()
+        self._known: dict[str, None] = {}  # in the order in which they were asked for
+        self._refused: set[str] = set()
 
     def has(self, key: str) -> bool:
         """Say whether a field is present."""
-        self._known.add(key)
+        self._known[key] = None
         return key in self.data
 
     def number(self, key: str, default: float | None = None, bound: Bound = FINITE) -> float:
@@ -188,15 +189,18 @@ class Fields(Notes):
 
     def refuse(self, key: str, reason: str) -> None:
         """Note a problem if a field is present that has no place here."""
+        self._refused.add(key)
         if self.has(key):
             self.wrong(key, reason)
 
     def finish(self, also: Iterable[str] = ()) -> None:
-        """Note every field that nothing asked for and that is none of `also`."""
-        self._known.update(also)
-        for key in self.data:
-            if key not in self._known:
-                self.wrong(str(key), f"unknown field{suggestion(str(key), self._known)}")
+        """Note every field that nothing asked for and that is none of `also`, and with the last what may stand here."""
+        self._known.update(dict.fromkeys(also))
+        strange = [str(key) for key in self.data if key not in self._known]
+        offered = [key for key in self._known if key not in self._refused]
+        for key in strange:
+            listed = f"; the fields here are {', '.join(offered)}" if key == strange[-1] else ""
+            self.wrong(key, f"unknown field{suggestion(key, offered)}{listed}")
 
     def _take(self, key: str, default: Any, placeholder: Any, fault_of: Callable[[Any], str | None]) -> Any:
         """Return the value of a field; `default` where it is absent, `placeholder` where it is wrong."""

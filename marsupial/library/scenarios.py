@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import difflib
 import warnings
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
 from marsupial.errors import ScenarioError
-from marsupial.formats.mapfiles.read import READERS, read_map
-from marsupial.formats.scenario import is_scenario_file, read_scenario, with_team
+from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
+from marsupial.formats.scenario import is_scenario_file, understand_scenario, with_team
 from marsupial.generators.builtin import (
     DEFAULT_CARRIERS,
     DEFAULT_ROVERS,
@@ -17,6 +18,8 @@ from marsupial.generators.builtin import (
     bare_map_scenario,
     builtin_scenario,
 )
+from marsupial.maps.describe import describe
+from marsupial.model.mapreading import MapReading
 from marsupial.model.scenario import Scenario
 
 
@@ -26,8 +29,8 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
     Parameters
     ----------
     name_or_path
-        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml`` or a
-        MovingAI ``.map``.
+        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml``, a
+        MovingAI ``.map`` or a recording of ROS 2.
     carriers, rovers
         Another team: carriers, and rovers for each of them; None keeps what the scenario says (2 and 2 without one).
 
@@ -36,24 +39,51 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
     ScenarioError, MapError
         If there is no such scenario or it can't be used.
     """
-    found, oddities = load_scenario(str(name_or_path), carriers, rovers)
-    for text in oddities:
+    found = load_scenario(str(name_or_path), carriers, rovers)
+    for text in found.warnings():
         warnings.warn(text, stacklevel=2)
-    return found
+    return found.scenario
 
 
-def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> tuple[Scenario, list[str]]:
-    """Return the scenario that `source` names, and warnings about its map; see `scenario`."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoadedScenario:
+    """A scenario as it was loaded.
+
+    Parameters
+    ----------
+    source
+        What named it: a built-in name or a path.
+    scenario
+        The scenario, with the team asked for.
+    reading
+        How its map file was understood, None where there is none.
+    """
+
+    source: str
+    scenario: Scenario
+    reading: MapReading | None = None
+
+    def warnings(self) -> list[str]:
+        """Return what is odd about the map, each with the name of the file; the whole map is looked at for that."""
+        if self.source in SCENARIOS:
+            return []
+        found = describe(self.scenario.grid, self.scenario.robot_types, reading=self.reading)
+        return [f"{self.source}: {text}" for text in found.warnings]
+
+
+def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> LoadedScenario:
+    """Return the scenario that `source` names; see `scenario`."""
     path = Path(source)
     if source in SCENARIOS:
-        return builtin_scenario(source, *_team(carriers, rovers)), []
-    if not path.exists():
+        return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
+    if not path.exists() and not names_recording(path):
         raise ScenarioError(_unknown(source))
     if is_scenario_file(path):
-        return with_team(read_scenario(path), carriers, rovers), []
+        written, reading = understand_scenario(path)
+        return LoadedScenario(source=source, scenario=with_team(written, carriers, rovers), reading=reading)
     reading = read_map(path)
-    oddities = [f"{path}: {text}" for text in reading.warnings]
-    return bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers)), oddities
+    bare = bare_map_scenario(path.stem, reading.grid, *_team(carriers, rovers))
+    return LoadedScenario(source=source, scenario=bare, reading=reading)
 
 
 def _team(carriers: int | None, rovers: int | None) -> tuple[int, int]:

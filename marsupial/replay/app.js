@@ -30,7 +30,7 @@ class View {
     Object.assign(this, { container, missions, options, over: new AbortController(), drawing: false, styled: 0, from: Math.min(...missions.map((one) => one.from)) });
     this.names = sideNames(missions);
     this.tip = new Tip();
-    this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), options);
+    this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest() });
     this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], missions.length > 1, () => this.draw(), this.tip));
     this.lanes = new Lanes(missions, this.names);
     this.build();
@@ -42,6 +42,12 @@ class View {
   }
 
   span() { return [this.from, Math.max(...this.missions.map((mission) => mission.to))]; }
+
+  /** The newest moment that is known of all missions: of two that go on, the slower one is waited for. */
+  newest() {
+    const open = this.missions.filter((mission) => !mission.ended);
+    return open.length ? Math.min(...open.map((mission) => mission.to)) : this.span()[1];
+  }
 
   build() {
     const two = this.missions.length > 1, { tools = [] } = this.options;
@@ -105,7 +111,7 @@ class View {
   /** Play; or where motion is not wanted, or the address names a moment, stand still there. */
   open() {
     const { transport } = this, still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    transport.t = this.options.live ? this.span()[1] : still ? tellingMoment(this.missions[0]) : this.from;
+    transport.t = this.options.live ? this.newest() : still ? tellingMoment(this.missions[0]) : this.from;
     const given = this.readHash();
     if (this.options.live) transport.grew();
     else if (!still && !given.has("t") && given.get("play") !== "0") transport.play();

@@ -1,9 +1,9 @@
 """Missions as one HTML page that needs nothing else: no network, no server, no library.
 
-The page is put together from ``page.html``, the palette, the style and the modules, and holds mission logs in script
-elements, packed: the browser plays them from there, and they can be saved again from the page. All that follows from a
-log, such as who is where and on whom, the page works out itself (`model.js`). Whatever stands in a log, it can neither
-end an element nor be taken for markup.
+The page is put together from ``page.html``, the palette, the style and the modules, and holds the mission logs in
+script elements, packed: the browser plays them from there, and they can be saved again from the page. All that follows
+from a log, such as who is where and on whom, the page works out itself (`model.js`). Whatever stands in a log, it can
+neither end an element nor be taken for markup.
 """
 
 from __future__ import annotations

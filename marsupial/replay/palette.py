@@ -35,9 +35,6 @@ class Palette:
         Ground: never seen, floor, obstacles, any other terrain.
     frontier
         Where known ground ends, and targets; drawn with an outline of `ink`.
-    reach
-        Of a map before a mission: ground that ``carriers`` (and perhaps rovers) can stand on, that only ``rovers`` can,
-        that is too ``narrow`` for all, ``islands`` that are cut off from most of it, and ``leaks`` at its border.
     actions
         By what a robot does: ``drive``, ``explore``, ``ride`` (aboard a driving carrier), ``dock``, ``undock``,
         ``wait``.
@@ -53,7 +50,6 @@ class Palette:
     other: str
     frontier: str
     actions: Mapping[str, str]
-    reach: Mapping[str, str]
 
     def ground(self, code: int) -> str:
         """Return the colour of cells with a terrain code."""
@@ -71,7 +67,7 @@ class RobotLook:
     Attributes
     ----------
     role
-        Gives the shape: carriers are discs, rovers are squares on a corner.
+        Gives the shape: no rover has that of a carrier.
     hue, shade
         Where its colour stands in `Palette.families`.
     dashed
@@ -111,14 +107,17 @@ LIGHT = Palette(
         "undock": "#5c636d",
         "wait": "#f4f5f7",
     },
-    reach={
-        "carriers": "#8fbcff",
-        "rovers": "#ffcf6e",
-        "narrow": "#ffffff",
-        "islands": "#9a6fb0",
-        "leaks": "#d1322d",
-    },
 )
+
+REACH: Mapping[str, str] = {
+    "carriers": "#8fbcff",
+    "rovers": "#ffcf6e",
+    "narrow": "#ffffff",
+    "islands": "#9a6fb0",
+    "leaks": "#d1322d",
+}
+"""Of a map before a mission, beside `LIGHT`: ground that carriers (and perhaps rovers) can stand on, that only rovers
+can, that is too narrow for all, islands that are cut off from most of it, leaks at its border."""
 
 DARK = Palette(
     families=(
@@ -146,13 +145,6 @@ DARK = Palette(
         "dock": "#ffffff",
         "undock": "#b9c0c9",
         "wait": "#23282f",
-    },
-    reach={
-        "carriers": "#2f66c4",
-        "rovers": "#e8c04f",
-        "narrow": "#3a4350",
-        "islands": "#d9a6ec",
-        "leaks": "#e03b34",
     },
 )
 

@@ -58,14 +58,16 @@ def test_strategies_that_ask_no_planner_are_told_so() -> None:
     assert (row.strategy, row.planner) == ("heuristic", "none")
 
 
-def test_the_table_has_a_line_for_each_view_and_two_for_each_mission(sight: SightRow, mission: MissionRow) -> None:
+def test_the_table_has_a_line_for_each_view_and_three_for_each_mission(sight: SightRow, mission: MissionRow) -> None:
     lines = table([sight, replace(sight, same=False, reference_s=1.0), replace(sight, reference_s=None)], [mission])
     views, missions = lines.split("\n\n")
-    assert "see DIFFERENT cells" in views.splitlines()[3]
-    assert views.splitlines()[4].endswith("-")
-    assert len(missions.splitlines()) == 4
+    assert "see DIFFERENT cells" in views.splitlines()[4]
+    assert views.splitlines()[5].endswith("-")
+    assert len(missions.splitlines()) == 5
+    assert max(len(line) for line in lines.splitlines() if "other" not in line) <= 100
     assert "lobby" in missions
-    assert "analysis " in missions.splitlines()[-1]
+    assert "analysis " in missions.splitlines()[-2]
+    assert "cells a ms of sensing" in missions.splitlines()[-1]
 
 
 def test_rows_say_of_what_kind_they_are_in_json(sight: SightRow, mission: MissionRow) -> None:

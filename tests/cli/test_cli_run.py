@@ -231,7 +231,7 @@ def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Pat
     command = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--planner", "aries", "--log", str(log)]
     with subprocess.Popen([*command, "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
-        while "plan 1" not in process.stderr.readline():
+        while "1 plan so far" not in process.stderr.readline():
             assert process.poll() is None
         engines = children(process.pid)
         process.send_signal(signal.SIGINT)

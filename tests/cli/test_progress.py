@@ -18,7 +18,7 @@ from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Grid
-from marsupial.model.mission import MissionStarted
+from marsupial.model.mission import MissionStarted, Planned
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import PlanningReport
 
@@ -85,4 +85,34 @@ def test_how_far_a_mission_is_can_be_told_at_any_time() -> None:
         assert lines.now() == "preparing the mission ..."
         for event in synthetic_mission()[:20]:
             lines.event(event)
-        assert re.fullmatch(r" +0:0\d +\d+%  1 plan so far", lines.now())
+        assert re.fullmatch(r" +0:0\d +\d+%  1 plan so far, the last for \d+ targets?", lines.now())
+
+
+def test_a_line_is_printed_each_minute_of_simulated_time_and_fewer_in_long_missions(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    started, *_ = synthetic_mission()
+    (plan, *_) = (event for event in synthetic_mission() if isinstance(event, Planned))
+    lines = module._Lines(Watch())
+    lines.reachable(np.ones(truth().shape, dtype=np.bool_))
+    with Alive(lines.now, first_s=3600) as lines.alive:
+        lines.event(started)
+        for seconds in range(0, 12 * 3600, 20):
+            lines.event(replace(plan, t_ms=1000 * seconds, revision=seconds))
+    _, *told = capsys.readouterr().err.splitlines()
+    times = [line.split()[0] for line in told]
+    assert times[:4] == ["0:00", "1:00", "2:00", "3:00"]
+    assert times[59:63] == ["59:00", "1:00:00", "1:10:00", "1:20:00"]
+    assert times[-3:] == ["9:50:00", "10:00:00", "11:00:00"]
+    assert len(times) == 60 + 54 + 2
+
+
+def test_an_event_after_a_long_while_makes_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    (plan, *_) = (event for event in synthetic_mission() if isinstance(event, Planned))
+    lines = module._Lines(Watch())
+    lines.reachable(np.ones(truth().shape, dtype=np.bool_))
+    with Alive(lines.now, first_s=3600) as lines.alive:
+        lines.event(synthetic_mission()[0])
+        for seconds in (0, 1, 59, 725, 731, 779, 780):
+            lines.event(replace(plan, t_ms=1000 * seconds))
+    assert [line.split()[0] for line in capsys.readouterr().err.splitlines()[1:]] == ["0:00", "12:05", "13:00"]

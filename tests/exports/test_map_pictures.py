@@ -13,14 +13,13 @@ from small_missions import drawn_grid
 
 from marsupial.cli.display.map_picture import LETTERS, QUARTERS, characters, coarse_map, map_picture
 from marsupial.errors import UsageError
-from marsupial.exports.mapclasses import TEXTS, MapClass, class_colour, map_classes
+from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass, map_classes
 from marsupial.exports.mapfigure import map_figure
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.reach import parts
 from marsupial.model.grid import Cell, CellArray
 from marsupial.model.robots import default_types
-from marsupial.replay.palette import LIGHT
 
 KINDS = default_types(1)
 HALL = (
@@ -72,7 +71,7 @@ def test_the_picture_has_the_colours_of_all_that_occurs_and_says_what_they_are()
     png = map_figure(grid, classes, "hall", starts, kind="png", warnings=["something is odd"])
     pixels = np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).reshape(-1, 3)
     shown = {"#" + bytes(colour).hex() for colour in np.unique(pixels, axis=0)}
-    assert {class_colour(MapClass(int(kind)), LIGHT) for kind in np.unique(classes)} <= shown
+    assert {COLOURS[MapClass(int(kind))] for kind in np.unique(classes)} <= shown
     svg = map_figure(grid, classes, "hall", starts, kind="svg", warnings=["something is odd"])
     text = "\n".join(ElementTree.fromstring(svg).itertext())
     assert {"hall", "carrier1", "start, drawn by seed 1", "wall", "never seen", "only rovers can"} <= {

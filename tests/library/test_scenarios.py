@@ -3,37 +3,63 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
 from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.scenario import write_scenario
-from marsupial.generators.builtin import builtin_scenario
+from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.scenarios import load_scenario
+from marsupial.maps.describe import describe
 
 SQUARE = "type octile\nheight 4\nwidth 4\nmap\n....\n....\n....\n....\n"
 
 
 def test_a_built_in_name_has_two_carriers_with_two_rovers_each() -> None:
-    scenario, warnings = load_scenario("lobby")
-    assert (scenario.name, len(scenario.team), warnings) == ("lobby", 6, [])
+    scenario = load_scenario("lobby").scenario
+    assert (scenario.name, len(scenario.team)) == ("lobby", 6)
 
 
 def test_the_team_of_a_built_in_scenario_can_be_another() -> None:
-    scenario, _ = load_scenario("lobby", 1, 3)
+    scenario = load_scenario("lobby", 1, 3).scenario
     assert [member.type for member in scenario.team] == ["carrier", "rover", "rover", "rover"]
 
 
 def test_a_bare_map_gets_the_default_team(tmp_path: Path) -> None:
     path = tmp_path / "square.map"
     path.write_text(SQUARE)
-    scenario, _ = load_scenario(str(path), 1)
+    scenario = load_scenario(str(path), 1).scenario
     assert (scenario.name, len(scenario.team)) == ("square", 3)
 
 
 def test_a_scenario_file_keeps_its_team_unless_told_otherwise(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     write_scenario(builtin_scenario("lobby", 1, 1), path)
-    assert len(load_scenario(str(path))[0].team) == 2
-    assert len(load_scenario(str(path), 3)[0].team) == 6
+    assert len(load_scenario(str(path)).scenario.team) == 2
+    assert len(load_scenario(str(path), 3).scenario.team) == 6
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_nothing_is_odd_about_the_maps_of_built_in_scenarios(name: str) -> None:
+    built_in = builtin_scenario(name)
+    assert describe(built_in.grid, built_in.robot_types).warnings == ()
+    assert load_scenario(name).warnings() == []
+
+
+def test_what_is_odd_about_a_map_is_told_be_it_bare_or_in_a_scenario_file(tmp_path: Path) -> None:
+    (tmp_path / "square.map").write_text(SQUARE)
+    path = tmp_path / "mine.yaml"
+    write_scenario(builtin_scenario("lobby", 1, 1), path)
+    fields = yaml.safe_load(path.read_text()) | {"map": {"file": "square.map"}}
+    path.write_text(yaml.safe_dump(fields))
+    for source in (tmp_path / "square.map", path):
+        scale, walls, *_ = load_scenario(str(source)).warnings()
+        assert scale.startswith(f"{source}: MovingAI maps have no scale: a cell counts as 1 m")
+        assert walls == f"{source}: there is no obstacle: no wall was recognised"
+    fields["map"]["resolution_m"] = 0.5
+    path.write_text(yaml.safe_dump(fields))
+    loaded = load_scenario(str(path))
+    assert loaded.scenario.grid.resolution_m == 0.5
+    assert not any("scale" in text for text in loaded.warnings())
 
 
 def test_a_name_that_is_nearly_right_is_suggested() -> None:

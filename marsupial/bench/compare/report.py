@@ -95,7 +95,7 @@ def _answer(outcome: ComparisonOutcome, opening: Opening) -> str:
         parts.append(_figure(opening.figure))
     if opening.replays:
         links = (f'<li><a href="{escape(one.path, quote=True)}">{escape(one.text)}</a></li>' for one in opening.replays)
-        parts.append(f'<p>To be watched side by side:</p>\n<ul class="replays">{"".join(links)}</ul>')
+        parts.append(f'<p>To be watched side by side, on one clock:</p>\n<ul class="replays">{"".join(links)}</ul>')
     return "\n".join(parts)
 
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
 from marsupial.cli.options import Seed
+
+if TYPE_CHECKING:
+    from marsupial.library.metrics import Summary
 
 STEPS = 100
 """For each planning without a budget: counted, so that the demo comes out the same on every machine."""
@@ -21,7 +24,7 @@ def demo(
     seed: Seed = 1,
     budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
 ) -> None:
-    """Run a whole mission beside the baseline, and write a replay of both.
+    """Run a mission beside the baseline, with a replay of both.
 
     2 carriers with 2 rovers each explore the office, once with the temporal planner and once with the heuristic
     baseline, from the same starts.
@@ -38,10 +41,11 @@ def demo(
     make_folder(out)
     steps = STEPS if budget is None else None
     request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget, steps=steps)
-    summaries, logs = [], []
+    summaries: list[Summary] = []
+    logs = []
     for strategy in ("temporal", "heuristic"):
         log = out / f"{strategy}.jsonl"
-        summaries.append(carry_out(replace(request, strategy=strategy, log=log)))
+        summaries.append(carry_out(replace(request, strategy=strategy, log=log), again=bool(summaries)))
         logs.append(log)
         if summaries[-1].status == "cancelled":
             break

@@ -28,7 +28,7 @@ def describe_map(
     Size, shares of free, occupied and unknown, leaks to the border, islands, reach per robot type. A map without a
     scenario is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
 
-    Example: marsupial map office_map.yaml --out office_map.png
+    Example: marsupial map office --out office_map.png
     """
     from marsupial.cli.display.messages import warn
     from marsupial.cli.display.tables import print_json
@@ -87,7 +87,7 @@ def _starts(file: str) -> dict[str, Cell]:
     from marsupial.mission.placement import place_team
 
     try:
-        placed = place_team(load_scenario(file)[0], seed=1)
+        placed = place_team(load_scenario(file).scenario, seed=1)
     except ScenarioError:
         return {}
     return {robot.name: robot.cell for robot in placed if robot.cell is not None}
@@ -102,8 +102,10 @@ def _description(file: str) -> tuple[MapDescription, Grid, Sequence[RobotType]]:
     from marsupial.model.robots import default_types
 
     if file in SCENARIOS or is_scenario_file(Path(file)):
-        scenario, _ = load_scenario(file)
-        return describe(scenario.grid, scenario.robot_types), scenario.grid, scenario.robot_types
+        loaded = load_scenario(file)
+        scenario = loaded.scenario
+        described = describe(scenario.grid, scenario.robot_types, reading=loaded.reading)
+        return described, scenario.grid, scenario.robot_types
     reading = read_map(file)
     kinds = default_types(1)
     return describe(reading.grid, kinds, reading=reading), reading.grid, kinds

@@ -19,20 +19,15 @@ def planners(json: JsonList = False) -> None:
     if json:
         print_json([{**asdict(info), "available": info.missing is None} for info in infos])
         return
-    rows = [
+    what = [(one.name, "yes" if one.missing is None else f"no: {one.missing}", one.summary) for one in infos]
+    print_table(("planner", "available", "what it is"), what)
+    able = [
         (
-            info.name,
-            "yes" if info.missing is None else f"no: {info.missing}",
-            info.licence,
-            ", ".join(_abilities(info.anytime, info.proves_optimality, info.deterministic_steps)),
-            ", ".join(info.objectives),
-            info.summary,
+            one.name,
+            *("yes" if able else "no" for able in (one.anytime, one.proves_optimality, one.deterministic_steps)),
+            ", ".join(one.objectives),
+            one.licence,
         )
-        for info in infos
+        for one in infos
     ]
-    print_table(("planner", "available", "licence", "can", "objectives", "what it is"), rows)
-
-
-def _abilities(anytime: bool, proves_optimality: bool, steps: bool) -> list[str]:
-    words = {"improve plans": anytime, "prove the best": proves_optimality, "count steps": steps}
-    return [word for word, able in words.items() if able] or ["one plan"]
+    print_table(("planner", "improves", "proves", "steps", "objectives", "licence"), able)

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.text import Text
 
 from marsupial.exports.ground import box, coarse
-from marsupial.exports.mapclasses import TEXTS, MapClass, class_colour
+from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
 from marsupial.model.grid import CellArray
 from marsupial.replay.palette import LIGHT
 
@@ -99,7 +99,7 @@ def _runs(line: list[tuple[str, MapClass]], *, coloured: bool) -> list[tuple[str
 
 
 def _style(kind: MapClass) -> str:
-    return f"{LIGHT.wall} on {class_colour(kind, LIGHT)}"
+    return f"{LIGHT.wall} on {COLOURS[kind]}"
 
 
 def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:

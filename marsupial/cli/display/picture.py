@@ -20,14 +20,12 @@ from rich.text import Text
 from marsupial.exports.ground import box, coarse
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.state import RobotView
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray, Mask
+from marsupial.model.grid import UNKNOWN, CellArray, Mask
 from marsupial.model.mission import MissionStarted, Planned
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import Role
+from marsupial.replay.palette import LIGHT, robot_looks
 
-_COLOURS = {UNKNOWN: "#59616d", OBSTACLE: "#16181c", FLOOR: "#f2f3f5", ROUGH: "#eeb0aa"}
-_OTHER_TERRAIN = "#c3b1e1"
-_FAMILIES = ("#1d63c4", "#c4520f", "#7a35b8", "#1f7a45", "#b3245f", "#8a6a00", "#00707d", "#5a5f66")
 _LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the prompt
 
 
@@ -43,8 +41,9 @@ class Picture:
     def __init__(self, mission: MissionStarted, shown: Mask, console: Console) -> None:
         self._console = console
         self._box = box(shown)
-        self._colours = {terrain.code: _COLOURS.get(terrain.code, _OTHER_TERRAIN) for terrain in mission.terrains}
-        self._colours[UNKNOWN] = _COLOURS[UNKNOWN]
+        self._colours = {
+            code: LIGHT.ground(code) for code in (UNKNOWN, *(terrain.code for terrain in mission.terrains))
+        }
         self._marks = _marks(mission)
 
     def map(self, cells: CellArray, robots: Sequence[RobotView]) -> Text:
@@ -118,12 +117,11 @@ def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:
     carrying = {kind.name for kind in mission.types if kind.role is Role.CARRIER}
     carriers = [robot.name for robot in mission.robots if robot.type in carrying]
     rovers = [robot.name for robot in mission.robots if robot.type not in carrying]
-    marks = {}
+    marks, looks = {}, robot_looks(mission)
     for robot in mission.robots:
         lead = robot.name in carriers
         letters, among = (ascii_uppercase, carriers) if lead else (ascii_lowercase, rovers)
-        family = carriers.index(robot.carrier) if robot.carrier in carriers else among.index(robot.name)
-        colour = _FAMILIES[family % len(_FAMILIES)]
+        colour = LIGHT.families[looks[robot.name].hue][0]
         marks[robot.name] = (letters[among.index(robot.name) % 26], f"bold white on {colour}")
     return marks
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -16,7 +17,6 @@ from rich.text import Text
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
-from marsupial.formats.triggers import trigger_text
 from marsupial.library.metrics import clock, counted
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import Mask
@@ -24,8 +24,8 @@ from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, 
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import PlanningReport
 
-LINE_EVERY_MS = 180_000
-"""Simulated time between two lines."""
+LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))
+"""Simulated time between two lines: up to each time its own, so that long missions are no flood of lines."""
 
 FRAME_EVERY_S = 0.1
 """Least wall-clock time between two pictures."""
@@ -68,7 +68,7 @@ class _FirstFailure(Observer):
 
 
 class _Lines(Observer):
-    """Prints the start, the end, and at a replanning a line if the last one is long ago.
+    """Prints the start with the first plan, a line a minute of simulated time, and the end.
 
     Attributes
     ----------
@@ -82,12 +82,14 @@ class _Lines(Observer):
         self._watch = watch
         self._next_ms = 0
         self._plans = 0
+        self._targets = 0
 
     def now(self) -> str:
         """Return how far the mission is."""
         if not self._plans:
             return PREPARING
-        return f"{self._head()}  {counted(self._plans, 'plan')} so far"
+        plans, targets = counted(self._plans, "plan"), counted(self._targets, "target")
+        return f"{self._head()}  {plans} so far, the last for {targets}"
 
     def reachable(self, area: Mask) -> None:
         self._watch.reachable(area)
@@ -100,14 +102,22 @@ class _Lines(Observer):
             )
         elif isinstance(event, MissionEnded):
             self.alive.say(f"{self._head()}  {event.status}: {event.reason}")
-        self._plans += isinstance(event, Planned)
-        if isinstance(event, Planned) and event.t_ms >= self._next_ms:
-            self._next_ms = event.t_ms + LINE_EVERY_MS
-            targets, why = counted(len(event.targets), "target"), trigger_text(event.trigger)
-            self.alive.say(f"{self._head()}  plan {event.revision} for {targets} ({why})")
+            return
+        elif isinstance(event, Planned):
+            self._plans += 1
+            self._targets = len(event.targets)
+        if self._plans and event.t_ms >= self._next_ms:
+            self._next_ms = _line_after(event.t_ms)
+            self.alive.say(self.now())
 
     def _head(self) -> str:
         return f"{clock(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
+
+
+def _line_after(t_ms: int) -> int:
+    """Return when the line after the one at `t_ms` is due: at a full minute, or more of them in a long mission."""
+    every_ms = next(every for until, every in LINE_EVERY_MS if t_ms < until)
+    return (t_ms // every_ms + 1) * every_ms
 
 
 class _Moving(Observer):

@@ -1,12 +1,13 @@
 """Data on stdout: tables for people, JSON for programs.
 
-A table is as wide as the terminal and wraps; where stdout is no terminal it is as wide as its content.
+A table is as wide as the terminal and wraps; where stdout is no terminal it has 100 columns at most.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,8 +17,8 @@ from rich.table import Table
 
 from marsupial.cli.outputs import writing
 
-WIDE = 400
-"""Columns of what is not a terminal: wide enough that nothing wraps."""
+WIDE = 100
+"""Columns of what is not a terminal: what fits a window, a mail and a page of paper."""
 
 
 def print_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> None:
@@ -37,6 +38,17 @@ def print_facts(facts: Sequence[tuple[str, str]]) -> None:
     """Print named values, one a line, the values below each other."""
     widest = max(len(name) for name, _ in facts)
     print_text("".join(f"{name:<{widest}}  {value}\n" for name, value in facts))
+
+
+def print_report(text: str) -> None:
+    """Print a report of lines; the long ones go on at a word on the next line, further in."""
+    lines = (_wrapped(line) if len(line) > WIDE else [line] for line in text.splitlines())
+    print_text("".join(f"{line}\n" for parts in lines for line in parts))
+
+
+def _wrapped(line: str) -> list[str]:
+    inset = " " * (len(line) - len(line.lstrip()) + 2)
+    return textwrap.wrap(line, WIDE, subsequent_indent=inset, break_long_words=False, break_on_hyphens=False) or [line]
 
 
 def print_text(text: str) -> None:

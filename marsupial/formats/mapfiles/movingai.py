@@ -1,14 +1,16 @@
 """The grid benchmark format of movingai.com: `.map` files.
 
 ``.`` and ``G`` are floor, ``S`` (swamp) is rough ground; ``@`` and ``O`` (out of bounds) and ``T`` (trees) are
-obstacles. So is ``W``: the format calls water passable, but not from terrain, and robots stand on terrain. A cell is
-one metre. Files count rows from the top, grids from the bottom, so rows are turned round here.
+obstacles. So is ``W``: the format calls water passable, but not from terrain, and robots stand on terrain. The format
+has no scale: a cell is one metre unless somebody says otherwise. Files count rows from the top, grids from the bottom,
+so rows are turned round here.
 
 References: N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, and the format page of movingai.com.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +26,20 @@ SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T"
 """Terrain code of each character."""
 
 
-def understand_movingai(path: Path | str) -> MapReading:
+_PROBLEM_WORDS = 9
+"""In a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length."""
+
+UNIT_M = 1.0
+"""Metres a cell of a map whose scale nobody has said."""
+
+
+def understand_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:
     """Read a `.map` file and say how its characters were understood.
+
+    Parameters
+    ----------
+    resolution_m
+        Metres a cell; None where nobody has said.
 
     Raises
     ------
@@ -39,15 +53,30 @@ def understand_movingai(path: Path | str) -> MapReading:
     characters = np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(height, width)
     counts = {symbol: int(np.count_nonzero(characters == ord(symbol))) for symbol in SYMBOLS}
     warnings = []
+    if resolution_m is None:
+        warnings.append(
+            f"MovingAI maps have no scale: a cell counts as {UNIT_M:g} m here; "
+            "a scenario file can say otherwise (`resolution_m` beside `file`)"
+        )
+    scale_m = UNIT_M if resolution_m is None else resolution_m
     if counts["W"]:
         warnings.append(f"{counts['W']} cells of water ('W') became obstacles: no robot on land gets there")
     return MapReading(
-        grid=Grid(cells=np.ascontiguousarray(np.flipud(_code_table()[characters])), resolution_m=1.0),
-        format="MovingAI map, 1 m a cell",
+        grid=Grid(cells=np.ascontiguousarray(np.flipud(_code_table()[characters])), resolution_m=scale_m),
+        format=f"MovingAI map, {scale_m:g} m a cell",
         legend=tuple(LegendEntry(symbol=f"'{s}'", code=SYMBOLS[s], cells=n) for s, n in counts.items() if n),
         warnings=tuple(warnings),
         walled=True,
     )
+
+
+def scenario_map(path: Path) -> str | None:
+    """Return the name of the map that a `.scen` file gives its first problem, or None where that can't be read."""
+    with suppress(MapError):
+        for line in read_bytes(path, MapError, MAX_CELLS).splitlines()[1:2]:
+            words = line.split(b"\t") if b"\t" in line else line.split()
+            return words[1].decode(errors="replace") if len(words) == _PROBLEM_WORDS else None
+    return None
 
 
 def _lines(data: bytes) -> list[bytes]:

@@ -18,10 +18,9 @@ import numpy.typing as npt
 
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
+from marsupial.formats.mapfiles.occupancy import UNSAID, Occupancy, OccupancyArray
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
-
-OccupancyArray = npt.NDArray[np.int8]
 
 SAVED_UNKNOWN = 205
 """The grey that map savers write for unknown."""
@@ -50,6 +49,25 @@ def understand_nav2(path: Path | str) -> MapReading:
     return understand_image(header, read_grey(header.image, source=str(path)))
 
 
+def read_occupancy(path: Path | str) -> Occupancy:
+    """Read a nav2 map as occupancies, as nav2's map server publishes it; transparent pixels are unknown.
+
+    Raises
+    ------
+    MapError
+        As `understand_nav2`.
+    """
+    header = read_header(Path(path))
+    image = read_grey(header.image, source=str(path))
+    values = occupancy_table(header)[image.grey]
+    transparent = _transparent(header, image)
+    if transparent is not None:
+        values[transparent] = UNSAID
+    return Occupancy(
+        values=np.ascontiguousarray(np.flipud(values)), resolution_m=header.resolution_m, origin_m=header.origin_m
+    )
+
+
 def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
     """Say how an image is understood under a header."""
     table = occupancy_table(header)
@@ -60,6 +78,14 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         cells[transparent] = UNKNOWN
     counts = _grey_counts(image, transparent)
     hidden = image.grey.size - int(counts.sum())
+    warnings = (
+        *header.warnings,
+        *_image_warnings(image, hidden),
+        *_saved_unknown_warnings(header, counts, codes),
+        *_mixed_warnings(header, counts, codes),
+        *_between_warnings(counts, table),
+        *_alpha_warnings(header, image, counts, table),
+    )
     grid = Grid(
         cells=np.ascontiguousarray(np.flipud(cells)), resolution_m=header.resolution_m, origin_m=header.origin_m
     )
@@ -67,12 +93,7 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         grid=grid,
         format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
         legend=_legend(counts, codes, hidden),
-        warnings=(
-            *_image_warnings(image, hidden),
-            *_saved_unknown_warnings(header, counts, codes),
-            *_mixed_warnings(header, counts, codes),
-            *_between_warnings(counts, table),
-        ),
+        warnings=warnings,
     )
 
 
@@ -190,6 +211,27 @@ def _mixed_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: Ce
 def _between_warnings(counts: npt.NDArray[np.int64], table: OccupancyArray) -> list[str]:
     between = int(counts[(table > 0) & (table < 100)].sum())
     return [f"{between} cells have an occupancy between 1 and 99 and count as free"] if between else []
+
+
+def _alpha_warnings(
+    header: Nav2Header, image: GreyImage, counts: npt.NDArray[np.int64], table: OccupancyArray
+) -> list[str]:
+    """Say where releases of nav2 up to Jazzy read an image with alpha otherwise.
+
+    In mode trinary they take the mean of red, green, blue and alpha, so that opaque pixels are brighter.
+    """
+    if image.opaque is None or header.mode is not Mode.TRINARY:
+        return []
+    shade = (3 * np.arange(256) + 255) / (4 * 255)
+    p = shade if header.negate else 1 - shade
+    formerly = np.select([p > header.occupied_thresh, p < header.free_thresh], [100, 0], -1)
+    cells = int(counts[formerly != table].sum())
+    if not cells:
+        return []
+    return [
+        f"the image has an alpha channel: nav2 up to Jazzy counts it as a fourth colour and reads {cells} opaque "
+        "pixels otherwise; without the channel all releases agree"
+    ]
 
 
 def _names(greys: list[int]) -> str:

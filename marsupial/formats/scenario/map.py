@@ -9,16 +9,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.errors import MapError, Problem
+from marsupial.errors import MapError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
-from marsupial.formats.mapfiles.read import read_map
+from marsupial.formats.mapfiles.read import has_scale, read_map
 from marsupial.formats.mapfiles.terrain_mask import read_mask
+from marsupial.formats.scenario.filters import KEYS as FILTERS
+from marsupial.formats.scenario.filters import note_file, read_filters
 from marsupial.generators import GENERATORS
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, Terrain
+from marsupial.model.mapreading import MapReading
 
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}
 """Characters that need no legend."""
@@ -30,7 +34,7 @@ _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 
 SOURCES = ("file", "generator", "rows")
 
-_KEYS = ("mask", "width_m", "height_m", "resolution_m", "seed", "origin_m", "legend")
+_KEYS = ("mask", *FILTERS, "width_m", "height_m", "resolution_m", "seed", "origin_m", "legend")
 
 
 def read_terrains(top: Fields) -> tuple[Terrain, ...]:
@@ -64,7 +68,14 @@ def free_code(terrains: list[Terrain]) -> int:
     return next((code for code in range(UNKNOWN) if code not in used), UNKNOWN)
 
 
-def read_grid(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
+class MapField(NamedTuple):
+    """The map of a scenario: as it is, and how its file was understood, None where it is from no file."""
+
+    grid: Grid
+    reading: MapReading | None = None
+
+
+def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
     """Read ``map``; return None, with the problems noted, where it is wrong. Paths are relative to `folder`."""
     fields = top.part("map")
     before = len(top.problems)
@@ -75,28 +86,43 @@ def read_grid(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid 
         fields.wrong("", f"needs one of {', '.join(SOURCES)}, got {' and '.join(sources) or 'none'}")
         fields.finish(also=_KEYS)
         return None
+    for other in SOURCES:
+        if other != sources[0]:
+            fields.refuse(other, "")  # it is absent: said so that it isn't offered
     read = {"file": _from_file, "generator": _from_generator, "rows": _from_rows}[sources[0]]
-    grid = read(fields, terrains, folder)
-    grid = None if grid is None else replace(grid, terrains=terrains)
+    found = read(fields, terrains, folder)
     mask = _read_mask(fields, terrains)
+    filters = read_filters(fields, terrains, folder)
     fields.finish()
+    if found is None:
+        return None
+    grid: Grid | None = replace(found.grid, terrains=terrains)
     if grid is not None and mask is not None:
         grid = _masked(grid, folder / mask[0], mask[1], fields)
-    return grid if len(top.problems) == before else None
+    if grid is None or len(top.problems) > before:
+        return None
+    return MapField(filters.painted(grid), found.reading)
 
 
-def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
+def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
+    before = len(fields.problems)
     name = fields.text("file")
-    if not name:
+    resolution_m = None
+    if name and not has_scale(folder / name):
+        resolution_m = fields.quantity("resolution_m") if fields.has("resolution_m") else None
+    else:
+        fields.refuse("resolution_m", "a nav2 map says it itself: 'resolution' in its yaml")
+    if not name or len(fields.problems) > before:
         return None
     try:
-        return read_map(folder / name).grid
+        reading = read_map(folder / name, resolution_m)
     except MapError as error:
-        _note(fields, "file", error)
+        note_file(fields, "file", error)
         return None
+    return MapField(reading.grid, reading)
 
 
-def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
+def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
     before = len(fields.problems)
     name = fields.choice("generator", GENERATORS, what="generator")
     numbers = {key: fields.number(key, None, BOUNDS["extent_m"]) for key in ("width_m", "height_m")}
@@ -107,13 +133,13 @@ def _from_generator(fields: Fields, terrains: tuple[Terrain, ...], folder: Path)
     if len(fields.problems) > before:
         return None
     try:
-        return GENERATORS[name].make(seed=seed, **numbers)
+        return MapField(GENERATORS[name].make(seed=seed, **numbers))
     except MapError as error:
         fields.take(error)
         return None
 
 
-def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Grid | None:
+def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
     before = len(fields.problems)
     rows = fields.texts("rows")
     resolution_m = fields.quantity("resolution_m")
@@ -121,7 +147,7 @@ def _from_rows(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> G
     cells = drawn_cells(rows, _read_legend(fields), terrains, fields)
     if len(fields.problems) > before:
         return None
-    return Grid(cells=cells, resolution_m=resolution_m, origin_m=(origin[0], origin[1], origin[2]))
+    return MapField(Grid(cells=cells, resolution_m=resolution_m, origin_m=(origin[0], origin[1], origin[2])))
 
 
 def drawn_cells(
@@ -208,12 +234,5 @@ def _masked(grid: Grid, path: Path, codes: Mapping[int, int], fields: Fields) ->
     try:
         return read_mask(grid, path, codes)
     except MapError as error:
-        _note(fields, "mask", error)
+        note_file(fields, "mask", error)
         return None
-
-
-def _note(fields: Fields, key: str, error: MapError) -> None:
-    """Note the problems of a file that a field names, with the file's path as far as it is known."""
-    for problem in error.problems:
-        text = f"{error.source}: {problem}" if error.source else str(problem)
-        fields.problems.append(Problem(fields.at(key), text))

@@ -16,10 +16,12 @@ import yaml
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
-from marsupial.formats.scenario.map import read_grid, read_terrains
+from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
+from marsupial.formats.yamllines import with_lines
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Grid, Terrain
+from marsupial.model.mapreading import MapReading
 from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
@@ -60,17 +62,22 @@ def read_scenario(path: Path | str) -> Scenario:
     Raises
     ------
     ScenarioError
-        With every wrong field by its path.
+        With every wrong field by its path and line.
     """
+    return understand_scenario(path)[0]
+
+
+def understand_scenario(path: Path | str) -> tuple[Scenario, MapReading | None]:
+    """Read a scenario file, as `read_scenario`, and say how its map file was understood, if it has one."""
     path = Path(path)
-    data = _parse(path)
+    data, text = parse(path)
     problems: list[Problem] = []
     if not isinstance(data, Mapping):
         raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
-    scenario = _read(Fields(data, "", problems), path)
-    if problems or scenario is None:
-        raise ScenarioError(problems, source=str(path))
-    return scenario
+    found = _read(Fields(data, "", problems), path)
+    if problems or found is None:
+        raise ScenarioError(with_lines(problems, text), source=str(path))
+    return found
 
 
 def is_scenario_file(path: Path | str) -> bool:
@@ -79,18 +86,22 @@ def is_scenario_file(path: Path | str) -> bool:
     if path.suffix.lower() not in (".yaml", ".yml", ".json"):
         return False
     try:
-        data = _parse(path)
+        data, _ = parse(path)
     except ScenarioError:
         return path.suffix.lower() == ".json"
     return isinstance(data, Mapping) and not {"format", "team", "robot_types"}.isdisjoint(data)
 
 
-def _parse(path: Path) -> object:
+def parse(path: Path) -> tuple[object, str]:
+    """Return what a YAML or JSON file of ours holds, and its text.
+
+    Raises ScenarioError where it is neither, or nested too deep.
+    """
     text = read_text(path, ScenarioError, MOST_BYTES)
     try:
         if _is_deep(text):
             raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
-        return yaml.load(text, _Loader)
+        return yaml.load(text, _Loader), text
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -109,24 +120,25 @@ def _is_deep(text: str) -> bool:
     return False
 
 
-def _read(top: Fields, path: Path) -> Scenario | None:
+def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     """Read all fields; the scenario means something only if no problem was noted."""
-    if not _read_version(top):
+    if not read_version(top, FORMAT, VERSION):
         return None
     name = top.text("name", path.stem)
     terrains = read_terrains(top)
-    grid = read_grid(top, terrains, path.parent)
+    found = read_map_field(top, terrains, path.parent)
+    grid = None if found is None else found.grid
     kinds = read_types(top, terrains, grid)
     team = read_team(top, kinds, grid)
     seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
-    goal, limits = _read_goal(top), _read_limits(top)
+    goal, limits = read_goal(top), read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     top.finish()
-    if top.problems or grid is None:
+    if top.problems or found is None:
         return None
-    return Scenario(
+    scenario = Scenario(
         name=name,
-        grid=grid,
+        grid=found.grid,
         robot_types=tuple(kind for kind in kinds.values() if kind is not None),
         team=team,
         goal=goal,
@@ -134,15 +146,16 @@ def _read(top: Fields, path: Path) -> Scenario | None:
         planning_time=PlanningTime(planning_time),
         start_seed=seed,
     )
+    return scenario, found.reading
 
 
-def _read_version(top: Fields) -> bool:
+def read_version(top: Fields, form: str, latest: int) -> bool:
     """Check format and version; False where the file is of a later version and its fields mean who knows what."""
-    top.choice("format", [FORMAT])
+    top.choice("format", [form])
     version = top.integer("version", None, Bound(1, MOST))
-    if version > VERSION:
-        top.wrong("version", f"must be at most {VERSION}, got {version}: the file is for a later marsupial")
-    return version <= VERSION
+    if version > latest:
+        top.wrong("version", f"must be at most {latest}, got {version}: the file is for a later marsupial")
+    return version <= latest
 
 
 def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) -> dict[str, RobotType | None]:
@@ -230,7 +243,8 @@ def _read_energy(fields: Fields) -> EnergyModel:
     return model
 
 
-def _read_goal(top: Fields) -> Goal:
+def read_goal(top: Fields) -> Goal:
+    """Read ``goal``."""
     fields, default = top.part("goal", required=False), Goal()
     goal = Goal(
         recover_rovers=fields.flag("recover_rovers", default.recover_rovers),
@@ -240,7 +254,8 @@ def _read_goal(top: Fields) -> Goal:
     return goal
 
 
-def _read_limits(top: Fields) -> MissionLimits:
+def read_limits(top: Fields) -> MissionLimits:
+    """Read ``limits``."""
     fields = top.part("limits", required=False)
     seconds = fields.quantity("time_s", MissionLimits().time_ms / 1000)
     fields.finish()

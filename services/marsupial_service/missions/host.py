@@ -44,6 +44,7 @@ from marsupial_service.missions.values import (
     Wish,
 )
 from marsupial_service.missions.world import RemoteWorld, RobotCommand
+from marsupial_service.store import kept
 
 
 def load_missions() -> None:
@@ -163,12 +164,13 @@ class Desk(Observer):
         self._end_turn(over=False)
         answer = self._due()
         assert answer.input is not None
+        taken: Input = kept.loads(answer.input) if isinstance(answer.input, bytes) else answer.input
         self._decisions = deque(answer.decisions)
-        if not isinstance(answer.input, Wish):
-            self._count(answer.input)
-        elif answer.input is not Wish.CANCEL:
-            self._tell(EventType.STATE, documents.state(answer.input, self._t_ms))
-        return answer.input
+        if not isinstance(taken, Wish):
+            self._count(taken)
+        elif taken is not Wish.CANCEL:
+            self._tell(EventType.STATE, documents.state(taken, self._t_ms))
+        return taken
 
     def _count(self, report: Report) -> None:
         self._t_ms = max(self._t_ms, report.t_ms)

@@ -56,11 +56,15 @@ def write_yaml(folder: Path, header: Mapping[str, object]) -> Path:
     return path
 
 
-def problems_of(path: Path) -> dict[str, str]:
+def fault_of(path: Path) -> MapError:
     with pytest.raises(MapError) as caught:
         grid_of(path)
     assert str(path) in str(caught.value)
-    return {problem.path: problem.message for problem in caught.value.problems}
+    return caught.value
+
+
+def problems_of(path: Path) -> dict[str, str]:
+    return {problem.path: problem.message for problem in fault_of(path).problems}
 
 
 # What greys mean
@@ -139,6 +143,15 @@ def test_pixels_that_are_not_opaque_are_unknown(tmp_path: Path, mode: str) -> No
     )
 
 
+def test_an_alpha_channel_that_older_map_servers_read_otherwise_is_named(tmp_path: Path) -> None:
+    # The mean of 205, 205, 205 and 255 is 217.5: p = 0.147 is free to them. Black, p = 0.75, stays an obstacle.
+    for greys, cells in (([[255, 205, 205, 0]], 2), ([[255, 255, 0, 0]], 0)):
+        grey = np.array(greys, dtype=np.uint8)
+        path = write_map(tmp_path, np.dstack([grey, grey, grey, np.full_like(grey, 255)]), image="map.png")
+        told = [text for text in understand_nav2(path).warnings if "Jazzy" in text]
+        assert [f"reads {cells} opaque pixels otherwise" in text for text in told] == [True] * bool(cells)
+
+
 def test_the_mode_may_be_absent_or_in_capitals(tmp_path: Path) -> None:
     assert grid_of(write_map(tmp_path, [[254]])).cells.tolist() == [[F]]
     assert grid_of(write_map(tmp_path, [[100]], mode="Raw")).cells.tolist() == [[O]]
@@ -181,6 +194,14 @@ def test_a_plain_pgm_with_another_white_and_a_comment_is_read(tmp_path: Path) ->
     path = write_map(tmp_path, [[0]])
     (tmp_path / "map.pgm").write_text("P2\n# a comment\n3 1\n100\n100 0 80")  # no newline at the end
     assert [entry.symbol for entry in understand_nav2(path).legend] == ["grey 0", "grey 204", "grey 255"]
+
+
+def test_a_binary_pgm_with_comments_and_one_of_16_bits_are_read(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[0]])
+    (tmp_path / "map.pgm").write_bytes(b"P5\n# CREATOR: map saver 0.05 m/pix\n3 1 # size\n255\n\xfe\x00\xcd")
+    assert grid_of(path).cells.tolist() == [[F, O, U]]
+    (tmp_path / "map.pgm").write_bytes(b"P5\n3 1\n65535\n\xfe\xfe\x00\x00\xcd\xcd")
+    assert grid_of(path).cells.tolist() == [[F, O, U]]
 
 
 def test_a_jpeg_is_read_with_a_warning(tmp_path: Path) -> None:
@@ -339,6 +360,37 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
 def test_values_of_the_wrong_type_are_named(tmp_path: Path, key: str, value: object, message: str) -> None:
     write_map(tmp_path, [[254]])
     assert problems_of(write_yaml(tmp_path, HEADER | {key: value}))[key].startswith(message)
+
+
+def test_a_slip_in_the_name_of_a_field_is_named_with_its_line(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[254]])
+    path.write_text(path.read_text().replace("resolution:", "resolutoin:").replace("free_thresh:", "free_threshold:"))
+    lines = path.read_text().splitlines()
+    told = {problem.path: problem for problem in fault_of(path).problems}
+    assert told.keys() == {"resolution", "resolutoin", "free_thresh", "free_threshold"}
+    for meant, written in (("resolution", "resolutoin"), ("free_thresh", "free_threshold")):
+        assert told[meant].message == "missing"
+        assert told[written].message == f"unknown field, did you mean {meant!r}?"
+        assert lines[(told[written].line or 0) - 1].startswith(written)
+    assert f"{path}: line " in str(fault_of(path))
+
+
+def test_a_slip_in_the_name_of_the_mode_is_warned_of_as_the_map_server_ignores_it(tmp_path: Path) -> None:
+    (warning,) = understand_nav2(write_map(tmp_path, [[254]], drop=("mode",), moode="raw")).warnings
+    assert re.fullmatch(r"line \d: moode: unknown field, did you mean 'mode'\?; it is ignored", warning)
+
+
+@pytest.mark.parametrize("key", ["free_thresh", "occupied_thresh"])
+def test_a_threshold_in_percent_is_told_how_it_is_written(tmp_path: Path, key: str) -> None:
+    path = write_map(tmp_path, [[254]], **{key: "65%"})
+    assert problems_of(path) == {key: "must be a share from 0 to 1 without a percent sign, as 0.65, got '65%'"}
+
+
+@pytest.mark.parametrize(("written", "negated"), [("y", True), ("N", False), ('"1"', True), ("on", True), ("0", False)])
+def test_negate_is_read_as_the_map_server_reads_it(tmp_path: Path, written: str, negated: bool) -> None:
+    path = write_map(tmp_path, [[254, 0]], drop=("negate",))
+    path.write_text(path.read_text() + f"negate: {written}\n")
+    assert grid_of(path).cells.tolist() == [[O, F] if negated else [F, O]]
 
 
 def test_thresholds_out_of_order_are_named(tmp_path: Path) -> None:

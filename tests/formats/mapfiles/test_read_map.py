@@ -54,6 +54,43 @@ def test_an_image_alone_is_told_that_it_needs_its_yaml(tmp_path: Path) -> None:
     assert error_of(tmp_path / "a.pgm").endswith("(an image needs its map.yaml: give that)")
 
 
+def test_an_image_is_told_the_yaml_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "a.pgm").touch()
+    (tmp_path / "a.yaml").touch()
+    assert error_of(tmp_path / "a.pgm").endswith(f"(an image needs its map.yaml: give {tmp_path / 'a.yaml'})")
+
+
+PROBLEMS = "version 1\n0\tmaps/yard.map\t49\t49\t1\t11\t1\t12\t1\n"
+
+
+@pytest.mark.parametrize(
+    ("scenario", "text", "beside", "told"),
+    [
+        ("yard.map.scen", "", "yard.map", "yard.map"),
+        ("yard-even-1.scen", PROBLEMS, "yard.map", "yard.map"),
+        ("yard-even-1.scen", PROBLEMS, "other.map", "maps/yard.map"),
+        ("yard.scen", "\0\1\2", "other.map", "a .map file"),
+    ],
+)
+def test_path_problems_are_refused_with_the_map_to_give(
+    tmp_path: Path, scenario: str, text: str, beside: str, told: str
+) -> None:
+    (tmp_path / scenario).write_text(text)
+    (tmp_path / beside).touch()
+    place = str(tmp_path / told) if told == beside else told
+    assert error_of(tmp_path / scenario) == (
+        f"{tmp_path / scenario}: holds MovingAI path problems for single agents, not a map: "
+        f"give the map they are for, {place}"
+    )
+
+
+def test_a_map_without_scale_may_be_given_one(tmp_path: Path) -> None:
+    (tmp_path / "a.map").write_text("type octile\nheight 1\nwidth 2\nmap\n.@\n")
+    reading = read_map(tmp_path / "a.map", 0.25)
+    assert (reading.format, reading.grid.resolution_m, reading.warnings) == ("MovingAI map, 0.25 m a cell", 0.25, ())
+    assert "a cell counts as 1 m here" in read_map(tmp_path / "a.map").warnings[0]
+
+
 def test_a_pipe_is_refused_and_never_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.map")
     assert error_of(tmp_path / "a.map").endswith("is not a regular file")

@@ -88,10 +88,37 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"robot_types__0__speed_mps": ..., "robot_types__0__speed_mp": 1.0},
         [
             "robot_types[0].speed_mps: missing",
-            "robot_types[0].speed_mp: unknown field, did you mean 'speed_mps'?",
+            "robot_types[0].speed_mp: unknown field, did you mean 'speed_mps'?; the fields here are name, role, "
+            "speed_mps, sensor_range_m, radius_m, terrains, energy, diagonal, routes, capacity",
         ],
     ),
-    "a field like no other": ({"colour": "red"}, ["colour: unknown field"]),
+    "a field like no other": (
+        {"colour": "red", "weight": 3},
+        [
+            "colour: unknown field",
+            "weight: unknown field; the fields here are format, version, name, terrains, map, robot_types, team, "
+            "start_seed, goal, limits, planning_time",
+        ],
+    ),
+    "fields like no other at every level": (
+        {
+            "terrains": [{"name": "mud", "deep": 1}],
+            "robot_types__1__energy": {"fuel": 1},
+            "robot_types__1__colour": "red",
+            "team__1__colour": "red",
+            "limits": {"money": 1},
+            "map__colour": "red",
+        },
+        [
+            "terrains[0].deep: unknown field; the fields here are name, code, blocks_sight",
+            "map.colour: unknown field; the fields here are rows, resolution_m, origin_m, legend, mask, keepout, speed",
+            "robot_types[1].energy.fuel: unknown field; the fields here are turn_j, idle_w, drive_w, metre_j, stop_j",
+            "robot_types[1].colour: unknown field; the fields here are name, role, speed_mps, sensor_range_m, "
+            "radius_m, terrains, energy, diagonal, routes, dock_s, undock_s",
+            "team[1].colour: unknown field; the fields here are name, type, carrier",
+            "limits.money: unknown field; the fields here are time_s",
+        ],
+    ),
     "fields of the other role": (
         {"robot_types__0__dock_s": 1, "robot_types__1__capacity": 1},
         ["robot_types[0].dock_s: only rovers have it", "robot_types[1].capacity: only carriers have it"],
@@ -237,7 +264,8 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"map": {"fil": "a.map"}},
         [
             "map: needs one of file, generator, rows, got none",
-            "map.fil: unknown field, did you mean 'file'?",
+            "map.fil: unknown field, did you mean 'file'?; the fields here are file, generator, rows, mask, keepout, speed, width_m, "
+            "height_m, resolution_m, seed, origin_m, legend",
         ],
     ),
     "a map from two places": (
@@ -270,7 +298,11 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "a generator's parameters": (
         {"map": {"generator": "random", "width_m": 60, "height_m": 3, "share": 0.9, "depth": 1}},
-        ["map.share: must be 0 to 0.35, got 0.9", "map.depth: unknown field"],
+        [
+            "map.share: must be 0 to 0.35, got 0.9",
+            "map.depth: unknown field; the fields here are generator, width_m, height_m, resolution_m, seed, share, "
+            "mask, keepout, speed",
+        ],
     ),
     "a generated map too small": (
         {"map": {"generator": "office", "width_m": 6, "height_m": 3}},
@@ -280,7 +312,8 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"goal": {"recover_rovers": "yes", "come_home": True}, "limits": {"time_s": 0}, "planning_time": "never"},
         [
             "goal.recover_rovers: must be true or false, got 'yes'",
-            "goal.come_home: unknown field, did you mean 'return_home'?",
+            "goal.come_home: unknown field, did you mean 'return_home'?; the fields here are recover_rovers, "
+            "return_home",
             "limits.time_s: must be positive, got 0",
             "planning_time: must be instant or charged, got 'never'",
         ],
@@ -315,10 +348,10 @@ def test_all_problems_of_a_file_come_at_once(tmp_path: Path) -> None:
     ]
 
 
-def test_the_message_names_the_file(tmp_path: Path) -> None:
+def test_the_message_names_file_and_line(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError) as caught:
         read_scenario(stored(tmp_path, changed(robot_types__1__speed_mps=-1)))
-    assert str(caught.value) == f"{tmp_path}/yard.yaml: robot_types[1].speed_mps: must be positive, got -1"
+    assert str(caught.value) == f"{tmp_path}/yard.yaml: line 22: robot_types[1].speed_mps: must be positive, got -1"
 
 
 @pytest.mark.parametrize(
@@ -372,6 +405,13 @@ def test_a_missing_map_and_mask_are_told_with_their_fields(tmp_path: Path) -> No
         "map.mask.greys.lava: unknown terrain 'lava'",
         "map.mask.greys.rough: must be a grey from 0 to 255 or a list of them, got 256",
     ]
+
+
+def test_the_scale_of_a_map_that_has_one_is_its_own(tmp_path: Path) -> None:
+    (only,) = faults(tmp_path, changed(map={"file": "depot.yaml", "resolution_m": 0.1}))
+    assert only == "map.resolution_m: a nav2 map says it itself: 'resolution' in its yaml"
+    (only,) = faults(tmp_path, changed(map={"file": "arena.map", "resolution_m": 0}))
+    assert only.startswith("map.resolution_m: must be positive")
 
 
 def test_a_mask_of_another_size_is_told(tmp_path: Path) -> None:
