@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test slow trial check lint types contract wheel clean
+.PHONY: demo test slow trial check lint types contract docs drawings wheel clean
 
 demo: $(STAMP)
 	@$(BIN)/marsupial demo --out demo
@@ -31,6 +31,13 @@ types: $(STAMP)
 contract: $(STAMP)
 	$(BIN)/lint-imports
 
+# The site, in site/docs/index.html; `drawings` are the pictures in it.
+docs: $(STAMP)
+	$(BIN)/python -m sphinx --quiet --fail-on-warning -c docs . site
+
+drawings: $(STAMP)
+	$(BIN)/python docs/drawings.py
+
 # With precompiled code for this operating system, architecture and Python; `python -m build` makes one without.
 wheel: $(STAMP)
 	HATCH_BUILD_HOOKS_ENABLE=true $(BIN)/python -m build --wheel
@@ -43,4 +50,4 @@ $(STAMP): pyproject.toml
 	@touch $(STAMP)
 
 clean:
-	rm -rf $(VENV) build dist demo marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) build dist demo site marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

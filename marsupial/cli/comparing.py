@@ -11,6 +11,7 @@ from pathlib import Path
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
+from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
 from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
@@ -168,17 +169,35 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
     except (Interrupted, KeyboardInterrupt):
         say(f"what is done is kept in {out}: the same command resumes it, `marsupial compare --report {out}` shows it")
         raise
+    if comparison.paper is None:
+        _write_pairs(comparison, out)
     report(out)
+
+
+def _outcome(out: Path) -> ComparisonOutcome:
+    return ComparisonOutcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
+
+
+def _write_pairs(comparison: Comparison, out: Path) -> None:
+    """Write the replays of the best and worst pairs, those of former ones taken away."""
+    outcome = _outcome(out)
+    with writing(out):
+        (out / FOLDER).mkdir(exist_ok=True)
+        for name, data in pair_pages(comparison, outcome, out):
+            replace_file(out / name, data)
+        kept = {out / replay.path for replay in replays_in(out, outcome)}
+        for file in set((out / FOLDER).glob("*.html")) - kept:
+            file.unlink()
 
 
 def report(out: Path) -> None:
     """Write the documents of the comparison in a folder, as far as it is done, and print the main table."""
-    outcome = ComparisonOutcome(read_header(out), read_rows(out), read_timings(out), read_curves(out))
+    outcome = _outcome(out)
     say("writing tables and figures ...")
     with writing(out):
         (out / "figures").mkdir(exist_ok=True)
         stale = {*out.glob("checklist.md"), *out.glob("figures/*.svg"), *out.glob("figures/*.png")}
-        for name, data in documents(outcome):
+        for name, data in documents(outcome, replays_in(out, outcome)):
             replace_file(out / name, data)
             stale.discard(out / name)
         for file in stale:  # of what the folder held before it grew, and can't be true of what it holds now

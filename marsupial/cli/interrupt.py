@@ -15,6 +15,8 @@ from types import FrameType
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
+ENDING = "ending the mission; once more to stop at once"
+
 Handler = Callable[[int, FrameType | None], object]
 
 
@@ -34,6 +36,20 @@ def interruptible() -> Iterator[None]:
 
 
 @contextmanager
+def stop_requests() -> Iterator[Callable[[], int]]:
+    """Yield a function that says how often the command was asked to end: for one that ends by itself, in two steps."""
+    asked: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        asked.append(number)
+        if len(asked) == 1:
+            print(ENDING, file=sys.stderr)
+
+    with _handling(note):
+        yield lambda: len(asked)
+
+
+@contextmanager
 def asked_to_stop() -> Iterator[Callable[[], bool]]:
     """Yield a function that says whether the command was asked to end; the second time `Interrupted` is raised."""
     asked = threading.Event()
@@ -42,7 +58,7 @@ def asked_to_stop() -> Iterator[Callable[[], bool]]:
         if asked.is_set():
             raise Interrupted
         asked.set()
-        print("ending the mission; once more to stop at once", file=sys.stderr)
+        print(ENDING, file=sys.stderr)
 
     with _handling(note):
         yield asked.is_set

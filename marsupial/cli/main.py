@@ -25,6 +25,7 @@ from marsupial.cli.commands.plan import plan
 from marsupial.cli.commands.planners import planners
 from marsupial.cli.commands.replay import replay
 from marsupial.cli.commands.reproduce import reproduce
+from marsupial.cli.commands.ros import ros
 from marsupial.cli.commands.run import run
 from marsupial.cli.commands.scenarios import scenarios
 from marsupial.cli.commands.serve import serve
@@ -80,6 +81,7 @@ app.command()(planners)
 app.command()(scenarios)
 app.add_typer(bench, name="bench")
 app.command()(demo)
+app.command()(ros)
 serve.add_typer(store, name="store")
 app.add_typer(serve, name="serve")
 

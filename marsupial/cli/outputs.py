@@ -11,14 +11,19 @@ from marsupial.formats.files import replace_file
 
 
 def write_file(path: Path, text: str) -> None:
-    """Write `text` (UTF-8) to `path`, replacing what is there; a `UsageError` says why it can't be written."""
+    """Write `text` (UTF-8) to `path`, as `write_bytes` does."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write `data` to `path`, replacing what is there; a `UsageError` says why it can't be written."""
     with writing(path):
         if path.is_dir():
             raise IsADirectoryError(0, "is a directory")
         if path.exists() and not path.is_file():  # /dev/stdout, a pipe: nothing to replace
-            path.write_text(text, encoding="utf-8")
+            path.write_bytes(data)
         else:
-            replace_file(path, text.encode())
+            replace_file(path, data)
 
 
 def make_folder(path: Path) -> None:

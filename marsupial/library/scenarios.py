@@ -11,7 +11,7 @@ from pathlib import Path
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.files import NO_SUCH_FILE, file_fault
-from marsupial.formats.mapfiles.read import READERS, read_map
+from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
 from marsupial.formats.scenario import is_scenario_file, understand_scenario, with_team
 from marsupial.generators.builtin import (
     DEFAULT_CARRIERS,
@@ -31,8 +31,8 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
     Parameters
     ----------
     name_or_path
-        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml`` or a
-        MovingAI ``.map``.
+        A built-in name (``marsupial scenarios`` lists them), or the path of a scenario file, a nav2 ``map.yaml``, a
+        MovingAI ``.map`` or a recording of ROS 2.
     carriers, rovers
         Another team: carriers, and rovers for each of them; None keeps what the scenario says (2 and 2 without one).
 
@@ -78,7 +78,7 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     path = Path(source)
     if source in SCENARIOS:
         return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
-    fault = file_fault(path)
+    fault = None if names_recording(path) else file_fault(path)
     if fault is not None:
         raise ScenarioError(_unknown(source)) if fault == NO_SUCH_FILE else ScenarioError(fault, source=source)
     if is_scenario_file(path):

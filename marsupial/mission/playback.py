@@ -110,8 +110,12 @@ class Playback:
     def state_at(self, t_ms: int) -> FleetState:
         """Return the team at `t_ms`; a moment outside the mission counts as its start or end."""
         t_ms = min(max(t_ms, self.start_ms), self.end_ms)
+        return FleetState(t_ms=t_ms, robots=views(self.tracks_at(t_ms), t_ms))
+
+    def tracks_at(self, t_ms: int) -> Tracks:
+        """Return the same with their drives; at a moment before the mission as at its start."""
         index = bisect_right(self.moments, t_ms, key=lambda moment: self.events[moment[0]].t_ms) - 1
-        return FleetState(t_ms=t_ms, robots=views(self.moments[index][1], t_ms))
+        return self.moments[max(index, 0)][1]
 
     def cells_at(self, t_ms: int) -> CellArray:
         """Return the known map at `t_ms`, uint8 (height, width).

@@ -1,290 +1,277 @@
-/* The timeline: the known area over time, and below it a lane for each robot with what it did when. */
+/* The timeline: the known area over time, and below it a lane for each robot with what it did when.
 
-const LANE = { top: 56, height: 20, gutter: 104, right: 12, axis: 22 };
+   Two missions stand one under the other on one axis. What depends on no moment is drawn once, on a canvas of its own. */
 
-class Lanes {
-  constructor(canvas, mission, colours) {
-    this.canvas = canvas;
-    this.context = canvas.getContext("2d");
-    this.mission = mission;
-    this.colours = colours;
-    this.still = document.createElement("canvas");
+import { inks, robotColours } from "./colours.js";
+import { fitted, make } from "./dom.js";
+import { area, clock } from "./format.js";
+import { lastAt } from "./history.js";
+import { actionInk, bar, cross, line, rover, vehicle } from "./shapes.js";
+import { newsLong, ofSegment } from "./why.js";
+
+const TOP = 50, AXIS = 22, HEAD = 15, RIGHT = 12;
+const TALLEST = 19, LOWEST = 11, ROOM = 260, ROOM_FOR_TWO = 180;  // points of the page: a lane, and all lanes together if they can
+const TICKS = [100, 200, 500, 1e3, 2e3, 5e3, 1e4, 15e3, 3e4, 6e4, 12e4, 3e5, 6e5, 12e5, 18e5, 36e5, 72e5, 144e5];
+const FONT = "system-ui, 'DejaVu Sans', sans-serif";
+const AHEAD = 1.15;  // how much longer than a mission that goes on its axis is
+
+export class Lanes {
+  constructor(missions, names) {
+    this.missions = missions;
+    this.names = names;
+    this.still = make("canvas", { class: "still", "aria-hidden": "true" });
+    this.canvas = make("canvas", { class: "moment", role: "img", "aria-label": "Timeline: known area, and what each robot does when" });
+    this.element = make("div", { class: "lanes" }, this.still, this.canvas);
+    this.rows = this.layOut();
+    this.shown = "";
     this.showAll();
   }
 
-  showAll() { this.from = this.mission.from; this.to = this.mission.to; }
+  /** Each row with its mission, its robot (or none: a headline) and where it begins. */
+  layOut() {
+    const robots = this.missions.reduce((sum, mission) => sum + mission.robots.length, 0), rows = [];
+    this.lane = Math.max(LOWEST, Math.min(TALLEST, Math.floor((this.missions.length > 1 ? ROOM_FOR_TWO : ROOM) / robots)));
+    let top = TOP;
+    this.missions.forEach((mission, i) => {
+      if (this.missions.length > 1) { rows.push({ mission, i, robot: null, top, high: HEAD }); top += HEAD; }
+      for (const robot of mission.robots) { rows.push({ mission, i, robot, top, high: this.lane }); top += this.lane; }
+    });
+    this.bottom = top;
+    return rows;
+  }
 
-  get width() { return this.canvas.clientWidth; }
-  get height() { return LANE.top + this.mission.robots.length * LANE.height + LANE.axis; }
-  get bottom() { return this.height - LANE.axis; }
-  x(t) { return LANE.gutter + (t - this.from) / (this.to - this.from) * (this.width - LANE.gutter - LANE.right); }
-  time(x) { return this.from + (x - LANE.gutter) / (this.width - LANE.gutter - LANE.right) * (this.to - this.from); }
+  get gutter() { return this.width < 600 ? 84 : 104; }
+  get begin() { return Math.min(...this.missions.map((mission) => mission.from)); }
+  get end() { return Math.max(...this.missions.map((mission) => mission.to)); }
+
+  showAll() {
+    this.from = this.begin;
+    this.to = this.missions.every((mission) => mission.ended) ? this.end : this.from + (this.end - this.from) * AHEAD + 5000;
+    this.whole = true;
+  }
+
+  x(t) { return this.gutter + (t - this.from) / (this.to - this.from) * (this.width - this.gutter - RIGHT); }
+  time(x) { return this.from + (x - this.gutter) / (this.width - this.gutter - RIGHT) * (this.to - this.from); }
 
   /** Look closer at the time around x. */
   zoom(factor, x) {
-    const { from, to } = this.mission, t = Math.min(to, Math.max(from, this.time(x)));
-    const span = Math.min(to - from, Math.max(2000, (this.to - this.from) / factor));
-    const share = (t - this.from) / (this.to - this.from);
-    this.show(t - share * span, span);
+    const t = Math.min(this.end, Math.max(this.begin, this.time(x))), most = this.end - this.begin;
+    const span = Math.min(most, Math.max(2000, (this.to - this.from) / factor)), part = (t - this.from) / (this.to - this.from);
+    this.show(t - part * span, span);
+    this.whole = span === most;
   }
 
   show(from, span) {
-    this.from = Math.min(Math.max(from, this.mission.from), this.mission.to - span);
+    this.from = Math.min(Math.max(from, this.begin), this.end - span);
     this.to = this.from + span;
     this.restyle();
-  }
-
-  /** Draw all that does not depend on the moment; wanted after a change of size, theme or span. */
-  restyle() {
-    const ratio = window.devicePixelRatio || 1;
-    this.canvas.style.height = `${this.height}px`;
-    for (const canvas of [this.canvas, this.still]) {
-      canvas.width = Math.max(1, Math.round(this.width * ratio));
-      canvas.height = Math.max(1, Math.round(this.height * ratio));
-    }
-    this.ink = Object.fromEntries(
-      ["card", "line", "ink", "dim", "accent", "bad", "move", "explore", "dock", "undock", "on-bar"].map((name) => [name, themeColour(name)]));
-    const g = this.still.getContext("2d");
-    this.g = g;
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    g.fillStyle = this.ink.card;
-    g.fillRect(0, 0, this.width, this.height);
-    this.drawAxis();
-    this.drawCoverage();
-    this.mission.robots.forEach((robot, i) => this.drawLane(robot, LANE.top + i * LANE.height));
-  }
-
-  drawAxis() {
-    const { g } = this, span = this.to - this.from;
-    const steps = [100, 200, 500, 1000, 2000, 5000, 10000, 15000, 30000, 60000, 120000, 300000, 600000, 1200000, 1800000, 3600000, 7200000];
-    const step = steps.find((one) => one / span * (this.width - LANE.gutter) >= 64) || 14400000;
-    g.font = "11px system-ui, 'DejaVu Sans', sans-serif";
-    g.textAlign = "center";
-    g.textBaseline = "alphabetic";
-    g.lineWidth = 1;
-    for (let t = Math.ceil(this.from / step) * step; t <= this.to; t += step) {
-      const x = Math.round(this.x(t)) + 0.5;
-      g.strokeStyle = this.ink.line;
-      g.beginPath();
-      g.moveTo(x, 4);
-      g.lineTo(x, this.bottom + 3);
-      g.stroke();
-      g.fillStyle = this.ink.dim;
-      if (x < this.width - 20) g.fillText(clock(t, step < 1000), x, this.height - 3);
-    }
-    g.textAlign = "left";
-    g.fillText("plans", 4, this.bottom + 10);
-    g.fillStyle = this.ink.accent;
-    for (const t of this.mission.planTimes) {
-      if (t < this.from || t > this.to) continue;
-      const x = this.x(t);
-      g.beginPath();
-      g.moveTo(x, this.bottom + 1);
-      g.lineTo(x + 3, this.bottom + 7);
-      g.lineTo(x - 3, this.bottom + 7);
-      g.fill();
-    }
-  }
-
-  drawCoverage() {
-    const { g } = this, { coverTimes, cover } = this.mission.reveals;
-    const most = Math.max(1, cover[cover.length - 1]), low = LANE.top - 8, high = 8;
-    const y = (cells) => low - cells / most * (low - high);
-    const first = Math.max(lastAt(coverTimes, this.from), 0), last = Math.max(lastAt(coverTimes, this.to), first);
-    const right = this.x(this.to), stride = Math.max(1, Math.floor((last - first) / 4000));
-    g.save();
-    g.beginPath();
-    g.rect(LANE.gutter, 0, right - LANE.gutter, low + 1);
-    g.clip();
-    g.beginPath();
-    g.moveTo(this.x(coverTimes[first]), y(cover[first]));
-    for (let i = first; i < last; i += stride) {
-      g.lineTo(this.x(coverTimes[i]), y(cover[i]));
-      g.lineTo(this.x(coverTimes[Math.min(i + stride, last)]), y(cover[i]));
-    }
-    g.lineTo(this.x(coverTimes[last]), y(cover[last]));
-    g.lineTo(right, y(cover[last]));
-    g.strokeStyle = this.ink.explore;
-    g.lineWidth = 1.75;
-    g.stroke();
-    g.lineTo(right, low);
-    g.lineTo(this.x(coverTimes[first]), low);
-    g.globalAlpha = 0.16;
-    g.fillStyle = this.ink.explore;
-    g.fill();
-    g.restore();
-    g.fillStyle = this.ink.dim;
-    g.textBaseline = "alphabetic";
-    g.fillText("known area", 4, 18);
-    g.fillText(`of ${round(most * this.mission.resolution ** 2)} m²`, 4, 46);
-    this.coverY = y;
-  }
-
-  drawLane(robot, top) {
-    const { g } = this, middle = top + LANE.height / 2, right = this.width - LANE.right;
-    g.strokeStyle = this.ink.line;
-    g.lineWidth = 1;
-    g.beginPath();
-    g.moveTo(4, top + 0.5);
-    g.lineTo(right, top + 0.5);
-    g.stroke();
-    g.fillStyle = this.colours.get(robot.name);
-    g.beginPath();
-    g.arc(robot.carrier ? 10 : 18, middle, robot.carrier ? 5 : 3.5, 0, 7);
-    g.fill();
-    g.fillStyle = this.ink.ink;
-    g.textBaseline = "middle";
-    g.font = `${robot.carrier ? "600 " : ""}11px system-ui, 'DejaVu Sans', sans-serif`;
-    g.fillText(clipped(g, robot.name, LANE.gutter - 32), robot.carrier ? 20 : 27, middle + 0.5);
-    g.save();
-    g.beginPath();
-    g.rect(LANE.gutter, top, right - LANE.gutter, LANE.height);
-    g.clip();
-    for (const span of robot.aboard) this.drawAboard(span, middle);
-    for (const segment of robot.segments) if (segment.to > segment.start) this.drawSegment(segment, top);
-    if (robot.lost) cross(g, this.x(robot.lost.t_ms), middle, 5, this.ink.bad, 2.5);
-    g.restore();
-  }
-
-  drawAboard(span, middle) {
-    const { g } = this;
-    g.strokeStyle = this.colours.get(span.carrier);
-    g.lineWidth = 2;
-    g.globalAlpha = 0.55;
-    g.beginPath();
-    g.moveTo(this.x(span.start), middle);
-    g.lineTo(this.x(span.to), middle);
-    g.stroke();
-    g.globalAlpha = 1;
-  }
-
-  drawSegment(segment, top) {
-    const x = this.x(segment.start), wide = Math.max(1, this.x(segment.to) - x - 0.5);
-    if (x > this.width || x + wide < LANE.gutter) return;
-    const { g } = this, high = LANE.height - 5, y = top + 3;
-    bar(g, x, y, wide, high, this.ink[segment.action.name], segment.end, this.ink.bad);
-    if (wide < 14) return;
-    const left = Math.max(x, LANE.gutter), label = segment.action.place;
-    g.font = "10.5px system-ui, 'DejaVu Sans', sans-serif";
-    const room = g.measureText(label).width;
-    if (room > x + wide - left - 6) return;
-    g.fillStyle = this.ink[segment.action.name];
-    if (segment.end !== "done" && segment.end !== null) g.fillRect(left + 1.5, y + 2, room + 4, high - 4);
-    g.fillStyle = this.ink["on-bar"];
-    g.fillText(label, left + 3.5, top + LANE.height / 2 + 1);
-  }
-
-  /** Draw the moment: cursor, what is known by then, and the plan in force as thin lines under the lanes. */
-  draw(t) {
-    const g = this.context, ratio = window.devicePixelRatio || 1;
-    g.setTransform(1, 0, 0, 1, 0, 0);
-    g.drawImage(this.still, 0, 0);
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.drawPlanned(g, t);
-    if (t < this.from || t > this.to) return;
-    const x = this.x(t), cells = this.mission.openArea(t) / this.mission.resolution ** 2;
-    g.fillStyle = this.ink.ink;
-    g.fillRect(x - 0.75, 0, 1.5, this.bottom + 4);
-    g.beginPath();
-    g.arc(x, this.coverY(cells), 3.5, 0, 7);
-    g.fillStyle = this.ink.explore;
-    g.fill();
-    g.fillStyle = this.ink.ink;
-    g.font = "600 11px system-ui, 'DejaVu Sans', sans-serif";
-    g.textBaseline = "alphabetic";
-    g.fillText(`${round(this.mission.openArea(t))}`, 4, 32);
-  }
-
-  drawPlanned(g, t) {
-    const plan = this.mission.plans[this.mission.planIndex(t)];
-    if (!plan) return;
-    g.save();
-    g.beginPath();
-    g.rect(LANE.gutter, 0, this.width - LANE.gutter - LANE.right, this.bottom);
-    g.clip();
-    this.mission.robots.forEach((robot, i) => {
-      for (const action of plan.actions) {
-        if (action.robot !== robot.name && action.carrier !== robot.name) continue;
-        const x = this.x(action.start_ms), y = LANE.top + (i + 1) * LANE.height - 2.5;
-        g.fillStyle = this.ink[action.name];
-        g.fillRect(x, y, Math.max(1, this.x(action.start_ms + action.duration_ms) - x - 0.5), 2.5);
-      }
-    });
-    g.restore();
   }
 
   /** Keep the moment in sight while it moves. */
   follow(t) {
     const span = this.to - this.from;
-    if (t < this.from || t > this.to) this.show(t - span * 0.1, span);
+    if (!this.whole && (t < this.from || t > this.to)) this.show(t - span * 0.1, span);
   }
 
-  textAt(x, y) {
-    const robot = this.mission.robots[Math.floor((y - LANE.top) / LANE.height)];
-    if (x < LANE.gutter || y < 0) return null;
-    const t = this.time(x);
-    if (y < LANE.top) return `${clock(t)}: ${round(this.mission.openArea(t))} m² known`;
-    if (!robot) {
-      const near = this.mission.plans.filter((plan) => Math.abs(this.x(plan.t_ms) - x) <= 4).pop();
-      return near ? `plan ${near.revision} at ${clock(near.t_ms)}\n${near.trigger}` : null;
+  /** Draw what depends on no moment; wanted after a change of size, theme or span, and when a mission has grown. */
+  restyle() {
+    this.width = this.element.clientWidth;
+    if (!this.width) return;
+    this.height = this.bottom + AXIS;
+    this.element.style.height = `${this.height}px`;
+    fitted(this.canvas, this.width, this.height);
+    this.ink = inks();
+    this.colours = this.missions.map(robotColours);
+    this.curves = [{ ink: this.ink.ink, dash: [] }, { ink: this.ink.dim, dash: [5, 4] }];
+    this.g = fitted(this.still, this.width, this.height);
+    this.g.fillStyle = this.ink.card;
+    this.g.fillRect(0, 0, this.width, this.height);
+    this.drawAxis();
+    this.drawAreas();
+    for (const row of this.rows) if (row.robot) this.drawLane(row); else this.drawHead(row);
+    this.shown = "";
+  }
+
+  drawAxis() {
+    const { g } = this, step = TICKS.find((one) => one / (this.to - this.from) * (this.width - this.gutter) >= 56) || 288e5;
+    g.font = `11px ${FONT}`;
+    g.textAlign = "center";
+    g.textBaseline = "alphabetic";
+    for (let t = Math.ceil(this.from / step) * step; t <= this.to; t += step) {
+      const x = Math.round(this.x(t)) + 0.5;
+      line(g, [[x, 4], [x, this.bottom + 3]], this.ink.line, 1);
+      g.fillStyle = this.ink.dim;
+      if (x < this.width - 20) g.fillText(clock(t, step < 1000), x, this.height - 3);
     }
-    const slack = (this.to - this.from) / this.width;
-    const segment = robot.segments.find((one) => one.start - slack <= t && t <= one.to + slack);
-    if (segment) return describeSegment(segment, robot);
-    const span = robot.aboard.find((one) => one.start <= t && t <= one.to);
-    return span ? `${robot.name}\naboard ${span.carrier}` : `${robot.name}\nwaits`;
+    g.textAlign = "left";
+    g.fillText("plans", 4, this.bottom + 10);
+    this.missions.forEach((mission, i) => this.drawPlanTicks(mission, this.missions.length > 1 ? this.curves[i].ink : this.ink.accent));
   }
-}
 
-const ENDS = { done: "done", superseded: "superseded: the next plan wants something else", blocked: "blocked: the route is no longer passable", failed: "its robots could not do it", lost: "a robot was lost" };
+  drawPlanTicks(mission, ink) {
+    this.g.fillStyle = ink;
+    for (const t of mission.planTimes) {
+      if (t < this.from || t > this.to) continue;
+      const x = this.x(t);
+      this.g.beginPath();
+      this.g.moveTo(x, this.bottom + 1);
+      this.g.lineTo(x + 3, this.bottom + 7);
+      this.g.lineTo(x - 3, this.bottom + 7);
+      this.g.fill();
+    }
+  }
 
-function describeSegment(segment, robot) {
-  const { action } = segment, seconds = ((segment.to - segment.start) / 1000).toFixed(1);
-  const partner = action.carrier === null ? "" : ` with ${action.carrier === robot.name ? action.robot : action.carrier}`;
-  const end = segment.end === null ? "still running when the log stops" : ENDS[segment.end];
-  return `${robot.name}: ${action.name} ${action.place}${partner}\n${clock(segment.start, true)} to ${clock(segment.to, true)} (${seconds} s), plan ${segment.revision}\n${end}`;
-}
-
-/** One bar of a lane; hatched where the action was not finished. */
-function bar(g, x, y, wide, high, colour, end, bad) {
-  g.fillStyle = colour;
-  if (end === "done" || end === null) {
+  drawAreas() {
+    const { g, gutter } = this, last = (values) => values[values.length - 1];
+    this.most = Math.max(1, ...this.missions.map((mission) => last(mission.sightings.areas) * mission.resolution ** 2));
+    g.save();
     g.beginPath();
-    g.roundRect(x, y, wide, high, Math.min(3, wide / 2));
+    g.rect(gutter, 0, this.width - gutter - RIGHT, TOP - 5);
+    g.clip();
+    this.missions.forEach((mission, i) => this.drawArea(mission, this.curves[i]));
+    g.restore();
+    g.fillStyle = this.ink.dim;
+    g.textBaseline = "alphabetic";
+    g.fillText("known area", 4, 15);
+    if (this.missions.length === 1) g.fillText(`of ${area(this.most)}`, 4, 43);
+  }
+
+  areaY(value) { return TOP - 6 - value / this.most * (TOP - 14); }
+
+  drawArea(mission, { ink, dash }) {
+    const { g } = this, { areaTimes, areas } = mission.sightings, cell = mission.resolution ** 2;
+    const first = Math.max(lastAt(areaTimes, this.from), 0), last = Math.max(lastAt(areaTimes, this.to), first);
+    const stride = Math.max(1, Math.floor((last - first) / 3000)), right = this.x(Math.min(this.to, mission.to));
+    const points = [[this.x(areaTimes[first]), this.areaY(areas[first] * cell)]];
+    for (let i = first; i <= last; i += stride) {
+      const at = Math.min(i + stride, last), x = this.x(areaTimes[at]);
+      points.push([x, points[points.length - 1][1]], [x, this.areaY(areas[at] * cell)]);
+    }
+    points.push([right, points[points.length - 1][1]]);
+    line(g, points, ink, 1.75, dash);
+    g.lineTo(right, TOP);
+    g.lineTo(points[0][0], TOP);
+    g.globalAlpha = 0.12;
+    g.fillStyle = ink;
     g.fill();
-    return;
+    g.globalAlpha = 1;
   }
-  g.save();
-  g.beginPath();
-  g.roundRect(x, y, wide, high, Math.min(3, wide / 2));
-  g.clip();
-  g.globalAlpha = 0.35;
-  g.fillRect(x, y, wide, high);
-  g.globalAlpha = 1;
-  g.strokeStyle = end === "superseded" ? colour : bad;
-  g.lineWidth = 1.6;
-  g.beginPath();
-  for (let k = Math.floor(-high / 5); k * 5 < wide; k++) {
-    g.moveTo(x + k * 5, y + high);
-    g.lineTo(x + k * 5 + high, y);
+
+  drawHead({ i, top }) {
+    const { g } = this;
+    line(g, [[4, top + 8], [22, top + 8]], this.curves[i].ink, 1.75, this.curves[i].dash);
+    g.fillStyle = this.ink.ink;
+    g.font = `600 11px ${FONT}`;
+    g.textBaseline = "middle";
+    g.fillText(this.names[i], 28, top + HEAD / 2 + 1);
   }
-  g.stroke();
-  g.lineWidth = end === "superseded" ? 1 : 2.5;
-  g.strokeRect(x, y, wide, high);
-  g.restore();
+
+  drawLane({ mission, i, robot, top }) {
+    const { g, gutter, lane } = this, middle = top + lane / 2, right = this.width - RIGHT, own = this.colours[i].get(robot.name);
+    line(g, [[4, top + 0.5], [right, top + 0.5]], this.ink.line, 1);
+    if (robot.carrier) vehicle(g, 11, middle, Math.min(5.5, lane / 2.6), 0, own, 0, [], this.ink);
+    else rover(g, 18, middle, Math.min(4, lane / 3.2), 0, own, this.ink);
+    g.fillStyle = this.ink.ink;
+    g.textBaseline = "middle";
+    g.font = `${robot.carrier ? "600 " : ""}${Math.min(11, lane - 1)}px ${FONT}`;
+    g.fillText(cut(g, robot.name, gutter - (robot.carrier ? 24 : 29)), robot.carrier ? 22 : 28, middle + 0.5);
+    g.save();
+    g.beginPath();
+    g.rect(gutter, top, right - gutter, lane);
+    g.clip();
+    for (const { start, to, carrier } of robot.aboard) {
+      line(g, [[this.x(start), middle], [this.x(to ?? mission.to), middle]], this.colours[i].get(carrier), 2);
+    }
+    for (const segment of robot.segments) this.drawSegment(mission, segment, top);
+    if (robot.lost) cross(g, this.x(robot.lost.t_ms), middle, 5, this.ink);
+    g.restore();
+  }
+
+  drawSegment(mission, { start, to, action, end }, top) {
+    const x = this.x(start), wide = Math.max(1, this.x(to ?? mission.to) - x - 0.5), { g, lane, gutter } = this;
+    if (to === start || x > this.width || x + wide < gutter) return;
+    bar(g, x, top + 2, wide, lane - 4, action.name, end, this.ink);
+    if (wide < 14 || lane < 14 || action.carrier !== null) return;
+    const left = Math.max(x, gutter) + 3, label = mission.places.label(action.place);
+    g.font = `10px ${FONT}`;
+    const room = g.measureText(label).width;
+    if (room > x + wide - left - 3) return;
+    if (end !== "done" && end !== null) {
+      g.fillStyle = actionInk(action.name, this.ink);
+      g.fillRect(left - 1.5, top + 3.5, room + 3, lane - 7);
+    }
+    g.fillStyle = "#0b0d10";
+    g.textBaseline = "middle";
+    g.fillText(label, left, top + lane / 2 + 0.5);
+  }
+
+  /** Draw the moment: cursor, what is known by then, and the plan in force as thin lines under the lanes. */
+  draw(t) {
+    if (!this.width) return;
+    if (t > this.to && this.whole) { this.showAll(); this.restyle(); }
+    const x = Math.round(2 * this.x(t)) / 2, shown = `${x} ${this.missions.map((mission) => mission.planIndex(t))}`;
+    if (shown === this.shown) return;
+    this.shown = shown;
+    const g = this.canvas.getContext("2d");
+    g.clearRect(0, 0, this.width, this.height);
+    for (const row of this.rows) if (row.robot) this.drawPlanned(g, row, t);
+    g.font = `600 11px ${FONT}`;
+    g.textBaseline = "alphabetic";
+    this.missions.forEach((mission, i) => {
+      const known = mission.openArea(t);
+      g.fillStyle = this.curves[i].ink;
+      g.fillText(area(known), 4, 29 + 14 * i);
+      if (t < this.from || t > this.to) return;
+      g.beginPath();
+      g.arc(x, this.areaY(known), 3.5, 0, 7);
+      g.fill();
+    });
+    g.fillStyle = this.ink.ink;
+    if (t >= this.from && t <= this.to) g.fillRect(x - 0.75, 0, 1.5, this.bottom + 4);
+  }
+
+  drawPlanned(g, { mission, robot, top }, t) {
+    const plan = mission.planAt(t), { gutter, lane } = this;
+    if (!plan || (mission.ended && t >= mission.to)) return;
+    for (const action of plan.actions) {
+      if (action.robot !== robot.name && action.carrier !== robot.name) continue;
+      const x = Math.max(gutter, this.x(action.start_ms)), end = Math.min(this.width - RIGHT, this.x(action.start_ms + action.duration_ms));
+      if (end < gutter || x > this.width - RIGHT) continue;
+      g.fillStyle = actionInk(action.name, this.ink);
+      g.fillRect(x, top + lane - 2, Math.max(1, end - x - 0.5), 2.5);
+    }
+  }
+
+  /** The row at a height, or undefined. */
+  row(y) { return this.rows.find((row) => y >= row.top && y < row.top + row.high); }
+
+  /** What is to be told of a point of the timeline; null for nothing. */
+  story(x, y) {
+    const t = this.time(x), row = this.row(y);
+    if (x < this.gutter) return row && row.robot ? { title: row.robot.name, lines: ["click to follow it on the map"] } : null;
+    if (y < TOP) return { title: clock(t), lines: this.missions.map((mission, i) => `${this.names[i]}: ${area(mission.openArea(t))} known`) };
+    if (!row) return this.planStory(x);
+    if (!row.robot) return null;
+    const { mission, robot } = row, slack = (this.to - this.from) / this.width;
+    const segment = robot.segments.find((one) => one.start - slack <= t && t <= (one.to ?? mission.to) + slack);
+    if (segment) return ofSegment(mission, segment, robot);
+    const span = robot.aboard.find((one) => one.start <= t && t <= (one.to ?? mission.to));
+    return { title: robot.name, lines: [span ? `aboard ${span.carrier}` : "waits"] };
+  }
+
+  planStory(x) {
+    for (const mission of this.missions) {
+      const near = mission.plans.filter((plan) => Math.abs(this.x(plan.t_ms) - x) <= 4).pop();
+      if (near) return { title: `Plan ${near.revision} at ${clock(near.t_ms)}`, lines: [newsLong(mission, near)] };
+    }
+    return null;
+  }
 }
 
-function clipped(g, text, room) {
+/** As much of a text as there is room for. */
+function cut(g, text, room) {
   if (g.measureText(text).width <= room) return text;
   let short = text;
   while (short && g.measureText(`${short}…`).width > room) short = short.slice(0, -1);
   return short ? `${short}…` : "";
-}
-
-/** Milliseconds as h:mm:ss, with tenths where asked. */
-function clock(ms, tenths = false) {
-  const whole = tenths ? Math.floor(ms / 100) / 10 : Math.floor(ms / 1000);
-  const hours = Math.floor(whole / 3600), minutes = Math.floor(whole / 60) % 60, seconds = whole - 3600 * hours - 60 * minutes;
-  const text = (tenths ? seconds.toFixed(1) : String(seconds)).padStart(tenths ? 4 : 2, "0");
-  return hours ? `${hours}:${String(minutes).padStart(2, "0")}:${text}` : `${minutes}:${text}`;
 }

@@ -1,84 +1,98 @@
-"""A mission as one HTML page that needs nothing else: no network, no server, no library.
+"""Missions as one HTML page that needs nothing else: no network, no server, no library.
 
-The page is put together from ``replay.html``, its style and its scripts, and holds the mission log itself, line by
-line, in a script element: the browser plays it from there, and it can be saved again from the page. Beside it stands
-what follows from the log about who is where, on whom (`model.js` says how). Whatever stands in the log, it can neither
-end an element nor be taken for markup.
+The page is put together from ``page.html``, the palette, the style and the modules, and holds the mission logs in
+script elements, packed: the browser plays them from there, and they can be saved again from the page. All that follows
+from a log, such as who is where and on whom, the page works out itself (`model.js`). Whatever stands in a log, it can
+neither end an element nor be taken for markup.
 """
 
 from __future__ import annotations
 
-import json
+import gzip
 import re
-from collections.abc import Iterable, Sequence
+from base64 import b64encode
+from collections.abc import Iterable
+from dataclasses import fields
 from html import escape
 from importlib.resources import files
 
 from marsupial.formats.loglines import log_lines
-from marsupial.mission.playback import Playback
-from marsupial.mission.state import Tracks
-from marsupial.model.mission import ActionStarted, MissionEvent, MissionStarted
+from marsupial.model.mission import MissionEvent, MissionStarted
+from marsupial.replay.palette import DARK, LIGHT, Palette
 
-_SCRIPTS = ("model.js", "map.js", "lanes.js", "app.js")
+MODULES = (
+    *("format", "history", "strips", "legs", "places", "knownmap", "model", "ground"),
+    *("dom", "colours", "shapes", "why", "routes", "labels", "frontier", "camera", "map", "pointer"),
+    *("panels", "pane", "lanes", "legend", "difference", "telling", "tip", "keys", "transport", "app"),
+)
+"""The page's modules, ``NAME.js``, each after those that it imports."""
+
+LIVE_MODULES = ("service", "stream", "startform", "entrylist", "missionspage", "jobdrawing", "jobpage", "live")
+"""Those that only the page of the service has, which loads all as they are."""
+
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
+_IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
+_EXPORT = re.compile(r"^export (?=class |const |function |async function )", re.MULTILINE)
+_PACKING = 9
 
 
-def replay_page(events: Iterable[MissionEvent]) -> str:
-    """Return the page that replays `events`, the events of one mission from its start.
+def replay_page(events: Iterable[MissionEvent], other: Iterable[MissionEvent] | None = None) -> str:
+    """Return the page that replays `events`, the events of one mission from its start; with `other`, two side by side.
 
     ``#t=120`` behind the page's address opens it at 120 s; ``play=1``, ``speed=10``, ``theme=dark`` and the layers
-    ``labels``, ``sensors``, ``plan``, ``trails`` and ``legend`` as 0 or 1 may follow, joined by ``&``.
+    ``labels``, ``sensors``, ``plan`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
     """
-    events = tuple(events)
-    first = events[0]
-    assert isinstance(first, MissionStarted)
-    parts = {
-        "title": escape(f"{first.scenario}: {first.strategy}, seed {first.seed}"),
-        "style": _read("page.css"),
-        "script": "\n".join(["(() => {", '"use strict";', _team(events), *map(_read, _SCRIPTS), "})();"]),
-        "log": "\n".join(map(_embedded, log_lines(events))),
-    }
-    template = _text("page.html")
-    return _SLOT.sub(lambda slot: parts[slot[1]], template)
+    missions = [tuple(one) for one in (events, other) if one is not None]
+    policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
+    logs = (f'<script type="application/gzip" class="log">\n{_packed(one)}\n</script>' for one in missions)
+    return page_shell(
+        title=" and ".join(dict.fromkeys(map(_title, missions))),
+        head=f"{policy}\n<style>\n{page_style()}\n</style>",
+        scripts="\n".join((*logs, f"<script>\n{joined_modules()}\n</script>")),
+    )
 
 
-def _read(name: str) -> str:
-    return _text(name).strip()
+def page_shell(*, title: str, head: str, scripts: str) -> str:
+    """Return the page with more in its head and, behind its body, its scripts; `title` is text, the others markup."""
+    parts = {"title": escape(title), "head": head, "scripts": scripts}
+    return _SLOT.sub(lambda slot: parts[slot[1]], module_text("page.html"))
 
 
-def _text(name: str) -> str:
+def page_style() -> str:
+    """Return the style of the page, which begins with the palette, light and dark."""
+    dark = ':root[data-theme="dark"]'
+    return f":root {{ {_variables(LIGHT)} }}\n{dark} {{ {_variables(DARK)} }}\n{module_text('page.css').strip()}"
+
+
+def joined_modules() -> str:
+    """Return the page's modules as one script: they say nothing twice, so that they can share one scope."""
+    names = (*MODULES, "file")
+    texts = (_EXPORT.sub("", _IMPORT.sub("", module_text(f"{name}.js"))).strip() for name in names)
+    return "\n".join(["(() => {", '"use strict";', *texts, "})();"])
+
+
+def module_text(name: str) -> str:
+    """Return the text of a file of the page: a module, the style, the shell."""
     return files("marsupial.replay").joinpath(name).read_text(encoding="utf-8")
 
 
-def _team(events: Sequence[MissionEvent]) -> str:
-    """Return the script that tells where each robot is, on whom, and what it does, from when on."""
-    playback = Playback(events)
-    starts = {
-        (e.t_ms, id(e.action)): number for number, e in enumerate(playback.events) if isinstance(e, ActionStarted)
+def _title(events: tuple[MissionEvent, ...]) -> str:
+    first = events[0]
+    assert isinstance(first, MissionStarted)
+    return f"{first.scenario}: {first.strategy}, seed {first.seed}"
+
+
+def _packed(events: tuple[MissionEvent, ...]) -> str:
+    """Return a mission's log packed by gzip, which all browsers unpack, in base 64."""
+    log = "".join(f"{line}\n" for line in log_lines(events)).encode("ascii")
+    return b64encode(gzip.compress(log, _PACKING, mtime=0)).decode("ascii")
+
+
+def _variables(palette: Palette) -> str:
+    """Return the palette as CSS variables: ``--family-0-1`` for the first rover of the first carrier."""
+    families = {
+        f"family-{i}-{k}": colour for i, family in enumerate(palette.families) for k, colour in enumerate(family)
     }
-    team = {
-        name: {
-            "legs": legs,
-            "actions": [(starts[s.start_ms, id(s.action)], s.end_ms, s.end) for s in playback.timeline[name]],
-        }
-        for name, legs in _legs(playback).items()
-    }
-    return _embedded(f"const TEAM = {json.dumps(team, separators=(',', ':'))};")
-
-
-def _legs(playback: Playback) -> dict[str, list[tuple[int, str | int]]]:
-    """Return since when each robot is aboard which carrier, or where the event with that number puts it."""
-    legs: dict[str, list[tuple[int, str | int]]] = {robot.name: [] for robot in playback.mission.robots}
-    before: Tracks = {}
-    for number, tracks in playback.moments:
-        for name, track in tracks.items():
-            was, where = before[name].where if before else None, track.where
-            if was is None or was.at is not where.at or was.aboard != where.aboard:
-                legs[name].append((playback.events[number].t_ms, where.aboard or number))
-        before = tracks
-    return legs
-
-
-def _embedded(text: str) -> str:
-    """Return JSON with `<` written as it can write it too: no text in it can then close the element."""
-    return text.replace("<", "\\u003c")
+    plain = {f.name: value for f in fields(palette) if isinstance(value := getattr(palette, f.name), str)}
+    return " ".join(f"--{name}: {colour};" for name, colour in {**families, **plain, **palette.actions}.items())

@@ -3,13 +3,13 @@ from __future__ import annotations
 import re
 import warnings
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
+from compare_outcomes import CASE, outcome_of, with_times
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure as Drawing
@@ -35,33 +35,6 @@ from marsupial.bench.documents import documents
 from marsupial.bench.papers import wurm2010
 from marsupial.model.planning import Budget
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-
-CASE = Case("lobby", 1, 1)
-
-
-def outcome_of(
-    comparison: Comparison, changed: Mapping[Trial, Row] | None = None, *, upto: int | None = None
-) -> ComparisonOutcome:
-    results = [invented(trial) for trial in comparison.trials()][:upto]
-    return ComparisonOutcome(
-        header_of(comparison),
-        tuple((changed or {}).get(result.row.trial, result.row) for result in results),
-        tuple(result.timing for result in results if result.timing),
-        tuple(result.curve for result in results if result.curve),
-    )
-
-
-def with_times(times: Mapping[Contender, list[float]]) -> ComparisonOutcome:
-    """Return the outcome of one case with these exploration times by seed; below 0 the mission stalls."""
-    comparison = lobby(runs=len(next(iter(times.values()))), contenders=list(times))
-    changed = {}
-    for contender, values in times.items():
-        for seed, value in enumerate(values, 1):
-            trial = Trial(CASE, contender, seed)
-            row = invented(trial).row
-            stalled = replace(row, status="stalled", reason="stuck", exploration_time_s=None)
-            changed[trial] = replace(row, exploration_time_s=value) if value >= 0 else stalled
-    return outcome_of(comparison, changed)
 
 
 def test_intervals_are_those_of_scipy() -> None:
@@ -201,7 +174,7 @@ def test_the_page_holds_all_figures_and_needs_nothing_else() -> None:
     page = Page()
     page.feed(text)
     assert all(reference.startswith("#") for reference in page.references)
-    assert page.tags.count("svg") == page.tags.count("figcaption") == 4
+    assert page.tags.count("svg") == page.tags.count("figcaption") == 5
     assert len(page.ids) == len(set(page.ids))
     assert {reference[1:] for reference in page.references} <= set(page.ids)
     assert text.count("95 % confidence intervals of the mean over complete missions") == 2

@@ -45,7 +45,8 @@ def test_a_comparison_leaves_rows_tables_figures_and_a_page(done: Path) -> None:
     assert (done / "figures" / "exploration-time-lobby.png").exists()
     names = {entry.name for entry in done.iterdir()}
     assert names == {
-        ".lock", "comparison.json", "rows.csv", "timings.csv", "coverage.csv", "tables.md", "figures", "report.html"
+        ".lock", "comparison.json", "rows.csv", "timings.csv", "coverage.csv", "tables.md", "figures", "report.html",
+        "replays",
     }  # fmt: skip
 
 
@@ -195,3 +196,12 @@ def test_the_time_left_is_told_by_the_pace_of_this_run(capsys: pytest.CaptureFix
     lines.watch(None, 10, 40)
     assert lines.words(20, 40) == "20 of 40 missions (50%), about 2:00 left"
     assert capsys.readouterr().err == "40 missions, 10 of them done before\n"
+
+
+def test_best_and_worst_pair_can_be_watched_from_the_page(done: Path) -> None:
+    pages = sorted((done / "replays").iterdir())
+    assert [page.name.split("-")[0] for page in pages] == ["best", "worst"]
+    report = (done / "report.html").read_text()
+    assert all(f'href="replays/{page.name}"' in report for page in pages)
+    text = pages[0].read_text()
+    assert all(strategy in text for strategy in ("temporal", "heuristic"))

@@ -60,3 +60,21 @@ def test_a_picture_of_all_greys_takes_a_few_lines(capsys: pytest.CaptureFixture[
     assert sum("grey" in line for line in printed.splitlines()) == 3
     assert main(["map", str(path), "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["legend"]) == 256
+
+
+def test_a_picture_is_shown_and_written(capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str) -> None:
+    figure = tmp_path / "yard.svg"
+    assert main(["map", yard, "--out", str(figure)]) == 0
+    captured = capsys.readouterr()
+    assert ". carriers can stand here" in captured.out
+    assert captured.err.startswith(f"wrote {figure}\n")
+    assert "start, drawn by seed 1" in figure.read_text()
+    assert main(["map", yard, "--no-picture"]) == 0
+    assert "carriers can stand here" not in capsys.readouterr().out
+
+
+def test_a_picture_of_another_kind_is_a_wrong_usage(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str
+) -> None:
+    assert main(["map", yard, "--out", str(tmp_path / "yard.bmp")]) == 2
+    assert "can't write .bmp" in capsys.readouterr().err

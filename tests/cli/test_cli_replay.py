@@ -41,3 +41,19 @@ def test_a_log_that_was_cut_off_is_replayed_as_far_as_it_goes(
 def test_a_log_that_is_missing_is_invalid_input(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["replay", "nowhere.jsonl"]) == 3
     assert capsys.readouterr().err.startswith("error: nowhere.jsonl: ")
+
+
+def test_a_figure_of_a_moment_is_written(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    figure = tmp_path / "lobby.svg"
+    assert main(["replay", str(log), "--export", str(figure), "--at", "10"]) == 0
+    assert capsys.readouterr().err.endswith(" kB)\n")
+    assert ">0:10</text>" in figure.read_text()
+
+
+def test_what_can_not_be_exported_is_a_wrong_usage(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["replay", str(log), "--export", str(tmp_path / "lobby.avi")]) == 2
+    assert "can't write .avi; there are .gif, .mp4, .svg" in capsys.readouterr().err
+    assert main(["replay", str(log), "--at", "10"]) == 2
+    assert list(tmp_path.iterdir()) == []

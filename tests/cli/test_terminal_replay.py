@@ -9,8 +9,9 @@ import pytest
 from rich.console import Console
 from synthetic_mission import mission_started, synthetic_mission
 
-from marsupial.cli.display.picture import coarse, doing
+from marsupial.cli.display.picture import doing
 from marsupial.cli.display.terminal_replay import clock_text, play, summary_lines
+from marsupial.exports.ground import coarse
 from marsupial.formats.triggers import read_triggers
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN

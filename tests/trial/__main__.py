@@ -27,6 +27,11 @@ def command(
     half_open: Annotated[
         int, typer.Option(min=0, help="Connections that never ask; small requests that ask for much come with them.")
     ] = FULL.half_open,
+    load_seconds: Annotated[
+        float, typer.Option(min=0, help="Seconds of each load of reports and missions.")
+    ] = FULL.load_seconds,
+    fair_jobs: Annotated[int, typer.Option(min=0, help="Jobs timed while another key floods.")] = FULL.fair_jobs,
+    stored: Annotated[int, typer.Option(min=0, help="Reports of which nearly all are removed.")] = FULL.stored,
     fuzz_minutes: Annotated[
         float, typer.Option(min=0, help="Minutes of Schemathesis, if it is installed.")
     ] = FULL.fuzz_minutes,
@@ -47,6 +52,9 @@ def command(
         posts=posts,
         plans=plans,
         half_open=half_open,
+        load_seconds=load_seconds,
+        fair_jobs=fair_jobs,
+        stored=stored,
         fuzz_minutes=fuzz_minutes,
         seed=seed,
     )

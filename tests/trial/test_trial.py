@@ -35,6 +35,7 @@ def test_short_jobs_are_requests_of_both_forms() -> None:
 def test_nothing_is_lost_in_a_short_trial(tmp_path: Path) -> None:
     file = tmp_path / "rows.json"
     few = ["--kills=6", "--hostile=12", "--clients=4", "--posts=5", "--plans=4", "--half-open=50", "--fuzz-minutes=0"]
+    few += ["--load-seconds=2", "--fair-jobs=1", "--stored=2000"]
     subprocess.run([*TRIAL, *few, f"--json={file}"], cwd=TESTS, check=False, timeout=600, stdout=subprocess.DEVNULL)
     rows = {row["requirement"]: row for row in json.loads(file.read_text())}
     counted = [row for row in rows.values() if row["goal"] == "0"]

@@ -33,12 +33,14 @@ class Pairing:
     """A contender beside another one, the base, seed by seed.
 
     `ahead` is the mean of the paired differences, counted so that more than 0 is in favour of the contender; `gain` is
-    the same as a share of the base's mean. `missing` counts the pairs of which one is not complete.
+    the same as a share of the base's mean. `gains` are the differences as shares of what the base has in the same
+    mission, of pairs in which that is not 0. `missing` counts the pairs of which one is not complete.
     """
 
     case: Case
     ahead: Estimate | None
     gain: float | None
+    gains: tuple[float, ...]
     wins: int
     losses: int
     ties: int
@@ -120,20 +122,26 @@ class ComparisonOutcome:
 
     def pairing(self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None) -> Pairing:
         """Return a contender beside the base (or another one) on a case, over the seeds both have completed."""
-        ours = self._values(case, contender, measure)
-        theirs = self._values(case, base or self.base, measure)
-        seeds = [seed for seed in ours if seed in theirs]
-        differences = [measure.better * (ours[seed] - theirs[seed]) for seed in seeds]
-        level = fmean(theirs[seed] for seed in seeds) if seeds else 0.0
+        pairs = self.pairs(case, contender, measure, base)
+        differences = [measure.better * (ours - theirs) for _, ours, theirs in pairs]
+        level = fmean(theirs for _, _, theirs in pairs) if pairs else 0.0
         return Pairing(
             case=case,
             ahead=estimate(differences),
             gain=fmean(differences) / level if level else None,
+            gains=tuple(measure.better * (ours - theirs) / theirs for _, ours, theirs in pairs if theirs),
             wins=sum(difference > 0 for difference in differences),
             losses=sum(difference < 0 for difference in differences),
             ties=sum(difference == 0 for difference in differences),
-            missing=self.runs - len(seeds),
+            missing=self.runs - len(pairs),
         )
+
+    def pairs(
+        self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None
+    ) -> list[tuple[int, float, float]]:
+        """Return the seeds that both have completed, with what the contender and the base have there."""
+        ours, theirs = (self._values(case, one, measure) for one in (contender, base or self.base))
+        return [(seed, value, theirs[seed]) for seed, value in ours.items() if seed in theirs]
 
     def ratio(self, case: Case, contender: Contender) -> Estimate | None:
         """Return the mean, over the seeds both have completed, of exploration times as multiples of the clairvoyant's.
@@ -171,7 +179,7 @@ class ComparisonOutcome:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tally:
-    """Pairings counted: cells whose interval is all on one side, the mean gain, and pairs."""
+    """Pairings counted: cells whose interval is all on one side, the mean gain of all pairs, and pairs."""
 
     cells: int
     ahead: int
@@ -183,8 +191,8 @@ class Tally:
 
 
 def tally(pairings: Sequence[Pairing]) -> Tally:
-    """Count pairings; `gain` is the mean over cells."""
-    gains = [pairing.gain for pairing in pairings if pairing.gain is not None]
+    """Count pairings; every pair counts the same in `gain`, as it does among those won and lost."""
+    gains = [gain for pairing in pairings for gain in pairing.gains]
     signs = [pairing.ahead.sign for pairing in pairings if pairing.ahead is not None]
     return Tally(
         cells=len(pairings),

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 
 INK = "#2b3138"
 
-COLOURS = ("#2f7de1", "#e0731d", "#23a074", "#a463d8", "#d2456b", "#8a8f20")
+COLOURS = ("#7050dd", "#b7893f", "#0b785d", "#f03c83", "#7c87fa", "#826909")
+"""Of contenders: chosen by search to be apart for every reader, and to be seen on light and dark pages."""
+
 MARKERS = ("o", "s", "^", "D", "v", "P")
 LINES = ("-", "--", "-.", ":", "-", "--")
 
@@ -59,13 +61,20 @@ class Figure:
 def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     """Yield the figures of a comparison: for each scenario time, quality, coverage over time, planning time."""
     for scenario in outcome.scenarios:
-        slug = _slug(scenario)
-        yield measure_figure(outcome, TIME, [scenario], name=f"exploration-time-{slug}", about=scenario)
-        yield measure_figure(outcome, QUALITY, [scenario], name=f"quality-{slug}", about=scenario)
+        name = slug(scenario)
+        for measure, kind in ((TIME, "exploration-time"), (QUALITY, "quality")):
+            if _occurs(outcome, measure, scenario):
+                yield measure_figure(outcome, measure, [scenario], name=f"{kind}-{name}", about=scenario)
         if any(curve.trial.case.scenario == scenario for curve in outcome.curves):
-            yield coverage_figure(outcome, scenario, name=f"coverage-{slug}")
+            yield coverage_figure(outcome, scenario, name=f"coverage-{name}")
         if any(timing.trial.case.scenario == scenario for timing in outcome.timings):
-            yield planning_figure(outcome, scenario, name=f"planning-time-{slug}")
+            yield planning_figure(outcome, scenario, name=f"planning-time-{name}")
+
+
+def _occurs(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> bool:
+    """Say whether there is anything to be drawn."""
+    cells = ((case, contender) for case in outcome.cases_of(scenario) for contender in outcome.contenders)
+    return any(outcome.estimate(*cell, measure) is not None for cell in cells)
 
 
 def measure_figure(
@@ -113,7 +122,7 @@ def gain_figure(
         return replace(found.ahead, mean=100 * found.gain, half=half)
 
     cases = [case for scenario in scenarios for case in outcome.cases_of(scenario)]
-    drawing = _by_team_size(cases, outcome.rivals, value, f"gain in {measure.title} [%]")
+    drawing = _by_team_size(cases, outcome.rivals, value, f"gain in {measure.title} [%]", signed=True)
     title = f"Gain in {measure.title} over {outcome.base}: {' and '.join(scenarios)}"
     place = f"{of_paper} with our data. " if of_paper else ""
     caption = (
@@ -134,7 +143,7 @@ class Series:
 
 def lines_figure(lines: Sequence[Series], labels: tuple[str, str], *, name: str, title: str, caption: str) -> Figure:
     """Return a figure of lines; `labels` are those of both axes."""
-    drawing, axes = _panels(1, 1, width=5.6, height=3.2)
+    drawing, axes = panels(1, 1, width=5.6, height=3.2)
     panel = axes[0][0]
     for k, line in enumerate(lines):
         if not line.points:
@@ -151,7 +160,7 @@ def lines_figure(lines: Sequence[Series], labels: tuple[str, str], *, name: str,
     panel.set_xlabel(labels[0])
     panel.set_ylabel(labels[1])
     panel.set_ylim(bottom=0)
-    _legend(drawing, axes)
+    legend(drawing, axes)
     return as_figure(drawing, name, title, caption)
 
 
@@ -170,7 +179,7 @@ class SquareMap:
 def squares_figure(maps: Sequence[SquareMap], *, name: str, title: str, caption: str) -> Figure:
     """Return a figure with a panel for each map, the marked pairs as squares, and the line of slope 1."""
     rows, columns = -(-len(maps) // 3), min(3, len(maps))
-    drawing, axes = _panels(rows, columns, width=2.3, height=2.3)
+    drawing, axes = panels(rows, columns, width=2.3, height=2.3)
     for k, panel in enumerate(panel for row in axes for panel in row):
         if k >= len(maps):
             panel.set_visible(False)
@@ -210,7 +219,7 @@ def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> 
     """Return the mean coverage over time, a panel for each team."""
     cases = outcome.cases_of(scenario)
     carriers, rovers = sorted({c.carriers for c in cases}), sorted({c.rovers for c in cases})
-    drawing, axes = _panels(len(carriers), len(rovers), width=2.6, height=1.75)
+    drawing, axes = panels(len(carriers), len(rovers), width=2.6, height=1.75)
     for i, carrier_count in enumerate(carriers):
         for j, rover_count in enumerate(rovers):
             case = Case(scenario, carrier_count, rover_count)
@@ -219,7 +228,8 @@ def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> 
             if i == len(carriers) - 1:
                 axes[i][j].set_xlabel("mission time [s]")
         axes[i][0].set_ylabel("known [%]")
-    _legend(drawing, axes)
+    _hide_empty(axes)
+    legend(drawing, axes)
     title = f"Coverage over time: {scenario}"
     caption = (
         f"{title}: known share of the reachable area, mean over all missions, complete or not; a panel for each team, "
@@ -265,16 +275,17 @@ def _by_team_size(
     label: str,
     *,
     from_zero: bool = False,
+    signed: bool = False,
     logarithmic: bool = False,
 ) -> Drawing:
     """Draw values by the number of carriers, a panel for each number of rovers and a row for each scenario.
 
-    With one number of carriers only, by the number of rovers.
+    With one number of carriers only, by the number of rovers. Values can't be below 0 unless they are `signed`.
     """
     scenarios = list(dict.fromkeys(case.scenario for case in cases))
     by_rovers = len({case.carriers for case in cases}) == 1 and len({case.rovers for case in cases}) > 1
     columns = [None] if by_rovers else sorted({case.rovers for case in cases})
-    drawing, axes = _panels(len(scenarios), len(columns), width=3.3, height=2.9)
+    drawing, axes = panels(len(scenarios), len(columns), width=3.3, height=2.9)
     for i, scenario in enumerate(scenarios):
         for j, rovers in enumerate(columns):
             chosen = sorted(c for c in cases if c.scenario == scenario and (rovers is None or c.rovers == rovers))
@@ -289,9 +300,10 @@ def _by_team_size(
                 axes[i][j].set_yscale("log", nonpositive="clip")
                 axes[i][j].yaxis.set_major_formatter("{x:g}")
         axes[i][0].set_ylabel(label)
-        if from_zero:
+        if from_zero or (axes[i][0].get_ylim()[0] < 0 and not signed):
             axes[i][0].set_ylim(bottom=0)  # now that all panels of the row, which share it, are drawn
-    _legend(drawing, axes)
+    _hide_empty(axes)
+    legend(drawing, axes)
     return drawing
 
 
@@ -320,7 +332,13 @@ def _size_panel(
     axes.set_xlim(min(sizes) - 0.5, max(sizes) + 0.5)
 
 
-def _panels(rows: int, columns: int, *, width: float, height: float) -> tuple[Drawing, list[list[Axes]]]:
+def _hide_empty(axes: Sequence[Sequence[Axes]]) -> None:
+    """Take away panels that have nothing in them."""
+    for panel in (panel for row in axes for panel in row):
+        panel.set_visible(panel.has_data())
+
+
+def panels(rows: int, columns: int, *, width: float, height: float) -> tuple[Drawing, list[list[Axes]]]:
     """Return a drawing with panels of that many inches, and room for a legend above."""
     from matplotlib.figure import Figure as Drawing
 
@@ -339,7 +357,7 @@ def _panels(rows: int, columns: int, *, width: float, height: float) -> tuple[Dr
     return drawing, [list(row) for row in axes]
 
 
-def _legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
+def legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
     """Name the contenders once, above all panels."""
     named: dict[str, Any] = {}
     for panel in (panel for row in axes for panel in row):
@@ -368,6 +386,6 @@ def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: s
     return Figure(name=name, title=title, caption=caption, svg=svg.getvalue(), png=png.getvalue(), scenario=scenario)
 
 
-def _slug(name: str) -> str:
+def slug(name: str) -> str:
     """Return a name as part of a file's name."""
     return "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in name).strip("-") or "scenario"

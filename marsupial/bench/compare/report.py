@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 
+from marsupial.bench.compare.answer import quality_sentence, sentences
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import INK, Figure
 from marsupial.bench.compare.header import budget_text
+from marsupial.bench.compare.pairs import PairReplay
 from marsupial.bench.compare.statements import Experiment, Finding, reading
 from marsupial.bench.compare.tables import ReportTable, TableCell
 from marsupial.library.metrics import counted
@@ -24,43 +27,76 @@ _CLAIRVOYANT = (
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """What a page begins with besides the answer in words: the plot of it, and links to pairs side by side."""
+
+    figure: Figure | None = None
+    replays: Sequence[PairReplay] = ()
+
+
 def page(
     outcome: ComparisonOutcome,
     tables: Sequence[ReportTable],
     figures: Sequence[Figure],
+    opening: Opening,
     experiment: Experiment | None,
     findings: Sequence[Finding],
 ) -> str:
     """Return the page; `findings` are those of a paper's `experiment`.
 
-    Tables and figures of one scenario stand together, those of none before them.
+    It begins with the answer, or a paper's statements. Tables and figures of one scenario stand together, tables of
+    none after them.
     """
-    missing = outcome.planned - len(outcome.rows)
-    notice = f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
     facts = (
         f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
         f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
         f"marsupial {outcome.header['marsupial']}"
     )
-    shown = [_figure(figure) for figure in figures if not figure.scenario]
-    shown += [_table(table) for table in tables if not table.scenario]
-    sections = [_section("Results", "\n".join(shown))]
+    of_all = [_figure(figure) for figure in figures if not figure.scenario]
+    sections = [_section("Results", "\n".join(of_all))] if of_all else []
     title = f"{' / '.join(map(str, outcome.contenders))}: {', '.join(outcome.scenarios)}"
     if experiment is not None:
         title = experiment.title
         content = _findings(findings, reading(outcome.runs, experiment.paper_runs))
         sections.insert(0, _section("Statements of the paper", content))
+    else:
+        sections.insert(0, _section("The answer", _answer(outcome, opening)))
     for scenario in outcome.scenarios:
         sections.append(_section(scenario, _of_scenario(scenario, tables, figures)))
+    sections.append(_section("In numbers", "\n".join(_table(table) for table in tables if not table.scenario)))
     sections.append(_section("Method", _method(outcome, experiment)))
     parts = {
         "title": escape(title),
         "style": _read("report.css"),
         "facts": escape(facts),
-        "warning": f'<p class="notice">{escape(notice)}</p>' if missing else "",
+        "warning": "".join(f'<p class="notice">{escape(notice)}</p>\n' for notice in _notices(outcome)),
         "body": "\n".join(sections),
     }
     return _SLOT.sub(lambda slot: parts[slot[1]], _read("report.html"))
+
+
+def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
+    """Yield what a reader has to know before anything else."""
+    missing, failed = outcome.planned - len(outcome.rows), len(outcome.incomplete())
+    if missing:
+        yield f"{missing} of {outcome.planned} missions are missing: this is what there is so far."
+    if failed:
+        yield f"{failed} of {len(outcome.rows)} missions are not complete and count in no mean."
+
+
+def _answer(outcome: ComparisonOutcome, opening: Opening) -> str:
+    """Return the answer in words and as a plot, and where it can be watched."""
+    first, *others = sentences(outcome)
+    parts = [f'<p class="answer">{escape(first)}</p>', *(f"<p>{escape(text)}</p>" for text in others)]
+    if quality := quality_sentence(outcome):
+        parts.append(f"<p>{escape(quality)}</p>")
+    if opening.figure is not None:
+        parts.append(_figure(opening.figure))
+    if opening.replays:
+        links = (f'<li><a href="{escape(one.path, quote=True)}">{escape(one.text)}</a></li>' for one in opening.replays)
+        parts.append(f'<p>To be watched side by side, on one clock:</p>\n<ul class="replays">{"".join(links)}</ul>')
+    return "\n".join(parts)
 
 
 def _read(name: str) -> str:

@@ -84,7 +84,7 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return the main results: for each scenario, in how many cases a contender is ahead of the base."""
     table = ReportTable(
         title="In short",
-        caption=f"Against {outcome.base}, over all team sizes. Gains are means over cases of 1 - time / base's time "
+        caption=f"Against {outcome.base}, over all team sizes. Gains are means over pairs of 1 - time / base's time "
         "and of Q / base's Q - 1; better and worse are cases where the 95 % interval of the paired differences "
         "leaves out 0; pairs are missions with the same map, team and starts.",
         heads=("scenario", "contender", "metric", "gain", "better", "worse", "won/lost/tied"),

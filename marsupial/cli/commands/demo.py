@@ -24,7 +24,7 @@ def demo(
     seed: Seed = 1,
     budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
 ) -> None:
-    """Run a whole mission beside the baseline, and write a replay.
+    """Run a mission beside the baseline, with a replay of both.
 
     2 carriers with 2 rovers each explore the office, once with the temporal planner and once with the heuristic
     baseline, from the same starts.
@@ -51,7 +51,7 @@ def demo(
             break
     print_comparison(summaries)
     page = out / "replay.html"
-    write_file(page, replay_page(read_log(logs[0]).events))
+    write_file(page, replay_page(*(read_log(log).events for log in logs)))
     for path in (*logs, page):
         say(f"wrote {path}")
     raise typer.Exit(max(MISSION_CODES[summary.status] for summary in summaries))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,32 +13,87 @@ from marsupial.cli.options import Json
 
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
+    from marsupial.model.grid import Cell, CellArray, Grid
+    from marsupial.model.robots import RobotType
 
 
 def describe_map(
     file: Annotated[str, typer.Argument(help="A map, a scenario file or a built-in scenario.")],
     json: Json = False,
+    out: Annotated[Path | None, typer.Option(help="Write a picture of it there: .png, .svg or .pdf.")] = None,
+    picture: Annotated[bool, typer.Option(help="Show it as text too.")] = True,
 ) -> None:
-    """Say how a map was understood.
+    """Say how a map was understood, in a picture and in numbers.
 
-    Size, shares of free, occupied and unknown, leaks to the border, reach per robot type. A map without a scenario
-    is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
+    Size, shares of free, occupied and unknown, leaks to the border, islands, reach per robot type. A map without a
+    scenario is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
 
-    Example: marsupial map office
+    Example: marsupial map office --out office_map.png
     """
     from marsupial.cli.display.messages import warn
     from marsupial.cli.display.tables import print_json
+    from marsupial.exports.mapclasses import map_classes
 
-    description = _description(file)
+    description, grid, kinds = _description(file)
+    classes = map_classes(grid, kinds)
+    if out is not None:
+        _write_picture(out, file, description, grid, classes)
     if json:
         print_json(asdict(description))
         return
+    if picture:
+        _show(classes)
     _print(description)
     for text in description.warnings:
         warn(text)
 
 
-def _description(file: str) -> MapDescription:
+def _show(classes: CellArray) -> None:
+    """Print the picture; quarters of characters only where stdout can have it."""
+    import sys
+
+    from rich.console import Console
+
+    from marsupial.cli.display.map_picture import QUARTERS, map_picture
+    from marsupial.cli.outputs import writing
+
+    try:
+        QUARTERS.encode(sys.stdout.encoding or "ascii")
+        blocks = True
+    except UnicodeEncodeError:
+        blocks = False
+    console = Console(file=sys.stdout, highlight=False, markup=False)
+    with writing("to stdout"):
+        console.print(map_picture(classes, console, blocks=blocks), soft_wrap=not console.is_terminal)
+        sys.stdout.flush()
+
+
+def _write_picture(out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray) -> None:
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.outputs import write_bytes
+    from marsupial.exports.mapfigure import map_figure
+
+    title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"
+    kind = out.suffix.lower().removeprefix(".")
+    data = map_figure(grid, classes, title, _starts(file), kind=kind, warnings=description.warnings)
+    write_bytes(out, data)
+    say(f"wrote {out}")
+
+
+def _starts(file: str) -> dict[str, Cell]:
+    """Return where robots would start; nowhere if there is no room for them."""
+    from marsupial.errors import ScenarioError
+    from marsupial.library.scenarios import load_scenario
+    from marsupial.mission.placement import place_team
+
+    try:
+        placed = place_team(load_scenario(file).scenario, seed=1)
+    except ScenarioError:
+        return {}
+    return {robot.name: robot.cell for robot in placed if robot.cell is not None}
+
+
+def _description(file: str) -> tuple[MapDescription, Grid, Sequence[RobotType]]:
     from marsupial.formats.mapfiles.read import read_map
     from marsupial.formats.scenario import is_scenario_file
     from marsupial.generators.builtin import SCENARIOS
@@ -47,9 +103,12 @@ def _description(file: str) -> MapDescription:
 
     if file in SCENARIOS or is_scenario_file(Path(file)):
         loaded = load_scenario(file)
-        return describe(loaded.scenario.grid, loaded.scenario.robot_types, reading=loaded.reading)
+        scenario = loaded.scenario
+        described = describe(scenario.grid, scenario.robot_types, reading=loaded.reading)
+        return described, scenario.grid, scenario.robot_types
     reading = read_map(file)
-    return describe(reading.grid, default_types(1), reading=reading)
+    kinds = default_types(1)
+    return describe(reading.grid, kinds, reading=reading), reading.grid, kinds
 
 
 def _print(description: MapDescription) -> None:

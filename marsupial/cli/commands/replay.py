@@ -1,40 +1,92 @@
-"""`marsupial replay`: a mission log, played in the terminal or as a page."""
+"""`marsupial replay`: a mission log, played in the terminal, or as a page, film, figure or recording."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from marsupial.errors import UsageError
+
+if TYPE_CHECKING:
+    from marsupial.model.mission import MissionEvent
+
+TERMINAL_SPEED = 20.0
 
 
 def replay(
     log: Annotated[Path, typer.Argument(help="A mission log.")],
+    other: Annotated[Path | None, typer.Argument(help="Another one, to be seen beside it on the page.")] = None,
     html: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page there instead.")] = None,
-    speed: Annotated[float, typer.Option(min=0.1, help="Simulated seconds in a second.")] = 20.0,
+    export: Annotated[
+        Path | None,
+        typer.Option(help="Write a film (.gif, .mp4), a figure (.svg, .pdf, .png) or a recording (.mcap) instead."),
+    ] = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(min=0.1, help=f"Simulated seconds in a second [default: {TERMINAL_SPEED:g}; films last 20 s]."),
+    ] = None,
+    at: Annotated[float | None, typer.Option(min=0, help="The second that a figure shows [default: the end].")] = None,
+    dark: Annotated[bool, typer.Option("--dark", help="Films and figures on a dark ground.")] = False,
 ) -> None:
-    """Play a mission log in the terminal, or write it as a page.
+    """Play a mission log, or write it as a page, film or figure.
+
+    Two logs make a page with both side by side. Without --html and --export it is played in the terminal. A recording (MCAP) is for Foxglove, Lichtblick and other viewers of
+    robots' data. MP4 needs the extra marsupial[video], MCAP the extra marsupial[mcap].
 
     Example: marsupial run lobby --log lobby.jsonl
 
     marsupial replay lobby.jsonl --html lobby.html
+
+    marsupial replay lobby.jsonl --export lobby.gif
     """
-    from marsupial.cli.display.messages import say, warn
+    if export is None and (at is not None or dark):
+        raise UsageError("--at and --dark are for --export")
+    if other is not None and (html is None or export is not None):
+        raise UsageError("two logs are played on a page only: add --html FILE")
+    events = _events(log)
+    if html is not None:
+        _page(events, None if other is None else _events(other), html)
+    if export is not None:
+        _export(events, export, at, speed, dark=dark)
+    if html is None and export is None:
+        from rich.console import Console
+
+        from marsupial.cli.display.terminal_replay import play
+
+        play(events, Console(), speed or TERMINAL_SPEED, time.monotonic, time.sleep)
+
+
+def _page(events: Sequence[MissionEvent], other: Sequence[MissionEvent] | None, path: Path) -> None:
+    from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_file
+    from marsupial.replay.page import replay_page
+
+    write_file(path, replay_page(events, other))
+    say(f"wrote {path}")
+
+
+def _export(events: Sequence[MissionEvent], path: Path, at_s: float | None, speed: float | None, *, dark: bool) -> None:
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.outputs import write_bytes
+    from marsupial.exports.write import ExportOptions, export_mission
+
+    at_ms = None if at_s is None else round(1000 * at_s)
+    say(f"writing {path} ...")
+    data = export_mission(events, path.suffix, ExportOptions(at_ms=at_ms, speed=speed, dark=dark))
+    write_bytes(path, data)
+    say(f"wrote {path} ({len(data) / 1000:.0f} kB)")
+
+
+def _events(log: Path) -> tuple[MissionEvent, ...]:
+    """Return the events of a log, with a notice where its last line is cut off."""
+    from marsupial.cli.display.messages import warn
     from marsupial.formats.missionlog import read_log
 
     mission = read_log(log)
     if mission.truncated:
         warn(f"{log}: the last line is cut off and left out")
-    if html is None:
-        from rich.console import Console
-
-        from marsupial.cli.display.terminal_replay import play
-
-        play(mission.events, Console(), speed, time.monotonic, time.sleep)
-        return
-    from marsupial.replay.page import replay_page
-
-    write_file(html, replay_page(mission.events))
-    say(f"wrote {html}")
+    return mission.events

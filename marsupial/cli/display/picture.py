@@ -17,16 +17,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from marsupial.exports.ground import box, coarse
 from marsupial.formats.triggers import trigger_text
 from marsupial.mission.state import RobotView
-from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, CellArray, Mask
+from marsupial.model.grid import UNKNOWN, CellArray, Mask
 from marsupial.model.mission import MissionStarted, Planned
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import Role
+from marsupial.replay.palette import LIGHT, robot_looks
 
-_COLOURS = {UNKNOWN: "#59616d", OBSTACLE: "#16181c", FLOOR: "#f2f3f5", ROUGH: "#eeb0aa"}
-_OTHER_TERRAIN = "#c3b1e1"
-_FAMILIES = ("#1d63c4", "#c4520f", "#7a35b8", "#1f7a45", "#b3245f", "#8a6a00", "#00707d", "#5a5f66")
 _LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the prompt
 
 
@@ -41,9 +40,10 @@ class Picture:
 
     def __init__(self, mission: MissionStarted, shown: Mask, console: Console) -> None:
         self._console = console
-        self._box = _box(shown)
-        self._colours = {terrain.code: _COLOURS.get(terrain.code, _OTHER_TERRAIN) for terrain in mission.terrains}
-        self._colours[UNKNOWN] = _COLOURS[UNKNOWN]
+        self._box = box(shown)
+        self._colours = {
+            code: LIGHT.ground(code) for code in (UNKNOWN, *(terrain.code for terrain in mission.terrains))
+        }
         self._marks = _marks(mission)
 
     def map(self, cells: CellArray, robots: Sequence[RobotView]) -> Text:
@@ -91,23 +91,6 @@ def moves(console: Console) -> bool:
     return console.is_terminal and not console.is_dumb_terminal and not console.no_color
 
 
-def coarse(cells: CellArray, block: int) -> CellArray:
-    """Return the picture of `cells` with one cell for each `block` x `block` of them.
-
-    A picture cell is an obstacle where obstacles would cross it from side to side, unknown where nothing in it is
-    known, and else the commonest of what is known in it.
-    """
-    height, width = cells.shape
-    padded = np.pad(cells, ((0, -height % block), (0, -width % block)), constant_values=UNKNOWN)
-    squares = padded.reshape(padded.shape[0] // block, block, padded.shape[1] // block, block)
-    codes = [int(code) for code in np.unique(cells) if code not in (UNKNOWN, OBSTACLE)]
-    counts = np.stack([np.count_nonzero(squares == code, axis=(1, 3)) for code in [OBSTACLE, *codes]])
-    ground = np.array([*codes, UNKNOWN], dtype=np.uint8)[np.argmax(counts[1:], axis=0) if codes else 0]
-    picture = np.where(counts.sum(axis=0) == 0, UNKNOWN, ground)
-    walls = (counts[0] >= block) | ((counts[0] > 0) & (counts[1:].sum(axis=0) == 0))
-    return np.where(walls, OBSTACLE, picture).astype(np.uint8)
-
-
 def doing(robot: RobotView) -> str:
     """Say what a robot does."""
     if robot.lost:
@@ -134,22 +117,13 @@ def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:
     carrying = {kind.name for kind in mission.types if kind.role is Role.CARRIER}
     carriers = [robot.name for robot in mission.robots if robot.type in carrying]
     rovers = [robot.name for robot in mission.robots if robot.type not in carrying]
-    marks = {}
+    marks, looks = {}, robot_looks(mission)
     for robot in mission.robots:
         lead = robot.name in carriers
         letters, among = (ascii_uppercase, carriers) if lead else (ascii_lowercase, rovers)
-        family = carriers.index(robot.carrier) if robot.carrier in carriers else among.index(robot.name)
-        colour = _FAMILIES[family % len(_FAMILIES)]
+        colour = LIGHT.families[looks[robot.name].hue][0]
         marks[robot.name] = (letters[among.index(robot.name) % 26], f"bold white on {colour}")
     return marks
-
-
-def _box(shown: Mask) -> tuple[int, int, int, int]:
-    """Return bottom, top, left and right of what is shown, upper bounds exclusive."""
-    rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
-    if not rows.size:
-        return 0, shown.shape[0], 0, shown.shape[1]
-    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
 
 
 def _cell(text: str) -> Text:

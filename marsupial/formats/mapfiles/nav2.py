@@ -18,10 +18,9 @@ import numpy.typing as npt
 
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
+from marsupial.formats.mapfiles.occupancy import UNSAID, Occupancy, OccupancyArray
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
-
-OccupancyArray = npt.NDArray[np.int8]
 
 SAVED_UNKNOWN = 205
 """The grey that map savers write for unknown."""
@@ -48,6 +47,25 @@ def understand_nav2(path: Path | str) -> MapReading:
     """
     header = read_header(Path(path))
     return understand_image(header, read_grey(header.image, source=str(path)))
+
+
+def read_occupancy(path: Path | str) -> Occupancy:
+    """Read a nav2 map as occupancies, as nav2's map server publishes it; transparent pixels are unknown.
+
+    Raises
+    ------
+    MapError
+        As `understand_nav2`.
+    """
+    header = read_header(Path(path))
+    image = read_grey(header.image, source=str(path))
+    values = occupancy_table(header)[image.grey]
+    transparent = _transparent(header, image)
+    if transparent is not None:
+        values[transparent] = UNSAID
+    return Occupancy(
+        values=np.ascontiguousarray(np.flipud(values)), resolution_m=header.resolution_m, origin_m=header.origin_m
+    )
 
 
 def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:

@@ -13,10 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.errors import MapError, Problem
+from marsupial.errors import MapError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.mapfiles.read import has_scale, read_map
 from marsupial.formats.mapfiles.terrain_mask import read_mask
+from marsupial.formats.scenario.filters import KEYS as FILTERS
+from marsupial.formats.scenario.filters import note_file, read_filters
 from marsupial.generators import GENERATORS
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, Terrain
@@ -32,7 +34,7 @@ _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
 
 SOURCES = ("file", "generator", "rows")
 
-_KEYS = ("mask", "width_m", "height_m", "resolution_m", "seed", "origin_m", "legend")
+_KEYS = ("mask", *FILTERS, "width_m", "height_m", "resolution_m", "seed", "origin_m", "legend")
 
 
 def read_terrains(top: Fields) -> tuple[Terrain, ...]:
@@ -90,13 +92,16 @@ def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     read = {"file": _from_file, "generator": _from_generator, "rows": _from_rows}[sources[0]]
     found = read(fields, terrains, folder)
     mask = _read_mask(fields, terrains)
+    filters = read_filters(fields, terrains, folder)
     fields.finish()
     if found is None:
         return None
     grid: Grid | None = replace(found.grid, terrains=terrains)
     if grid is not None and mask is not None:
         grid = _masked(grid, folder / mask[0], mask[1], fields)
-    return None if grid is None or len(top.problems) > before else MapField(grid, found.reading)
+    if grid is None or len(top.problems) > before:
+        return None
+    return MapField(filters.painted(grid), found.reading)
 
 
 def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:
@@ -112,7 +117,7 @@ def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> M
     try:
         reading = read_map(folder / name, resolution_m)
     except MapError as error:
-        _note(fields, "file", error)
+        note_file(fields, "file", error)
         return None
     return MapField(reading.grid, reading)
 
@@ -229,12 +234,5 @@ def _masked(grid: Grid, path: Path, codes: Mapping[int, int], fields: Fields) ->
     try:
         return read_mask(grid, path, codes)
     except MapError as error:
-        _note(fields, "mask", error)
+        note_file(fields, "mask", error)
         return None
-
-
-def _note(fields: Fields, key: str, error: MapError) -> None:
-    """Note the problems of a file that a field names, with the file's path as far as it is known."""
-    for problem in error.problems:
-        text = f"{error.source}: {problem}" if error.source else str(problem)
-        fields.problems.append(Problem(fields.at(key), text))

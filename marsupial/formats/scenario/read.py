@@ -70,8 +70,7 @@ def read_scenario(path: Path | str) -> Scenario:
 def understand_scenario(path: Path | str) -> tuple[Scenario, MapReading | None]:
     """Read a scenario file, as `read_scenario`, and say how its map file was understood, if it has one."""
     path = Path(path)
-    text = read_text(path, ScenarioError, MOST_BYTES)
-    data = _parse(text, path)
+    data, text = parse(path)
     problems: list[Problem] = []
     if not isinstance(data, Mapping):
         raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
@@ -90,17 +89,22 @@ def is_scenario_file(path: Path | str) -> bool:
     if path.suffix.lower() not in (".yaml", ".yml"):
         return path.suffix.lower() == ".json"
     try:
-        data = _parse(read_text(path, ScenarioError, MOST_BYTES), path)
+        data, _ = parse(path)
     except ScenarioError:
         return False
     return isinstance(data, Mapping) and not {"format", "team", "robot_types"}.isdisjoint(data)
 
 
-def _parse(text: str, path: Path) -> object:
+def parse(path: Path) -> tuple[object, str]:
+    """Return what a YAML or JSON file of ours holds, and its text.
+
+    Raises ScenarioError where it is neither, or nested too deep.
+    """
+    text = read_text(path, ScenarioError, MOST_BYTES)
     try:
         if _is_deep(text):
             raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
-        return yaml.load(text, _Loader)
+        return yaml.load(text, _Loader), text
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -121,7 +125,7 @@ def _is_deep(text: str) -> bool:
 
 def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     """Read all fields; the scenario means something only if no problem was noted."""
-    if not _read_version(top):
+    if not read_version(top, FORMAT, VERSION):
         return None
     name = top.text("name", path.stem)
     terrains = read_terrains(top)
@@ -130,7 +134,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     kinds = read_types(top, terrains, grid)
     team = read_team(top, kinds, grid)
     seed = top.integer("start_seed", None, BOUNDS["seed"]) if top.has("start_seed") else None
-    goal, limits = _read_goal(top), _read_limits(top)
+    goal, limits = read_goal(top), read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     top.finish()
     if top.problems or found is None:
@@ -148,13 +152,13 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     return scenario, found.reading
 
 
-def _read_version(top: Fields) -> bool:
+def read_version(top: Fields, form: str, latest: int) -> bool:
     """Check format and version; False where the file is of a later version and its fields mean who knows what."""
-    top.choice("format", [FORMAT])
+    top.choice("format", [form])
     version = top.integer("version", None, Bound(1, MOST))
-    if version > VERSION:
-        top.wrong("version", f"must be at most {VERSION}, got {version}: the file is for a later marsupial")
-    return version <= VERSION
+    if version > latest:
+        top.wrong("version", f"must be at most {latest}, got {version}: the file is for a later marsupial")
+    return version <= latest
 
 
 def read_types(top: Fields, terrains: tuple[Terrain, ...], grid: Grid | None) -> dict[str, RobotType | None]:
@@ -242,7 +246,8 @@ def _read_energy(fields: Fields) -> EnergyModel:
     return model
 
 
-def _read_goal(top: Fields) -> Goal:
+def read_goal(top: Fields) -> Goal:
+    """Read ``goal``."""
     fields, default = top.part("goal", required=False), Goal()
     goal = Goal(
         recover_rovers=fields.flag("recover_rovers", default.recover_rovers),
@@ -252,7 +257,8 @@ def _read_goal(top: Fields) -> Goal:
     return goal
 
 
-def _read_limits(top: Fields) -> MissionLimits:
+def read_limits(top: Fields) -> MissionLimits:
+    """Read ``limits``."""
     fields = top.part("limits", required=False)
     seconds = fields.quantity("time_s", MissionLimits().time_ms / 1000)
     fields.finish()

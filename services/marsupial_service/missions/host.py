@@ -25,6 +25,7 @@ from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
+from marsupial_service.missions.robots import SimulatedRobots
 from marsupial_service.missions.values import (
     Brief,
     Due,
@@ -35,12 +36,15 @@ from marsupial_service.missions.values import (
     Input,
     MayPlan,
     Report,
+    SimulatedBrief,
+    Told,
     Turn,
     Turns,
     WantsToPlan,
     Wish,
 )
 from marsupial_service.missions.world import RemoteWorld, RobotCommand
+from marsupial_service.store import kept
 
 
 def load_missions() -> None:
@@ -96,6 +100,8 @@ class Desk(Observer):
         if own is not None:
             self.replanning = own
         self._channel = channel
+        self._robots = SimulatedRobots(brief) if isinstance(brief, SimulatedBrief) else None
+        self._next: Told | None = None
         self._encoder = LogEncoder()
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []
@@ -158,12 +164,13 @@ class Desk(Observer):
         self._end_turn(over=False)
         answer = self._due()
         assert answer.input is not None
+        taken: Input = kept.loads(answer.input) if isinstance(answer.input, bytes) else answer.input
         self._decisions = deque(answer.decisions)
-        if not isinstance(answer.input, Wish):
-            self._count(answer.input)
-        elif answer.input is not Wish.CANCEL:
-            self._tell(EventType.STATE, documents.state(answer.input, self._t_ms))
-        return answer.input
+        if not isinstance(taken, Wish):
+            self._count(taken)
+        elif taken is not Wish.CANCEL:
+            self._tell(EventType.STATE, documents.state(taken, self._t_ms))
+        return taken
 
     def _count(self, report: Report) -> None:
         self._t_ms = max(self._t_ms, report.t_ms)
@@ -183,6 +190,8 @@ class Desk(Observer):
 
     def _tell(self, kind: EventType, data: str) -> None:
         self._events.append(Event(kind, data))
+        if self._robots is not None:
+            self._next = self._robots.hear(self._events[-1]) or self._next
 
     def _send_commands(self, until_ms: int | None) -> None:
         self._batch += 1
@@ -192,8 +201,8 @@ class Desk(Observer):
         self._commands = []
 
     def _end_turn(self, *, over: bool) -> None:
-        self._turns.append(Turn(events=tuple(self._events), over=over))
-        self._events = []
+        self._turns.append(Turn(events=tuple(self._events), over=over, next=self._next))
+        self._events, self._next = [], None
 
     def _send_turns(self) -> None:
         if self._turns:

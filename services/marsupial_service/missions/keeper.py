@@ -18,6 +18,7 @@ from marsupial.processes.runner import Room, Runner
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import packed, table
+from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.values import (
@@ -27,7 +28,6 @@ from marsupial_service.missions.values import (
     Event,
     EventType,
     HasPlanned,
-    Input,
     MayPlan,
     Turn,
     Turns,
@@ -65,7 +65,13 @@ class Dismissed(Exception):
 
 
 class Keeper:
-    """Keeps one open mission that this server holds."""
+    """Keeps one open mission that this server holds.
+
+    Parameters
+    ----------
+    driver
+        Has its robots report, where they are simulated.
+    """
 
     def __init__(
         self,
@@ -76,6 +82,7 @@ class Keeper:
         threads: Executor,
         runner: Runner,
         settings: MissionSettings,
+        driver: Driver | None = None,
     ) -> None:
         self.id = record.id
         self._turns = record.turns
@@ -88,6 +95,7 @@ class Keeper:
         self._threads = threads
         self._runner = runner
         self._settings = settings
+        self._driver = driver
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended or is another server's."""
@@ -161,6 +169,8 @@ class Keeper:
             match await told.get():
                 case Turns(turns):
                     await self._take(number, turns)
+                    if self._driver is not None:
+                        self._driver.hear(turns)
                     number += len(turns)
                     if turns[-1].over:
                         return
@@ -200,12 +210,14 @@ class Keeper:
     async def _dues(self, number: int) -> tuple[Due, ...]:
         with self._missions.bell(table.inputs_of(self.id)) as bell:
             while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
-                await bell.wait()
+                await (bell.wait() if self._driver is None else self._driver.wait(bell))
                 bell.clear()
+        if self._driver is not None:
+            self._driver.reported(found)
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
-    def _inputs(self, reader: Connection, number: int) -> tuple[Input, ...]:
-        """Return the inputs that have come from `number` on. Raises Dismissed."""
+    def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:
+        """Return what is kept of the inputs that have come from `number` on. Raises Dismissed."""
         if table.of_term(reader, self.id, self._term) is None:
             raise Dismissed
         return packed.inputs_from(reader, self._number, number, _AT_A_TIME)

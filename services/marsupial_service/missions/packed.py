@@ -34,10 +34,10 @@ def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes
         tx.insert("mission_inputs", **head, part=part, digest=None if part else digest, data=piece)
 
 
-def inputs_from(reader: Reader, number: int, seq: int, most: int) -> tuple[Input, ...]:
-    """Return the inputs of the mission with that number from the one numbered `seq` on, as far as they have come."""
+def inputs_from(reader: Reader, number: int, seq: int, most: int) -> tuple[bytes, ...]:
+    """Return what is kept of the inputs of the mission with that number from `seq` on, as far as they have come."""
     rows = reader.execute(f"{_INPUTS} AND seq >= ? AND seq < ? {_IN_ORDER}", (number, seq, seq + most))
-    return tuple(kept.loads(data) for _, data in packing.whole(rows))
+    return tuple(data for _, data in packing.whole(rows))
 
 
 def inputs_after(reader: Reader, number: int, seq: int) -> Iterator[tuple[Input, bytes | None]]:

@@ -271,11 +271,16 @@ def _reports_of(
     return list(zip(reports_of(body, brief, frame, limits), digests, strict=True)), is_batch
 
 
+def _has_no_map(body: ReportsBody) -> bool:
+    """Say whether no report has a whole map: a few runs of it are laid out as all cells of a frame."""
+    return all(one.map is None for one in (body.root.reports if isinstance(body.root, BatchBody) else [body.root]))
+
+
 def _told(runs: Runs) -> int:
     """Return how many cells runs tell of."""
     return sum(runs[1::3])
 
 
 MISSION_READING = Reading(model=MissionBody, counts=counts.MISSION, make=_mission_of)
-REPORT_READING = Reading(model=ReportsBody, counts=counts.REPORTS, make=_reports_of)
+REPORT_READING = Reading(model=ReportsBody, counts=counts.REPORTS, make=_reports_of, is_quick=_has_no_map)
 """How the bodies of missions and reports are read: to what they mean, and the digest of what was sent."""

@@ -26,15 +26,29 @@ from marsupial_service.missions.records import (
     MissionRecord,
     MissionSettings,
 )
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
+from marsupial_service.missions.values import (
+    Brief,
+    Event,
+    EventType,
+    Input,
+    Report,
+    SimulatedBrief,
+    Told,
+    Turn,
+    Wish,
+)
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import Row
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
+_SIMULATED_S = 10
+"""When to ask again where too many are simulated: such a mission takes a minute or more."""
+
 
 def _record(row: Row) -> MissionRecord:
     frame = None if row["frame"] is None else Frame.from_text(row["frame"])
-    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame)
+    simulation = None if row["simulation"] is None else json.loads(row["simulation"])
+    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame, simulation=simulation)
 
 
 class MissionTable(EntryTable[MissionRecord]):
@@ -90,7 +104,12 @@ def insert(
         if count >= settings.key_missions:
             raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
-        described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
+        if isinstance(brief, SimulatedBrief):
+            (count,) = tx.execute(f"{sql} AND simulation IS NOT NULL").fetchone()
+            if count >= settings.simulations:
+                raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
+        simulation = documents.simulation(brief) if isinstance(brief, SimulatedBrief) else None
+        described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner, "simulation": simulation}
         size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
         number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
@@ -137,6 +156,23 @@ def add_reports(
     MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
     tx.undone.append(ledgers.replace(record, tried))
     return MISSIONS.existing(tx, mission)
+
+
+def add_simulated(
+    tx: Transaction,
+    ledgers: Ledgers,
+    record: MissionRecord,
+    told: Told,
+    settings: MissionSettings,
+    now_ms: int,
+    room: Room = BOUNDLESS,
+) -> None:
+    """Store what the robots of a simulated mission report, if the term of `record` still runs.
+
+    Raises StoreFull, TooMany; Conflict if the simulation is wrong.
+    """
+    if _held(tx, record.id, record.term) is not None:
+        add_reports(tx, ledgers, record.id, [told], settings, now_ms, room)
 
 
 def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionRecord:

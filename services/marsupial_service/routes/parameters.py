@@ -17,16 +17,16 @@ from marsupial_service.state import State, state_of
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?:;.*)?", re.IGNORECASE)
 
 
-def _state(request: Request) -> State:
+async def _state(request: Request) -> State:
     return state_of(request.app)
 
 
-def _owner(request: Request) -> str:
+async def _owner(request: Request) -> str:
     owner: str = request.state.owner
     return owner
 
 
-def _key_holds(state: Annotated[State, Depends(_state)], request: Request) -> Callable[[], bool]:
+async def _key_holds(state: Annotated[State, Depends(_state)], request: Request) -> Callable[[], bool]:
     key: Key | None = request.state.key
     return lambda: key is None or state.keys.is_good(key, time.time())
 

@@ -104,7 +104,16 @@ def made_of(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
     def value_of(sent: Any) -> Any:
         return make(**dict(sent)) if isinstance(sent, BaseModel) else make(sent)
 
-    return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(value_of, handler(shape)))
+    return _after(shape, value_of)
+
+
+def made_of_list(shape: Any, make: Callable[[list[Any]], Any]) -> GetPydanticSchema:
+    """The same of a list, by `make` itself: a report has as many cells as it has robots."""
+    return _after(shape, make)
+
+
+def _after(shape: Any, convert: Callable[[Any], Any]) -> GetPydanticSchema:
+    return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(convert, handler(shape)))
 
 
 Maybe = Annotated[T | None, _RefuseNull()]
@@ -117,9 +126,9 @@ Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_TEXT, p
 RobotName = Annotated[str, StringConstraints(max_length=LONGEST_NAME, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
 Milliseconds = Annotated[int, within("duration_ms")]
 Metres = Annotated[float, within("coordinate_m")]
-PointM = Annotated[tuple[float, float], made_of(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)]
+PointM = Annotated[tuple[float, float], made_of_list(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)]
 CellXY = Annotated[
-    Cell, made_of(Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)], Cell._make)
+    Cell, made_of_list(Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)], Cell._make)
 ]
 
 

@@ -17,6 +17,7 @@ from marsupial_service.schemas.base import (
     RobotName,
     by_key,
     made_of,
+    made_of_list,
     variant,
     within,
 )
@@ -25,7 +26,7 @@ from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
 RunsBody = Annotated[
-    tuple[int, ...], made_of(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
+    tuple[int, ...], made_of_list(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
 ]
 """(start, length, terrain code) three by three, cells numbered row by row from the lowest row, in ascending order."""
 

@@ -77,7 +77,7 @@ def check(store: Store) -> None:
     turns = [store.read(lambda c, t=turn: packed.events_of_turn(c, 1, t)).result() for turn in range(4)]
     assert turns == [tuple(Event(EventType(e[1]), e[2]) for e in EVENTS if e[0] == turn) for turn in range(4)]
     assert store.read(lambda c: log(c, mission)).result() == LINES
-    report, wish = store.read(lambda c: packed.inputs_from(c, 1, 1, 9)).result()
+    report, wish = map(kept.loads, store.read(lambda c: packed.inputs_from(c, 1, 1, 9)).result())
     assert (repr(report), wish) == (repr(REPORT), Wish.PAUSE)
     digests = store.read(lambda c: [digest for _, digest in packed.inputs_after(c, 1, 0)]).result()
     assert digests == [b"r", None]

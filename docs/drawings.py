@@ -1,0 +1,242 @@
+"""Draws the pictures of the concept pages, from missions as they are: `python docs/drawings.py` in a checkout.
+
+Each picture is drawn by one function below and written to `docs/pictures/`. The same code draws the same picture on
+every machine, but for what versions of matplotlib do differently.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+import marsupial
+from marsupial.library.exploring import Exploration
+from marsupial.library.missions import reachable_area
+from marsupial.maps.growth import reach_of
+from marsupial.maps.survey import placed
+from marsupial.maps.territory import Territory
+from marsupial.mission.playback import Playback
+from marsupial.mission.rebuild import Moment, moment_at
+from marsupial.mission.state import RobotView
+from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid, Mask
+
+GROUND = ListedColormap(["#d5dae1", "#2b3138", "#ffffff"])
+"""Never seen, obstacle, free."""
+
+CARRIER, ROVER, AREA = "#0072b2", "#d55e00", "#e69f00"
+CLUSTERS = ("#009e73", "#cc79a7", "#0072b2", "#d55e00", "#56b4e9", "#e69f00", "#8a6d3b")
+"""Okabe and Ito's colours, which readers with any colour vision tell apart."""
+
+
+def step() -> Figure:
+    """The best plan after so many steps, by two planners, for one moment of a mission."""
+    situation = _mission("heuristic").situation(at_s=96)
+    figure = Figure(figsize=(7, 3.4), layout="constrained")
+    axes = figure.subplots()
+    for planner, colour in (("greedy", ROVER), ("anytime", CARRIER)):
+        counts = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512)
+        spans = [_makespan_s(situation, planner, count) for count in counts]
+        axes.step(counts, spans, where="post", color=colour, marker="o", label=planner)
+    axes.set_xscale("log", base=2)
+    axes.set_xticks(counts, [str(count) for count in counts])
+    axes.set_xlabel("steps: the same on every machine")
+    axes.set_ylabel("makespan of the best plan [s]")
+    axes.set_title(
+        f"One moment of office: {len(situation.targets)} targets, {len(situation.robots)} robots", loc="left"
+    )
+    axes.legend(frameon=False)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def target() -> Figure:
+    """Frontier cells, joined to targets that are seen at once, and where a robot goes for each."""
+    moment = _moment()
+    survey = moment.survey()
+    figure, axes = _map_figure(moment.grid)
+    width = moment.grid.width
+    handles = []
+    for number, found in enumerate(survey.targets):
+        colour = CLUSTERS[number % len(CLUSTERS)]
+        axes.plot(found.cells % width, found.cells // width, "s", color=colour, markersize=2.6)
+        who = " or ".join(sorted(found.viewpoints))
+        (handle,) = axes.plot(
+            *_centre(next(iter(found.viewpoints.values()))),
+            "D",
+            color=colour,
+            markeredgecolor="black",
+            markersize=8,
+            label=f"T{number + 1}: for a {who}, {found.reveal_m2:.0f} m² may come to light",
+        )
+        axes.annotate(
+            f"T{number + 1}", handle.get_xydata()[0], xytext=(7, 5), textcoords="offset points", weight="bold"
+        )
+        handles.append(handle)
+    _draw_robots(axes, moment)
+    figure.legend(handles=handles, loc="outside lower left", ncols=2, frameon=False)
+    axes.set_title("Frontier cells (squares) make targets; diamonds are where a robot goes to look", loc="left")
+    return figure
+
+
+def meeting_point() -> Figure:
+    """What each type reaches, and the pairs of poses where a rover changes between ground and carrier."""
+    moment = _moment()
+    survey, grid = moment.survey(), moment.grid
+    reach = _reach(moment)
+    figure, axes = _map_figure(grid)
+    _shade(axes, reach["rover"] & ~reach["carrier"], AREA)
+    _shade(axes, reach["carrier"], CARRIER)
+    for point in survey.meetings:
+        carrier, rover = _centre(point.carrier_cell), _centre(point.rover_cell)
+        axes.plot(*zip(carrier, rover, strict=True), color="black", linewidth=1.2, zorder=3)
+        axes.plot(*carrier, marker="s", color=CARRIER, markeredgecolor="black", markersize=10, zorder=4)
+        axes.plot(*rover, marker="o", color=ROVER, markeredgecolor="black", markersize=7, zorder=4)
+    _draw_robots(axes, moment)
+    handles = [
+        axes.plot([], [], "s", color=CARRIER, alpha=0.3, markersize=12, label="a carrier can stand here")[0],
+        axes.plot([], [], "s", color=AREA, alpha=0.5, markersize=12, label="only a rover can")[0],
+        axes.plot([], [], "s", color=CARRIER, markeredgecolor="black", markersize=9, label="meeting: the carrier")[0],
+        axes.plot([], [], "o", color=ROVER, markeredgecolor="black", label="meeting: the rover")[0],
+    ]
+    figure.legend(handles=handles, loc="outside lower left", ncols=2, frameon=False)
+    axes.set_title("Meeting points stand on the border of what only rovers reach", loc="left")
+    return figure
+
+
+def quality() -> Figure:
+    """Area explored over metres driven of two missions: quality is the slope of the line to the end."""
+    figure = Figure(figsize=(7, 3.8), layout="constrained")
+    axes = figure.subplots()
+    for strategy, colour in (("temporal", CARRIER), ("heuristic", ROVER)):
+        result = _mission(strategy)
+        axes.plot(*_driven_and_explored(result), color=colour, label=strategy)
+        driven_m, explored_m2 = result.distance_m, result.explored_area_m2
+        axes.plot([0, driven_m], [0, explored_m2], color=colour, linewidth=0.8, linestyle="--")
+        axes.plot(driven_m, explored_m2, marker="o", color=colour)
+        axes.annotate(
+            f"{explored_m2:.0f} m² / {driven_m:.0f} m\nQ = {result.quality:.2f} m²/m",
+            (driven_m, explored_m2),
+            xytext=(0, 10),
+            textcoords="offset points",
+            ha="center",
+            color=colour,
+        )
+    axes.set_xlim(0, 780)
+    axes.set_ylim(0, 2300)
+    axes.set_xlabel("driven by all robots [m]")
+    axes.set_ylabel("explored of what can be reached [m²]")
+    axes.set_title("Quality Q is the slope to the end of a mission (dashed)", loc="left")
+    axes.legend(frameon=False, loc="lower right")
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+DRAWINGS: Mapping[str, Callable[[], Figure]] = {
+    "step": step,
+    "target": target,
+    "meeting-point": meeting_point,
+    "quality": quality,
+}
+
+
+def draw(folder: Path) -> list[Path]:
+    """Write all drawings and return where they are."""
+    folder.mkdir(parents=True, exist_ok=True)
+    matplotlib.rcParams["svg.hashsalt"] = "marsupial"
+    paths = []
+    for name, drawing in DRAWINGS.items():
+        paths.append(folder / f"{name}.svg")
+        drawing().savefig(paths[-1], metadata={"Date": None, "Creator": None})
+    return paths
+
+
+@cache
+def _mission(strategy: str) -> Exploration:
+    return marsupial.explore("office", strategy, "anytime", steps=20)
+
+
+def _moment() -> Moment:
+    return moment_at(_mission("heuristic").events, 30_000)
+
+
+def _makespan_s(situation: marsupial.Situation, planner: str, steps: int) -> float:
+    *_, best = marsupial.plan(situation, planner, steps=steps)
+    return best.makespan_ms / 1000
+
+
+def _reach(moment: Moment) -> Mapping[str, Mask]:
+    territory = Territory(moment.grid, moment.mission.types)
+    return reach_of(territory, placed(moment.robots)).by_type
+
+
+def _map_figure(grid: Grid) -> tuple[Figure, Axes]:
+    """A drawing of the known part of a map; its axes count cells."""
+    known = np.argwhere(grid.cells != UNKNOWN)
+    (low_y, low_x), (high_y, high_x) = known.min(axis=0) - 6, known.max(axis=0) + 7
+    figure = Figure(figsize=(8, 8 * (high_y - low_y) / (high_x - low_x) + 0.8), layout="constrained")
+    axes = figure.subplots()
+    kinds = np.where(grid.cells == UNKNOWN, 0, np.where(grid.cells == OBSTACLE, 1, 2))
+    axes.imshow(kinds, cmap=GROUND, origin="lower", vmin=0, vmax=2, interpolation="nearest")
+    axes.set_xlim(low_x, high_x)
+    axes.set_ylim(low_y, high_y)
+    axes.set_axis_off()
+    bar = 5 / grid.resolution_m
+    axes.plot([low_x + 2, low_x + 2 + bar], [low_y + 2] * 2, color="black", linewidth=3)
+    axes.text(low_x + 2, low_y + 3, "5 m", fontsize=8)
+    return figure, axes
+
+
+def _shade(axes: Axes, where: Mask, colour: str) -> None:
+    axes.imshow(np.ma.masked_equal(where.astype(float), 0), cmap=ListedColormap([colour]), origin="lower", alpha=0.35)
+
+
+def _draw_robots(axes: Axes, moment: Moment) -> None:
+    radius = {kind.name: kind.radius_m / moment.grid.resolution_m for kind in moment.mission.types}
+    for robot in moment.robots:
+        if robot.cell is not None:
+            x, y = _centre(robot.cell)
+            axes.add_patch(Circle((x, y), max(1.2, radius[robot.type]), facecolor="black", zorder=5))
+            axes.annotate(robot.name, (x, y), xytext=(5, -10), textcoords="offset points", fontsize=8, weight="bold")
+
+
+def _centre(cell: Cell) -> tuple[float, float]:
+    return float(cell.x), float(cell.y)
+
+
+def _driven_and_explored(result: Exploration) -> tuple[list[float], list[float]]:
+    """Metres driven by all robots and area explored (m2), at every half second of a mission."""
+    playback = Playback(result.events)
+    area_m2 = playback.mission.resolution_m**2
+    reachable = reachable_area(marsupial.scenario("office"), playback.mission.robots)
+    driven, explored, before = [], [], playback.state_at(0).robots
+    for t_ms in range(0, playback.end_ms + 1, 500):
+        robots = playback.state_at(t_ms).robots
+        metres = playback.mission.resolution_m * sum(map(_driven_cells, before, robots))
+        driven.append(metres + (driven[-1] if driven else 0.0))
+        explored.append(area_m2 * np.count_nonzero(reachable & (playback.cells_at(t_ms) != UNKNOWN)))
+        before = robots
+    return driven, explored
+
+
+def _driven_cells(before: RobotView, now: RobotView) -> float:
+    """How far a robot drove itself, in cells, as far as two moments tell."""
+    if before.carrier or now.carrier:
+        return 0.0
+    return math.hypot(now.x - before.x, now.y - before.y)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description="Draw the pictures of the concept pages.")
+    parser.add_argument("--to", type=Path, default=Path(__file__).parent / "pictures", help="folder")
+    for path in draw(parser.parse_args().to):
+        print(f"wrote {path}")

@@ -1,0 +1,185 @@
+"""What a comparison says, in a sentence and a plot: by how much a contender is ahead of the base, pair by pair.
+
+Every pair counts the same: its gain is a share of what the base has in the same mission. So the mean is that of just
+the pairs that are counted as won and lost beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing
+from marsupial.bench.compare.figures import COLOURS, INK, MARKERS, Figure, as_figure, legend, panels
+from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.statistics import Estimate, estimate
+from marsupial.library.metrics import Metric, counted
+
+NAME = "answer"
+
+ROW_IN, WIDTH_IN = 0.42, 7.6
+
+SPREAD = 0.13
+"""By how much of a row's height the dots of pairs are apart at most."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standing:
+    """How a contender stands beside the base over some cases: the mean gain of all pairs, and pairs won and lost."""
+
+    gain: Estimate | None
+    gains: tuple[float, ...]
+    wins: int
+    losses: int
+
+    @property
+    def at_odds(self) -> bool:
+        """Whether the mean is on the side of the fewer pairs."""
+        return self.gain is not None and self.gain.mean * (self.wins - self.losses) < 0
+
+
+def standing(pairings: Sequence[Pairing]) -> Standing:
+    """Return pairings as one."""
+    gains = tuple(gain for pairing in pairings for gain in pairing.gains)
+    return Standing(
+        gain=estimate(gains),
+        gains=gains,
+        wins=sum(pairing.wins for pairing in pairings),
+        losses=sum(pairing.losses for pairing in pairings),
+    )
+
+
+def standing_of(outcome: ComparisonOutcome, rival: Contender, measure: Metric, cases: Sequence[Case]) -> Standing:
+    """Return how a rival stands beside the base."""
+    return standing([outcome.pairing(case, rival, measure) for case in cases])
+
+
+def sentences(outcome: ComparisonOutcome) -> list[str]:
+    """Return the answer: a sentence for each rival of the base, the best one first."""
+    if not outcome.rivals:
+        return [_alone(outcome, contender) for contender in outcome.contenders]
+    found = [(rival, standing_of(outcome, rival, TIME, outcome.cases)) for rival in outcome.rivals]
+    found.sort(key=lambda pair: -(pair[1].gain.mean if pair[1].gain else -np.inf))
+    return [_sentence(outcome, rival, stands) for rival, stands in found]
+
+
+def _alone(outcome: ComparisonOutcome, contender: Contender) -> str:
+    times = [estimate_ for case in outcome.cases if (estimate_ := outcome.estimate(case, contender, TIME))]
+    if not times:
+        return f"Nothing can be said about {contender} yet: none of its missions is complete."
+    mean = sum(one.mean * one.count for one in times) / sum(one.count for one in times)
+    missions = counted(sum(one.count for one in times), "complete mission")
+    return f"{contender} explores in {mean:.0f} s on average over {missions}."
+
+
+def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Standing) -> str:
+    base, gain = outcome.base, stands.gain
+    if gain is None:
+        return f"Nothing can be said about {rival} yet: it has no mission complete that {base} has completed too."
+    where = _listed(outcome.scenarios)
+    pairs = f"{counted(gain.count, 'pair')} of missions on {where}"
+    if gain.half is None or gain.sign == 0:
+        said = (
+            f"Whether {rival} or {base} explores faster can't be told from {pairs}: "
+            f"{rival} takes {_less(gain.mean)} on average{_interval(gain)}"
+        )
+    else:
+        said = (
+            f"{rival} explores {abs(gain.mean):.1%} {'faster' if gain.mean > 0 else 'slower'} than {base} "
+            f"on average over {pairs}{_interval(gain)}"
+        )
+    odds = ", so the few differ by more" if stands.at_odds else ""
+    return f"{said}; it is faster in {stands.wins} and slower in {stands.losses}{odds}.".replace("%", " %")
+
+
+def quality_sentence(outcome: ComparisonOutcome) -> str:
+    """Return the same about exploration quality, of all rivals; nothing without any pair."""
+    found = ((rival, standing_of(outcome, rival, QUALITY, outcome.cases)) for rival in outcome.rivals)
+    parts = [
+        f"that of {rival} is {_more(one.gain.mean)} than {outcome.base}'s (higher in {one.wins}, lower in {one.losses})"
+        for rival, one in found
+        if one.gain is not None
+    ]
+    return f"Exploration quality Q: {'; '.join(parts)}.".replace("%", " %") if parts else ""
+
+
+def _less(share: float) -> str:
+    return f"{abs(share):.1%} {'less' if share >= 0 else 'more'} time"
+
+
+def _more(share: float) -> str:
+    return f"{abs(share):.1%} {'higher' if share >= 0 else 'lower'}"
+
+
+def _interval(found: Estimate) -> str:
+    """Return the interval of a gain, in time saved."""
+    if found.low is None or found.high is None:
+        return ""
+    return f" (95% interval of the time saved: {found.low:+.1%} to {found.high:+.1%})"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
+    """Return the plot of what each rival gains in exploration time, by scenario and in all; None without any pair.
+
+    With one scenario, by team size.
+    """
+    rows = list(_rows(outcome))
+    if not any(stands.gains for _, found in rows for stands in found):
+        return None
+    drawing, ((axes,),) = panels(1, 1, width=WIDTH_IN, height=0.9 + ROW_IN * len(rows) * max(1, len(outcome.rivals)))
+    axes.axvline(0, color=INK, linewidth=1.2)
+    several = len(outcome.rivals)
+    for row, (_, found) in enumerate(rows):
+        for k, stands in enumerate(found):
+            y = row + (k - (several - 1) / 2) * 0.7 / several
+            _draw(axes, y, stands, k, str(outcome.rivals[k]) if row == 0 else "")
+    axes.set_yticks(range(len(rows)), [label for label, _ in rows])
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.get_yticklabels()[0].set_fontweight("bold")
+    axes.grid(False, axis="y")
+    axes.set_xlabel(f"← slower than {outcome.base}  ·  exploration time saved [%]  ·  faster →")
+    if several > 1:
+        legend(drawing, [[axes]])
+    title = f"Exploration time saved against {outcome.base}"
+    caption = (
+        f"{title}, in per cent of its time in the same mission. A faint dot is a pair of missions, a large mark "
+        "their mean with its 95 % confidence interval; beside it how many pairs are won and lost."
+    )
+    return as_figure(drawing, NAME, title, caption)
+
+
+def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Standing]]]:
+    """Yield the rows of the plot: all cases, then each scenario or, with one, each team."""
+
+    def stand(cases: Sequence[Case]) -> list[Standing]:
+        return [standing_of(outcome, rival, TIME, cases) for rival in outcome.rivals]
+
+    yield "all", stand(outcome.cases)
+    if len(outcome.scenarios) > 1:
+        for scenario in outcome.scenarios:
+            yield scenario, stand(outcome.cases_of(scenario))
+    elif len(outcome.cases) > 1:
+        for case in outcome.cases:
+            yield case.team, stand([case])
+
+
+def _draw(axes: Any, y: float, stands: Standing, k: int, label: str) -> None:
+    """Draw the pairs, their mean and its interval, and say how many are won and lost."""
+    if stands.gain is None:
+        return
+    colour = COLOURS[k % len(COLOURS)]
+    x = 100 * np.array(stands.gains)
+    aside = SPREAD * np.sin(2.4 * np.arange(len(x)))  # apart by turns, the same every time
+    axes.plot(x, y + aside, linestyle="", marker=".", markersize=4, color=colour, alpha=0.35, zorder=2)
+    half = 0.0 if stands.gain.half is None else 100 * stands.gain.half
+    look: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "markersize": 8, "elinewidth": 2.2, "capsize": 4}
+    axes.errorbar(100 * stands.gain.mean, y, xerr=half, color=colour, label=label or None, zorder=3, **look)
+    counts = f"{100 * stands.gain.mean:+.1f} %: won {stands.wins}, lost {stands.losses}"
+    axes.annotate(counts, (1.01, y), xycoords=("axes fraction", "data"), fontsize=8.5, color=INK, va="center")

@@ -1,0 +1,102 @@
+"""The pairs of missions most worth a look: for each rival of the base, the one with the most and with the least gained.
+
+They are carried out again, which gives the same missions where planning is limited by steps, and written as a page that
+plays both side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from marsupial.bench.compare.cells import TIME, ComparisonOutcome
+from marsupial.bench.compare.figures import slug
+from marsupial.bench.compare.plan import Case, Comparison, Contender
+from marsupial.library.missions import simulate
+from marsupial.library.recording import Recorder
+from marsupial.model.mission import MissionEvent
+from marsupial.replay.page import replay_page
+
+FOLDER = "replays"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NotablePair:
+    """A pair of missions, of a rival and of the base: `gain` is the time saved as a share of the base's."""
+
+    kind: str
+    case: Case
+    rival: Contender
+    seed: int
+    gain: float
+
+    @property
+    def path(self) -> str:
+        """Where its page is in the folder of the comparison."""
+        return f"{FOLDER}/{self.kind}-{slug(f'{self.case} {self.rival}')}-seed{self.seed}.html"
+
+
+@dataclass(frozen=True, slots=True)
+class PairReplay:
+    """A page to be linked: its path in the folder, and what it shows."""
+
+    path: str
+    text: str
+
+
+def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
+    """Return the best and the worst pair of each rival, of those that both have completed."""
+    found = []
+    for rival in outcome.rivals:
+        pairs = [
+            NotablePair(kind="", case=case, rival=rival, seed=seed, gain=1 - ours / theirs)
+            for case in outcome.cases
+            for seed, ours, theirs in outcome.pairs(case, rival, TIME)
+            if theirs
+        ]
+        if pairs:
+            ranked = sorted(pairs, key=lambda pair: pair.gain)
+            chosen = {"best": ranked[-1]} | ({"worst": ranked[0]} if len(ranked) > 1 else {})
+            for kind, pair in chosen.items():
+                found.append(NotablePair(kind=kind, case=pair.case, rival=pair.rival, seed=pair.seed, gain=pair.gain))
+    return found
+
+
+def pair_pages(comparison: Comparison, outcome: ComparisonOutcome, out: Path) -> Iterator[tuple[str, bytes]]:
+    """Yield the path and the content of the page of each notable pair that the folder `out` does not hold yet.
+
+    There are none where planning was limited by time: another mission might come of it.
+    """
+    if comparison.budget.seconds is not None:
+        return
+    for pair in notable_pairs(outcome):
+        if not (out / pair.path).exists():
+            ours, theirs = (_again(comparison, pair, contender) for contender in (pair.rival, outcome.base))
+            yield pair.path, replay_page(ours, theirs).encode()
+
+
+def _again(comparison: Comparison, pair: NotablePair, contender: Contender) -> tuple[MissionEvent, ...]:
+    recorder = Recorder()
+    simulate(
+        comparison.scenarios[pair.case],
+        strategy=contender.strategy,
+        planner=contender.planner,
+        budget=comparison.budget,
+        seed=pair.seed,
+        observer=recorder,
+    )
+    return tuple(recorder.events)
+
+
+def replays_in(out: Path, outcome: ComparisonOutcome) -> list[PairReplay]:
+    """Return the pages of notable pairs that a folder holds."""
+    return [
+        PairReplay(
+            pair.path,
+            f"{pair.kind} pair of {pair.rival}: {pair.case}, seed {pair.seed}, "
+            f"{100 * abs(pair.gain):.1f} % {'faster' if pair.gain >= 0 else 'slower'} than {outcome.base}",
+        )
+        for pair in notable_pairs(outcome)
+        if (out / pair.path).exists()
+    ]

@@ -1,0 +1,109 @@
+"""`marsupial ros`: robots with ROS 2 do what a mission of the service commands."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from marsupial.cli.exit_codes import INTERRUPTED, MISSION_CODES
+from marsupial.cli.options import Json
+from marsupial.errors import EngineUnavailable, UsageError
+
+if TYPE_CHECKING:
+    from marsupial_ros.bridge import Outcome
+    from marsupial_ros.journal import Journal
+    from marsupial_ros.settings import Settings
+
+PATIENCE_S = 300.0
+"""How long the service may be away; robots finish their drives meanwhile, and stand."""
+
+
+def ros(
+    settings: Annotated[Path, typer.Argument(help="The robots, their types, topics and frames: docs/ros.md.")],
+    server: Annotated[
+        str,
+        typer.Option(help="URL of the service that plans; an API key is taken from MARSUPIAL_KEY."),
+    ] = "http://127.0.0.1:8080",
+    rosbridge: Annotated[
+        str | None, typer.Option(help="Address of rosbridge, instead of that in the settings (ws://HOST:PORT).")
+    ] = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(help="Keep there how far the mission is: started again, the bridge takes it up."),
+    ] = None,
+    log: Annotated[Path | None, typer.Option(help="Write the mission log there when the mission is over.")] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Read the settings, say what is wrong with them, exit.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Let robots with ROS 2 carry out a mission.
+
+    Maps and poses come in and paths and dockings go out over rosbridge: docs/ros.md.
+
+    Example: marsupial ros fleet.yaml --state fleet.state
+    """
+    check_extra()
+    from dataclasses import replace
+
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.display.tables import print_json, print_text
+    from marsupial_ros.journal import Journal
+    from marsupial_ros.settings import read_settings
+
+    read = read_settings(settings)
+    if rosbridge is not None:
+        read = replace(read, rosbridge=rosbridge)
+    if check:
+        say(f"{settings}: {len(read.robots)} robots, map on {read.map.topic}, rosbridge at {read.rosbridge}")
+        return
+    outcome = _carry_out(read, server, Journal(state), log)
+    ended = outcome.ended
+    status, reason = ("cancelled", "left before the end") if ended is None else (ended["status"], ended["reason"])
+    if json:
+        print_json({"mission": outcome.mission, "status": status, "reason": reason})
+    else:
+        print_text(f"{status}: {reason}\n")
+    raise typer.Exit(INTERRUPTED if ended is None else MISSION_CODES[status])
+
+
+def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> Outcome:
+    from marsupial.cli.display.messages import say
+    from marsupial.cli.interrupt import stop_requests
+    from marsupial.cli.outputs import writing
+    from marsupial_client import AsyncClient, Busy, ClientError
+    from marsupial_ros.bridge import Bridge
+
+    async def drive() -> Outcome:
+        key = os.environ.get("MARSUPIAL_KEY")
+        async with AsyncClient(server, key=key, patience_s=PATIENCE_S) as client:
+            outcome = await Bridge(settings, client, journal, say, stops).run()
+            if log is not None and outcome.mission is not None:
+                text = await (await client.mission(outcome.mission)).log()
+                with writing(log):
+                    log.write_text(text)
+            return outcome
+
+    try:
+        with stop_requests() as stops:
+            return asyncio.run(drive())
+    except ValueError as error:
+        raise UsageError(f"--server: {error}") from error
+    except Busy as error:
+        raise UsageError(f"the service can't be reached: {error}") from error
+    except ClientError as error:
+        raise UsageError(str(error)) from error
+
+
+def check_extra() -> None:
+    """Say what to install where the libraries of the bridge are missing."""
+    try:
+        import cbor2  # noqa: F401
+        import httpx2  # noqa: F401
+        import websockets  # noqa: F401
+    except ImportError as error:
+        raise EngineUnavailable(f"the bridge to ROS needs {error.name}: pip install 'marsupial[ros]'") from error

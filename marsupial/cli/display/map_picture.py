@@ -1,0 +1,117 @@
+"""A map as it was understood, as text: walls as quarters of characters or ``#``, ground in colours or letters.
+
+A character stands for 2 x 4 small squares of the map. Each of its quarters is a wall if there is one in either of its
+two squares; its background is what most of the ground in it is. Where there are no colours a letter says that, and
+where there are no quarters (ASCII) a character is a wall if a wall crosses it.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import groupby
+
+import numpy as np
+from rich.console import Console
+from rich.text import Text
+
+from marsupial.exports.ground import box, coarse
+from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
+from marsupial.model.grid import CellArray
+from marsupial.replay.palette import LIGHT
+
+LETTERS = {
+    MapClass.WALL: "#",
+    MapClass.CARRIERS: ".",
+    MapClass.ROVERS: "o",
+    MapClass.NARROW: "-",
+    MapClass.ISLAND: "x",
+    MapClass.LEAK: "!",
+    MapClass.UNSEEN: " ",
+}
+
+QUARTERS = " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"
+"""A character by its quarters: 1 for the upper left one, 2 the upper right, 4 the lower left, 8 the lower right."""
+
+DOTS = np.array([[1, 2], [1, 2], [4, 8], [4, 8]])
+"""To which quarter each of the small squares of a character belongs, (4, 2), the uppermost row first."""
+
+ROWS, COLUMNS = DOTS.shape
+
+CROSSING = 2
+"""So many small squares of walls make a character of letters a wall: a line from side to side has at least as many."""
+
+PLAIN_WIDTH, LINES_BESIDE = 80, 4
+"""Columns where there is no terminal, and lines that a terminal keeps for the key and the prompt."""
+
+
+def map_picture(classes: CellArray, console: Console, *, blocks: bool) -> Text:
+    """Return the picture of what is known, as large as the console has room for, and its key below."""
+    coloured = console.is_terminal and console.color_system is not None and not console.no_color
+    wide = console.width if console.is_terminal else PLAIN_WIDTH
+    high = max(4, console.height - LINES_BESIDE) if console.is_terminal else classes.shape[0]
+    bottom, top, left, right = box(classes != MapClass.UNSEEN)
+    shown = classes[bottom:top, left:right]
+    block = max(1, math.ceil(shown.shape[1] / (COLUMNS * wide)), math.ceil(shown.shape[0] / (ROWS * high)))
+    letters = characters(coarse_map(shown, block), blocks=blocks, plain=not coloured)
+    lines = [Text.assemble(*_runs(line, coloured=coloured), no_wrap=True, overflow="crop") for line in letters]
+    return Text("\n").join([*lines, *_key(shown, wide, coloured=coloured)])
+
+
+def coarse_map(classes: CellArray, block: int) -> CellArray:
+    """Return one class for each `block` x `block`: walls stay, and so do leaks, wherever there are any."""
+    picture = coarse(classes, block)
+    leaks = coarse(np.where(classes == MapClass.LEAK, np.uint8(MapClass.LEAK), np.uint8(MapClass.UNSEEN)), block)
+    return np.where(leaks == MapClass.LEAK, leaks, picture).astype(np.uint8)
+
+
+def characters(picture: CellArray, *, blocks: bool, plain: bool) -> list[list[tuple[str, MapClass]]]:
+    """Return each line of characters, the uppermost first: what it shows, and of which ground it is."""
+    height, width = picture.shape
+    upright = picture[::-1]  # row 0 of a map is its lowest
+    padded = np.pad(upright, ((0, -height % ROWS), (0, -width % COLUMNS)), constant_values=MapClass.UNSEEN)
+    lines = []
+    for y in range(0, padded.shape[0], ROWS):
+        squares = [padded[y : y + ROWS, x : x + COLUMNS] for x in range(0, padded.shape[1], COLUMNS)]
+        lines.append([_character(square, blocks=blocks, plain=plain) for square in squares])
+    return lines
+
+
+def _character(square: CellArray, *, blocks: bool, plain: bool) -> tuple[str, MapClass]:
+    walls = square == MapClass.WALL
+    ground = square[~walls]
+    kind = MapClass.WALL
+    if ground.size:
+        leak = (ground == MapClass.LEAK).any()
+        kind = MapClass.LEAK if leak else MapClass(int(np.bincount(ground).argmax()))
+    count = int(walls.sum())
+    if blocks and count:
+        return QUARTERS[int(np.bitwise_or.reduce(DOTS[walls]))], kind
+    if count >= CROSSING:
+        return LETTERS[MapClass.WALL], kind
+    return (LETTERS[kind] if plain else " "), kind
+
+
+def _runs(line: list[tuple[str, MapClass]], *, coloured: bool) -> list[tuple[str, str]]:
+    return [
+        ("".join(letter for letter, _ in run), _style(kind) if coloured else "")
+        for kind, run in groupby(line, key=lambda character: character[1])
+    ]
+
+
+def _style(kind: MapClass) -> str:
+    return f"{LIGHT.wall} on {COLOURS[kind]}"
+
+
+def _key(classes: CellArray, wide: int, *, coloured: bool) -> list[Text]:
+    """Return lines of what the colours or letters mean, of those that occur."""
+    there = set(np.unique(classes).tolist())
+    lines = [Text(no_wrap=True)]
+    for kind, text in TEXTS.items():
+        if kind in there and (kind is not MapClass.WALL or not coloured):
+            entry = Text("  " if coloured else LETTERS[kind], _style(kind) if coloured else "").append(
+                f" {text}   ", ""
+            )
+            if len(lines[-1]) + len(entry) > wide + 2:
+                lines.append(Text(no_wrap=True))
+            lines[-1] = Text.assemble(lines[-1], entry, no_wrap=True)
+    return lines

@@ -1,0 +1,54 @@
+"""What of a map shows at a size: walls stay walls, and where known ground ends is seen."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Mask
+from marsupial.replay.palette import Palette
+
+Image = npt.NDArray[np.uint8]
+"""Red, green and blue, (height, width, 3)."""
+
+
+def coarse(cells: CellArray, block: int) -> CellArray:
+    """Return the picture of `cells` with one cell for each `block` x `block` of them.
+
+    A picture cell is an obstacle where obstacles would cross it from side to side, unknown where nothing in it is
+    known, and else the commonest of what is known in it.
+    """
+    height, width = cells.shape
+    padded = np.pad(cells, ((0, -height % block), (0, -width % block)), constant_values=UNKNOWN)
+    squares = padded.reshape(padded.shape[0] // block, block, padded.shape[1] // block, block)
+    codes = [int(code) for code in np.unique(cells) if code not in (UNKNOWN, OBSTACLE)]
+    counts = np.stack([np.count_nonzero(squares == code, axis=(1, 3)) for code in [OBSTACLE, *codes]])
+    ground = np.array([*codes, UNKNOWN], dtype=np.uint8)[np.argmax(counts[1:], axis=0) if codes else 0]
+    picture = np.where(counts.sum(axis=0) == 0, UNKNOWN, ground)
+    walls = (counts[0] >= block) | ((counts[0] > 0) & (counts[1:].sum(axis=0) == 0))
+    return np.where(walls, OBSTACLE, picture).astype(np.uint8)
+
+
+def frontier(cells: CellArray) -> Mask:
+    """Return where known ground that is no obstacle is beside unknown, (height, width)."""
+    unknown = np.pad(cells == UNKNOWN, 1)
+    beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
+    return np.asarray(beside & (cells != UNKNOWN) & (cells != OBSTACLE))
+
+
+def ground_image(cells: CellArray, palette: Palette) -> Image:
+    """Return the colours of a map, its frontier included."""
+    table = np.zeros((256, 3), dtype=np.uint8)
+    for code in np.unique(cells):
+        table[code] = tuple(bytes.fromhex(palette.ground(int(code))[1:]))
+    image = table[cells]
+    image[frontier(cells)] = tuple(bytes.fromhex(palette.frontier[1:]))
+    return image
+
+
+def box(shown: Mask) -> tuple[int, int, int, int]:
+    """Return bottom, top, left and right of what is shown, upper bounds exclusive; of all where nothing is."""
+    rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
+    if not rows.size:
+        return 0, shown.shape[0], 0, shown.shape[1]
+    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1

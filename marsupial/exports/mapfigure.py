@@ -1,0 +1,142 @@
+"""A map as it was understood, as a figure: who can stand where, what nobody has seen, leaks, islands, starts."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from marsupial.errors import UsageError
+from marsupial.exports.figure import SAME_BYTES
+from marsupial.exports.ground import coarse
+from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
+from marsupial.model.grid import Cell, CellArray, Grid
+from marsupial.replay.palette import LIGHT
+
+WIDTH_IN, KEY_IN, DPI = 10.0, 3.3, 150.0
+MOST_PIXELS = 1400
+"""Of the map's longer side: more would be finer than the figure, and make an SVG of megabytes."""
+
+KINDS = ("png", "svg", "pdf")
+
+
+def map_figure(
+    grid: Grid,
+    classes: CellArray,
+    title: str,
+    starts: Mapping[str, Cell],
+    *,
+    kind: str,
+    warnings: Sequence[str] = (),
+) -> bytes:
+    """Return the figure as a file.
+
+    Parameters
+    ----------
+    classes
+        `MapClass` of each cell, (height, width).
+    starts
+        Where robots start, by name.
+    kind
+        One of `KINDS`.
+    warnings
+        What looks wrong about the map; written below it.
+
+    Raises
+    ------
+    UsageError
+        For another kind of file.
+    """
+    if kind not in KINDS:
+        raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")
+    wide_in = WIDTH_IN - KEY_IN - 0.3
+    high_in = min(12.0, max(3.2, wide_in * grid.height / grid.width))
+    below_in = 0.25 * sum(len(wrapped(text)) for text in warnings)
+    whole_in = high_in + 0.75 + below_in
+    figure = Figure(figsize=(WIDTH_IN, whole_in), dpi=DPI, facecolor=LIGHT.page)
+    FigureCanvasAgg(figure)
+    place = (0.5 / WIDTH_IN, (below_in + 0.25) / whole_in, wide_in / WIDTH_IN, high_in / whole_in)
+    axes = figure.add_axes(place)
+    _draw_map(axes, grid, classes)
+    _draw_starts(axes, grid, starts)
+    figure.text(0.2 / WIDTH_IN, 1 - 0.14 / whole_in, title, fontsize=13, fontweight="bold", color=LIGHT.ink, va="top")
+    _key(figure, grid, classes, starts=bool(starts), top=1 - 0.5 / whole_in)
+    for row, line in enumerate(line for text in warnings for line in wrapped(text)):
+        y = (below_in - 0.25 * row) / whole_in
+        figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=COLOURS[MapClass.LEAK], va="top")
+    out = io.BytesIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "marsupial", "pdf.fonttype": 42}):
+        figure.savefig(out, format=kind, metadata=SAME_BYTES[kind])
+    return out.getvalue()
+
+
+def wrapped(text: str, most: int = 118) -> list[str]:
+    """Return a warning in lines."""
+    lines = [""]
+    for word in f"! {text}".split():
+        if len(lines[-1]) + len(word) > most:
+            lines.append("  ")
+        lines[-1] += f"{word} "
+    return lines
+
+
+def _draw_map(axes: Axes, grid: Grid, classes: CellArray) -> None:
+    block = max(1, math.ceil(max(classes.shape) / MOST_PIXELS))
+    picture = coarse(classes, block)
+    image = np.zeros((*picture.shape, 3), dtype=np.uint8)
+    for kind in MapClass:
+        image[picture == kind] = tuple(bytes.fromhex(COLOURS[kind][1:]))
+    height, width = (block * size * grid.resolution_m for size in picture.shape)
+    axes.imshow(image, origin="lower", extent=(0.0, width, 0.0, height), interpolation="nearest")
+    axes.set_xlim(0, grid.width * grid.resolution_m)
+    axes.set_ylim(0, grid.height * grid.resolution_m)
+    axes.set_anchor("NW")
+    axes.tick_params(labelsize=8, colors=LIGHT.dim, length=2)
+    axes.xaxis.set_major_formatter("{x:g} m")
+    axes.yaxis.set_major_formatter("{x:g} m")
+    axes.yaxis.set_major_locator(MaxNLocator(6, prune="lower"))
+    axes.spines[:].set_color(LIGHT.dim)
+
+
+def _draw_starts(axes: Axes, grid: Grid, starts: Mapping[str, Cell]) -> None:
+    for number, (name, cell) in enumerate(starts.items()):
+        x, y = ((value + 0.5) * grid.resolution_m for value in cell)
+        axes.plot(x, y, "*", markersize=13, color=LIGHT.frontier, markeredgecolor=LIGHT.ink, markeredgewidth=1.0)
+        aside: dict[str, Any] = {
+            "textcoords": "offset points",
+            "xytext": (9, 8 + 12 * (len(starts) - 1 - number)),
+            "fontsize": 8,
+        }
+        box = {"boxstyle": "round,pad=0.15", "facecolor": LIGHT.page, "edgecolor": "none", "alpha": 0.8}
+        axes.annotate(name, (x, y), color=LIGHT.ink, bbox=box, **aside)
+
+
+def _key(figure: Figure, grid: Grid, classes: CellArray, *, starts: bool, top: float) -> None:
+    """Say what the colours mean and of how much ground; what does not occur is left out."""
+    counts = np.bincount(classes.ravel(), minlength=256)
+    handles: list[Any] = [
+        Patch(
+            facecolor=COLOURS[kind],
+            edgecolor=LIGHT.dim,
+            label=f"{text}\n{counts[kind] * grid.cell_area_m2:,.1f} m²",
+        )
+        for kind, text in TEXTS.items()
+        if counts[kind]
+    ]
+    if starts:
+        star: dict[str, Any] = {"marker": "*", "markersize": 12, "markeredgecolor": LIGHT.ink}
+        handles.append(Line2D([], [], linestyle="", color=LIGHT.frontier, label="start, drawn by seed 1", **star))
+    figure.legend(
+        handles=handles, loc="upper left", bbox_to_anchor=(1 - (KEY_IN - 0.45) / WIDTH_IN, top), fontsize=9,
+        frameon=False, labelcolor=LIGHT.ink, handlelength=1.3, handleheight=1.3, labelspacing=0.8,
+    )  # fmt: skip

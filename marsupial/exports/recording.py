@@ -1,0 +1,319 @@
+"""A mission as an MCAP file, for Foxglove, Lichtblick and whatever else reads MCAP.
+
+Every topic is a generator of messages by time; they are merged into one file. Grids are written when the map has
+changed, at most every second and so many in all that a viewer can hold them; poses `POSE_EVERY_MS` apart while a robot
+moves; what is drawn, whole, when it changes, so that a viewer may jump to any moment.
+
+References
+----------
+MCAP format specification, https://mcap.dev/spec; Foxglove message schemas, https://docs.foxglove.dev/docs/sdk/schemas
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from heapq import merge
+from itertools import pairwise
+from math import pi
+from typing import IO, Any
+
+import numpy as np
+from foxglove_schemas_protobuf.FrameTransform_pb2 import FrameTransform
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.Pose_pb2 import Pose
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.PosesInFrame_pb2 import PosesInFrame
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from google.protobuf.message import Message
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
+from marsupial.exports.activity import activity, activity_text
+from marsupial.exports.ground import box
+from marsupial.exports.scene import (
+    CHANNELS,
+    MAP_FRAME,
+    grid_message,
+    line_entity,
+    place_entity,
+    pose,
+    robot_entity,
+    scene,
+    stamp,
+)
+from marsupial.exports.trails import drives, handovers
+from marsupial.formats.triggers import trigger_text
+from marsupial.mission.playback import Playback
+from marsupial.mission.state import Leg, RobotView, Tracks, views
+from marsupial.model.grid import UNKNOWN, Grid
+from marsupial.model.mission import Changed, MissionEvent, Planned, Revealed
+from marsupial.model.plan import ActionName
+from marsupial.replay.palette import LIGHT, robot_looks
+
+POSE_EVERY_MS = 200
+GRID_EVERY_MS = 1000
+TRAIL_EVERY_MS = 5000
+
+ALL_GRIDS_BYTES = 200_000_000
+"""Of all grids before compression: viewers keep them as they are. Large maps have fewer grids instead."""
+
+CARRIER_TRAIL_M, ROVER_TRAIL_M, ROUTE_M = 0.12, 0.05, 0.04
+TARGET_M, HANDOVER_M = 0.3, 0.15
+
+NUMBERS = {
+    "type": "object",
+    "title": "marsupial.Progress",
+    "properties": {
+        "known_m2": {"type": "number", "description": "known area that is no obstacle"},
+        "seen_m2": {"type": "number", "description": "known area, obstacles included"},
+        "plans": {"type": "integer", "description": "plans made so far"},
+        "doing": {"type": "object", "additionalProperties": {"type": "string"}, "description": "by robot"},
+    },
+}
+"""JSON schema of the topic for plots and tables."""
+
+Said = tuple[int, str, Any]
+"""A message: when (ms), its topic, and a protobuf message or a dict for JSON."""
+
+
+def write_recording(events: Sequence[MissionEvent], out: IO[bytes]) -> None:
+    """Write the recording of a mission; the same events give the same bytes."""
+    recording = _Recording(Playback(events))
+    writer = Writer(out)
+    writer.start(library="marsupial")
+    writer.add_metadata("mission", recording.facts())
+    channels: dict[str, int] = {}
+    for number, (t_ms, topic, message) in enumerate(recording.messages()):
+        if topic not in channels:
+            channels[topic] = _channel(writer, topic, message)
+        data = message.SerializeToString(deterministic=True) if isinstance(message, Message) else _json(message)
+        time_ns = t_ms * 1_000_000
+        writer.add_message(channels[topic], log_time=time_ns, publish_time=time_ns, data=data, sequence=number)
+    writer.finish()
+
+
+def _json(value: dict[str, Any]) -> bytes:
+    return json.dumps(value, separators=(",", ":")).encode()
+
+
+def _channel(writer: Writer, topic: str, message: Any) -> int:
+    if isinstance(message, Message):
+        return writer.register_channel(topic, MessageEncoding.Protobuf, register_schema(writer, type(message)))
+    schema = writer.register_schema(str(NUMBERS["title"]), SchemaEncoding.JSONSchema, _json(NUMBERS))
+    return writer.register_channel(topic, MessageEncoding.JSON, schema)
+
+
+class _Recording:
+    """What is said about one mission, topic by topic."""
+
+    def __init__(self, playback: Playback) -> None:
+        self.playback = playback
+        mission = playback.mission
+        size = np.full((mission.height, mission.width), UNKNOWN, dtype=np.uint8)
+        self.grid = Grid(cells=size, resolution_m=mission.resolution_m, origin_m=mission.origin_m)
+        self.kinds = {kind.name: kind for kind in mission.types}
+        self.types = {robot.name: self.kinds[robot.type] for robot in mission.robots}
+        self.looks = robot_looks(mission)
+        self.colours = {name: LIGHT.robot(look) for name, look in self.looks.items()}
+        self.ticks = [*range(playback.start_ms, playback.end_ms, POSE_EVERY_MS), playback.end_ms]
+
+    def facts(self) -> dict[str, str]:
+        """Return what is the same all the time."""
+        mission, ended = self.playback.mission, self.playback.ended
+        facts = {"scenario": mission.scenario, "strategy": mission.strategy, "planner": mission.planner}
+        status = {} if ended is None else {"status": str(ended.status), "reason": ended.reason}
+        return {**facts, "seed": str(mission.seed), **status}
+
+    def messages(self) -> Iterator[Said]:
+        """Yield all messages in the order of time."""
+        topics = [self._grids(), self._poses(), self._routes(), self._robots(), self._trails(), self._plans()]
+        return merge(*topics, self._news(), self._numbers(), key=lambda said: said[0])
+
+    @cached_property
+    def _news_of_cells(self) -> list[int]:
+        """The moments at which the map changes."""
+        return sorted({e.t_ms for e in self.playback.events if isinstance(e, Revealed | Changed)})
+
+    def _grids(self) -> Iterator[Said]:
+        bottom, top, left, right = box(self.playback.cells_at(self.playback.end_ms) != UNKNOWN)
+        size = len(CHANNELS) * (top - bottom) * (right - left)
+        every_ms = max(GRID_EVERY_MS, self.playback.duration_ms * size // ALL_GRIDS_BYTES)
+        for t_ms in spaced(self._news_of_cells, every_ms):
+            cells = self.playback.cells_at(t_ms)[bottom:top, left:right]
+            yield t_ms, "/map", grid_message(self.grid, cells, (left, bottom), LIGHT, t_ms)
+
+    def _placed(self, x: float, y: float, yaw: float) -> Pose:
+        x_m, y_m = self._metres(x, y)
+        return pose(x_m, y_m, yaw + self.grid.origin_m[2])
+
+    def _metres(self, x: float, y: float) -> tuple[float, float]:
+        """Return the place of a point in cells, of which (0, 0) is the centre of the first."""
+        return self.grid.point_m(x + 0.5, y + 0.5)
+
+    def _poses(self) -> Iterator[Said]:
+        """Yield the frames of all robots when some have moved, and the poses of those."""
+        before: dict[str, tuple[float, float, float]] = {}
+        for t_ms in self.ticks:
+            tracks = self.playback.tracks_at(t_ms)
+            now = {robot.name: (robot.x, robot.y, _yaw(tracks, robot, t_ms)) for robot in views(tracks, t_ms)}
+            if now == before:
+                continue
+            frames = []
+            for name, at in now.items():
+                placed = self._placed(*at)
+                frames.append(_frame(name, placed, t_ms))
+                if before.get(name) != at:
+                    told = PoseInFrame(timestamp=stamp(t_ms), frame_id=MAP_FRAME, pose=placed)
+                    yield t_ms, f"/robots/{name}/pose", told
+            yield t_ms, "/tf", FrameTransforms(transforms=frames)
+            before = now
+
+    def _routes(self) -> Iterator[Said]:
+        """Yield the way ahead of each robot when it sets out, and none when it stands."""
+        legs: dict[str, Leg | None] = {}
+        for number, tracks in self.playback.moments:
+            t_ms = self.playback.events[number].t_ms
+            for name, track in tracks.items():
+                leg = track.where.at
+                if name in legs and leg is legs[name]:
+                    continue
+                cells = leg.cells if leg is not None and len(leg.cells) > 1 else ()
+                if cells or (legs.get(name) and len(legs[name].cells) > 1):  # type: ignore[union-attr]
+                    poses = [self._placed(*cell, 0.0) for cell in corners(cells)]
+                    route = PosesInFrame(timestamp=stamp(t_ms), frame_id=MAP_FRAME, poses=poses)
+                    yield t_ms, f"/robots/{name}/path", route
+                legs[name] = leg
+
+    def _robots(self) -> Iterator[Said]:
+        """Yield the bodies and labels of all robots when what one does or carries has changed."""
+        before: tuple[tuple[str, bool, str | None], ...] = ()
+        for number, tracks in self.playback.moments:
+            t_ms = self.playback.events[number].t_ms
+            robots = views(tracks, t_ms)
+            now = tuple((activity_text(robot), robot.lost, robot.carrier) for robot in robots)
+            if now != before:
+                yield t_ms, "/robots", scene(t_ms, [self._body(t_ms, robot) for robot in robots])
+                before = now
+
+    def _body(self, t_ms: int, robot: RobotView) -> SceneEntity:
+        kind = self.types[robot.name]
+        radius_m = max(kind.radius_m, self.grid.resolution_m)
+        height_m = 0.0 if robot.carrier is None else self.types[robot.carrier].radius_m
+        label = robot.name if robot.carrier is not None else f"{robot.name}: {activity_text(robot)}"
+        look = LIGHT.dim if robot.lost else self.colours[robot.name]
+        return robot_entity(t_ms, robot.name, kind.role, radius_m, look, label, height_m=height_m)
+
+    def _trails(self) -> Iterator[Said]:
+        """Yield all trails so far, and where rovers were set down and picked up."""
+        driven, places = drives(self.playback), handovers(self.playback)
+        ends = sorted({int(drive.times_ms[-1]) for found in driven.values() for drive in found})
+        for t_ms in spaced(ends, TRAIL_EVERY_MS):
+            entities = []
+            for robot, found in driven.items():
+                carrier = self.types[robot].capacity > 0
+                for k, drive in enumerate(found):
+                    if drive.times_ms[-1] <= t_ms:
+                        points = [self._metres(*point) for point in corners(drive.cells.tolist())]
+                        thick_m = CARRIER_TRAIL_M if carrier else ROVER_TRAIL_M
+                        entities.append(
+                            line_entity(t_ms, f"{robot} {k}", points, self.colours[robot], thick_m=thick_m, alpha=0.7)
+                        )
+            for k, place in enumerate(places):
+                if place.t_ms <= t_ms:
+                    look = LIGHT.actions["undock" if place.name is ActionName.UNDOCK else "dock"]
+                    at = self._metres(*place.cell)
+                    entities.append(place_entity(t_ms, f"{place.name} {k}", at, look, radius_m=HANDOVER_M))
+            yield t_ms, "/trails", scene(t_ms, entities)
+
+    def _plans(self) -> Iterator[Said]:
+        """Yield the targets of each plan, and who is to go to which first."""
+        for plan in self.playback.plans:
+            robots = {robot.name: robot for robot in self.playback.state_at(plan.t_ms).robots}
+            cells = {target.name: target.cell for target in plan.targets}
+            entities = []
+            for k, target in enumerate(plan.targets, 1):
+                label = f"target {k}: about {target.reveal_m2:.0f} m2"
+                at = self._metres(*target.cell)
+                entities.append(
+                    place_entity(
+                        plan.t_ms, target.name, at, LIGHT.frontier, radius_m=TARGET_M, label=label, ink=LIGHT.ink
+                    )
+                )
+            for name, place in _first_targets(plan).items():
+                if place in cells:
+                    robot = robots[name]
+                    points = [self._metres(robot.x, robot.y), self._metres(*cells[place])]
+                    look = self.colours[name]
+                    entities.append(line_entity(plan.t_ms, f"{name} goes to", points, look, thick_m=ROUTE_M, alpha=0.5))
+            yield plan.t_ms, "/plan", scene(plan.t_ms, entities)
+
+    def _news(self) -> Iterator[Said]:
+        """Yield what happens, in words."""
+        for plan in self.playback.plans:
+            text = f"plan {plan.revision}: {trigger_text(plan.trigger)}"
+            yield plan.t_ms, "/log", _said(plan.t_ms, "plan", text)
+        ended = self.playback.ended
+        if ended is not None:
+            yield ended.t_ms, "/log", _said(ended.t_ms, "end", f"{ended.status}: {ended.reason}")
+
+    def _numbers(self) -> Iterator[Said]:
+        times = {self.playback.start_ms, *spaced(self._news_of_cells, GRID_EVERY_MS), self.playback.end_ms}
+        plans = [plan.t_ms for plan in self.playback.plans]
+        for t_ms in sorted(times):
+            known = self.playback.coverage_at(t_ms)
+            doing = {robot.name: str(activity(robot)) for robot in self.playback.state_at(t_ms).robots}
+            so_far = sum(1 for made in plans if made <= t_ms)
+            numbers = {"known_m2": round(known.open_m2, 3), "seen_m2": round(known.seen_m2, 3), "plans": so_far}
+            yield t_ms, "/progress", {**numbers, "doing": doing}
+
+
+def spaced(times_ms: list[int], every_ms: int) -> list[int]:
+    """Return those of `times_ms`, in order, that are the last within a stretch of `every_ms`, and the last of all."""
+    return [a for a, b in pairwise(times_ms) if a // every_ms != b // every_ms] + times_ms[-1:]
+
+
+def corners(points: Any) -> list[tuple[float, float]]:
+    """Return the points of a line without those on the straight between two others."""
+    line = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    steps = np.diff(line, axis=0)
+    keep = np.ones(len(line), dtype=np.bool_)
+    if len(line) > 2:
+        keep[1:-1] = (steps[1:] != steps[:-1]).any(axis=1)
+    return [(float(x), float(y)) for x, y in line[keep]]
+
+
+def _yaw(tracks: Tracks, robot: RobotView, t_ms: int) -> float:
+    """Return which way a robot faces, or its carrier, in radians from the map's x axis."""
+    track = tracks[robot.carrier or robot.name]
+    leg = track.where.at
+    heading = track.heading if leg is None or t_ms >= leg.times_ms[-1] else leg.heading(t_ms)
+    return 0.0 if heading is None else heading * pi / 4
+
+
+def _frame(name: str, placed: Pose, t_ms: int) -> FrameTransform:
+    at = placed.position
+    return FrameTransform(
+        timestamp=stamp(t_ms),
+        parent_frame_id=MAP_FRAME,
+        child_frame_id=name,
+        translation=Vector3(x=at.x, y=at.y),
+        rotation=placed.orientation,
+    )
+
+
+def _first_targets(plan: Planned) -> dict[str, str]:
+    """Return the target that each robot is to explore first."""
+    first: dict[str, str] = {}
+    for action in plan.actions:
+        if action.name is ActionName.EXPLORE:
+            first.setdefault(action.robot, action.place)
+    return first
+
+
+def _said(t_ms: int, about: str, text: str) -> Log:
+    return Log(timestamp=stamp(t_ms), level=Log.Level.INFO, message=text, name=about)

@@ -1,0 +1,169 @@
+"""Foxglove's messages for the parts of a mission: numbers and words of marsupial in, protobuf messages out.
+
+Everything is in metres and seconds in the frame ``map``, the frame that the map's origin is given in; each robot has a
+frame of its own, called as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import cos, pi, sin
+
+import numpy as np
+from foxglove_schemas_protobuf.Color_pb2 import Color
+from foxglove_schemas_protobuf.CubePrimitive_pb2 import CubePrimitive
+from foxglove_schemas_protobuf.CylinderPrimitive_pb2 import CylinderPrimitive
+from foxglove_schemas_protobuf.Grid_pb2 import Grid as GridMessage
+from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
+from foxglove_schemas_protobuf.PackedElementField_pb2 import PackedElementField
+from foxglove_schemas_protobuf.Point3_pb2 import Point3
+from foxglove_schemas_protobuf.Pose_pb2 import Pose
+from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
+from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from foxglove_schemas_protobuf.TextPrimitive_pb2 import TextPrimitive
+from foxglove_schemas_protobuf.Vector2_pb2 import Vector2
+from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
+from google.protobuf.timestamp_pb2 import Timestamp
+
+from marsupial.model.grid import CellArray, Grid
+from marsupial.model.robots import Role
+from marsupial.replay.palette import Palette
+
+MAP_FRAME = "map"
+
+CHANNELS = ("red", "green", "blue", "alpha")
+"""The fields of a grid, a byte each: viewers take them for the colour of a cell by these names."""
+
+LINE_HEIGHT_M, LABEL_HEIGHT_M = 0.02, 0.6
+"""How far above the ground lines and texts are, so that they are not hidden by it."""
+
+LABEL_POINTS = 13.0
+
+
+def stamp(t_ms: int) -> Timestamp:
+    """Return a moment of a mission; missions begin with 1970."""
+    return Timestamp(seconds=t_ms // 1000, nanos=t_ms % 1000 * 1_000_000)
+
+
+def colour(text: str, alpha: float = 1.0) -> Color:
+    """Return ``#rrggbb`` as shares."""
+    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return Color(r=red, g=green, b=blue, a=alpha)
+
+
+def pose(x_m: float, y_m: float, yaw: float = 0.0, z_m: float = 0.0) -> Pose:
+    """Return a pose on the plane; `yaw` in radians."""
+    return Pose(position=Vector3(x=x_m, y=y_m, z=z_m), orientation=turned(yaw))
+
+
+def turned(yaw: float) -> Quaternion:
+    """Return a turn on the plane."""
+    return Quaternion(z=sin(yaw / 2), w=cos(yaw / 2))
+
+
+def grid_message(grid: Grid, cells: CellArray, corner: tuple[int, int], palette: Palette, t_ms: int) -> GridMessage:
+    """Return a part of a map as coloured cells.
+
+    Parameters
+    ----------
+    grid
+        Gives the place of the map in the world.
+    cells
+        The part, (height, width).
+    corner
+        Column and row of its lower left cell.
+    """
+    table = np.zeros((256, 4), dtype=np.uint8)
+    for code in np.unique(cells):
+        table[code] = (*bytes.fromhex(palette.ground(int(code))[1:]), 255)
+    x_m, y_m = grid.point_m(*corner)
+    fields = [
+        PackedElementField(name=name, offset=offset, type=PackedElementField.NumericType.UINT8)
+        for offset, name in enumerate(CHANNELS)
+    ]
+    return GridMessage(
+        timestamp=stamp(t_ms),
+        frame_id=MAP_FRAME,
+        pose=pose(x_m, y_m, grid.origin_m[2]),
+        column_count=cells.shape[1],
+        cell_size=Vector2(x=grid.resolution_m, y=grid.resolution_m),
+        row_stride=cells.shape[1] * len(CHANNELS),
+        cell_stride=len(CHANNELS),
+        fields=fields,
+        data=table[cells].tobytes(),
+    )
+
+
+def scene(t_ms: int, entities: Iterable[SceneEntity]) -> SceneUpdate:
+    """Return an update that replaces all that its topic has shown.
+
+    So the last one before a moment is all that a viewer needs that jumps to it.
+    """
+    everything = SceneEntityDeletion(timestamp=stamp(t_ms), type=SceneEntityDeletion.Type.ALL)
+    return SceneUpdate(deletions=[everything], entities=entities)
+
+
+def robot_entity(
+    t_ms: int, name: str, role: Role, radius_m: float, look: str, label: str, *, height_m: float = 0.0
+) -> SceneEntity:
+    """Return a robot that drives along with the frame called `name`: carriers round, rovers squares on a corner.
+
+    `height_m` is where its underside is: a rover that is carried stands on its carrier.
+    """
+    thick = radius_m
+    size = Vector3(x=2 * radius_m, y=2 * radius_m, z=thick)
+    middle = height_m + thick / 2
+    text = TextPrimitive(
+        pose=pose(0, 0, z_m=height_m + LABEL_HEIGHT_M + thick),
+        billboard=True,
+        font_size=LABEL_POINTS,
+        scale_invariant=True,
+        color=colour(look),
+        text=label,
+    )
+    entity = SceneEntity(timestamp=stamp(t_ms), frame_id=name, id=name, frame_locked=True, texts=[text])
+    if role is Role.CARRIER:
+        body = CylinderPrimitive(
+            pose=pose(0, 0, z_m=middle), size=size, bottom_scale=1, top_scale=1, color=colour(look)
+        )
+        entity.cylinders.append(body)
+    else:
+        entity.cubes.append(CubePrimitive(pose=pose(0, 0, pi / 4, middle), size=size, color=colour(look)))
+    return entity
+
+
+def line_entity(
+    t_ms: int, name: str, points: Sequence[tuple[float, float]], look: str, *, thick_m: float, alpha: float = 1.0
+) -> SceneEntity:
+    """Return a line on the ground through points in metres."""
+    line = LinePrimitive(
+        type=LinePrimitive.Type.LINE_STRIP,
+        pose=pose(0, 0),
+        thickness=thick_m,
+        points=[Point3(x=x, y=y, z=LINE_HEIGHT_M) for x, y in points],
+        color=colour(look, alpha),
+    )
+    return SceneEntity(timestamp=stamp(t_ms), frame_id=MAP_FRAME, id=name, lines=[line])
+
+
+def place_entity(
+    t_ms: int, name: str, at: tuple[float, float], look: str, *, radius_m: float, label: str = "", ink: str = "#000000"
+) -> SceneEntity:
+    """Return a flat disc on the ground, with a label above it."""
+    disc = CylinderPrimitive(
+        pose=pose(*at, z_m=LINE_HEIGHT_M),
+        size=Vector3(x=2 * radius_m, y=2 * radius_m, z=LINE_HEIGHT_M),
+        bottom_scale=1,
+        top_scale=1,
+        color=colour(look),
+    )
+    entity = SceneEntity(timestamp=stamp(t_ms), frame_id=MAP_FRAME, id=name, cylinders=[disc])
+    if label:
+        above = pose(*at, z_m=LABEL_HEIGHT_M)
+        text = TextPrimitive(
+            pose=above, billboard=True, font_size=LABEL_POINTS, scale_invariant=True, color=colour(ink), text=label
+        )
+        entity.texts.append(text)
+    return entity

@@ -1,0 +1,88 @@
+"""What a mission leaves on the map: where robots have driven, where rovers were set down and picked up."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.mission.playback import Playback
+from marsupial.mission.state import Leg
+from marsupial.model.grid import Cell
+from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted
+from marsupial.model.plan import ActionName
+
+Points = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """The cells that a robot passed on one drive, (n, 2), and when, (n,) in ms."""
+
+    cells: Points
+    times_ms: npt.NDArray[np.int64]
+
+    def upto(self, t_ms: int) -> Points:
+        """Return what it has driven by `t_ms`, (m, 2): whole cells, and the way to the next up to where it is."""
+        count = int(np.searchsorted(self.times_ms, t_ms, side="right"))
+        if count in (0, len(self.cells)) or self.times_ms[count - 1] == t_ms:
+            return self.cells[:count]
+        here = [np.interp(t_ms, self.times_ms, self.cells[:, axis]) for axis in (0, 1)]
+        return np.vstack([self.cells[:count], here])
+
+
+@dataclass(frozen=True, slots=True)
+class Handover:
+    """A rover set down (undock) or picked up (dock) at `cell`, done at `t_ms`."""
+
+    t_ms: int
+    name: ActionName
+    rover: str
+    cell: Cell
+
+
+def drives(playback: Playback) -> dict[str, list[Drive]]:
+    """Return all drives of each robot in the order of time, each up to where the robot was stopped."""
+    found: dict[str, list[Drive]] = {name: [] for name in playback.timeline}
+    legs: dict[str, Leg | None] = {}
+    for number, tracks in playback.moments:
+        t_ms = playback.events[number].t_ms
+        for name, track in tracks.items():
+            leg, before = track.where.at, legs.get(name)
+            if leg is not before:
+                if before is not None:
+                    _add(found[name], before, t_ms)
+                legs[name] = leg
+    for name, leg in legs.items():
+        if leg is not None and not playback.moments[-1][1][name].lost:
+            _add(found[name], leg, playback.end_ms)
+    return found
+
+
+def _add(drives: list[Drive], leg: Leg, end_ms: int) -> None:
+    passed = bisect_right(leg.times_ms, end_ms)
+    if len(leg.cells) > 1 and passed > 1:
+        cells = np.array(leg.cells[:passed], dtype=np.float64)
+        drives.append(Drive(cells, np.array(leg.times_ms[:passed], dtype=np.int64)))
+
+
+def trail(drives: list[Drive], t_ms: int) -> Points:
+    """Return the drives up to `t_ms` as one line (n, 2), with a gap of nan after each."""
+    gap = np.full((1, 2), np.nan)
+    parts = [part for drive in drives if len(upto := drive.upto(t_ms)) > 1 for part in (upto, gap)]
+    return np.concatenate(parts) if parts else np.empty((0, 2))
+
+
+def handovers(playback: Playback) -> list[Handover]:
+    """Return the dockings and undockings that were carried out, in the order of time."""
+    cells: dict[str, Cell] = {}
+    found = []
+    for event in playback.events:
+        if isinstance(event, ActionStarted):
+            cells[event.action.robot] = event.cell
+        elif isinstance(event, ActionEnded) and event.end is ActionEnd.DONE and event.action.carrier is not None:
+            action = event.action
+            found.append(Handover(event.t_ms, action.name, action.robot, cells[action.robot]))
+    return found

@@ -1,0 +1,92 @@
+"""The files that a mission log can be written as, by what their names end in."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from marsupial.errors import UsageError
+from marsupial.model.mission import MissionEvent
+from marsupial.replay.palette import DARK, LIGHT, Palette
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExportOptions:
+    """What may be chosen about a file.
+
+    Attributes
+    ----------
+    at_ms
+        The moment that a figure shows; None for the end of the mission.
+    speed
+        Seconds of the mission in a second of a film; None makes the film some 20 s long.
+    dark
+        Whether figures and films are for a dark ground.
+    """
+
+    at_ms: int | None = None
+    speed: float | None = None
+    dark: bool = False
+
+    @property
+    def palette(self) -> Palette:
+        """The colours."""
+        return DARK if self.dark else LIGHT
+
+
+Events = Sequence[MissionEvent]
+
+
+def _figure(kind: str) -> Callable[[Events, ExportOptions], bytes]:
+    def write(events: Events, options: ExportOptions) -> bytes:
+        from marsupial.exports.figure import figure
+
+        return figure(events, kind, at_ms=options.at_ms, palette=options.palette)
+
+    return write
+
+
+def _gif(events: Events, options: ExportOptions) -> bytes:
+    from marsupial.exports.film import gif
+
+    return gif(events, speed=options.speed, palette=options.palette)
+
+
+def _mp4(events: Events, options: ExportOptions) -> bytes:
+    from marsupial.exports.film import mp4
+
+    return mp4(events, speed=options.speed, palette=options.palette)
+
+
+def _mcap(events: Events, options: ExportOptions) -> bytes:
+    try:
+        from marsupial.exports.recording import write_recording
+    except ModuleNotFoundError as error:
+        raise UsageError("MCAP needs its libraries: pip install 'marsupial[mcap]'") from error
+    out = io.BytesIO()
+    write_recording(events, out)
+    return out.getvalue()
+
+
+EXPORTS: Mapping[str, Callable[[Events, ExportOptions], bytes]] = {
+    ".gif": _gif,
+    ".mp4": _mp4,
+    ".svg": _figure("svg"),
+    ".png": _figure("png"),
+    ".pdf": _figure("pdf"),
+    ".mcap": _mcap,
+}
+
+
+def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
+    """Return the mission as a file of that suffix.
+
+    Raises
+    ------
+    UsageError
+        If there is no such kind of file, or its library is not installed.
+    """
+    if suffix.lower() not in EXPORTS:
+        raise UsageError(f"can't write {suffix or 'a file without a suffix'}; there are {', '.join(EXPORTS)}")
+    return EXPORTS[suffix.lower()](events, options)

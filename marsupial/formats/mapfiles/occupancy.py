@@ -1,0 +1,89 @@
+"""Occupancy as ROS tells it (`nav_msgs/OccupancyGrid`): -1 unknown, 0 free to 100 occupied, in a frame of its own.
+
+Messages and recordings hold it as it is; images hold greys that stand for it (`nav2.py`). It is made a map by two
+thresholds, as nav2's map saver does, or looked up below the cells of another map, as nav2's costmap filters do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.errors import MapError
+from marsupial.model.bounds import BOUNDS
+from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid
+
+OccupancyArray = npt.NDArray[np.int8]
+
+UNSAID, OCCUPIED = -1, 100
+
+FREE_THRESH, OCCUPIED_THRESH = 0.25, 0.65
+"""Occupancies (shares of 100) up to and from which nav2's map saver writes a cell as free and as occupied."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Occupancy:
+    """A grid of occupancies.
+
+    Parameters
+    ----------
+    values
+        int8, shape (height, width), row 0 the lowest: -1 unknown, 0 to 100.
+    resolution_m, origin_m
+        As of a `Grid`.
+    """
+
+    values: OccupancyArray
+    resolution_m: float
+    origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.values.ndim != 2 or self.values.dtype != np.int8 or 0 in self.values.shape:
+            raise MapError(f"needs a non-empty 2-d int8 array, got {self.values.dtype} {self.values.shape}")
+        fault = BOUNDS["resolution_m"].fault(self.resolution_m)
+        if fault:
+            raise MapError(f"resolution {fault}")
+
+
+def shortest_resolution(resolution_m: float) -> float:
+    """Return the resolution that was meant: messages hold it in single precision (0.05000000074505806)."""
+    return float(str(np.float32(resolution_m)))
+
+
+def terrain_codes(
+    values: OccupancyArray, free_thresh: float = FREE_THRESH, occupied_thresh: float = OCCUPIED_THRESH
+) -> CellArray:
+    """Return floor, obstacle or unknown for each occupancy; what lies between the thresholds is unknown.
+
+    Parameters
+    ----------
+    free_thresh, occupied_thresh
+        Occupancies, from 0 to 1, up to which a cell is free, and from which it is occupied.
+    """
+    occupancy = np.arange(256, dtype=np.uint8).view(np.int8)
+    said = (occupancy >= 0) & (occupancy <= OCCUPIED)
+    free, occupied = said & (occupancy <= 100 * free_thresh), said & (occupancy >= 100 * occupied_thresh)
+    table = np.select([occupied, free], [OBSTACLE, FLOOR], UNKNOWN).astype(np.uint8)
+    return np.asarray(table[values.view(np.uint8)])
+
+
+def below(occupancy: Occupancy, grid: Grid) -> OccupancyArray:
+    """Return the occupancy at the centre of each cell of a map, -1 where there is none: int8 (height, width)."""
+    same = occupancy.resolution_m == grid.resolution_m and occupancy.origin_m == grid.origin_m
+    if same and occupancy.values.shape == grid.cells.shape:
+        return occupancy.values
+    height, width = occupancy.values.shape
+    (x0, y0, yaw), (gx, gy, turned) = occupancy.origin_m, grid.origin_m
+    columns = (np.arange(grid.width) + 0.5) * grid.resolution_m
+    found = np.full(grid.cells.shape, UNSAID, dtype=np.int8)
+    for row in range(grid.height):  # row by row: whole tables of points take 32 bytes a cell
+        across = (row + 0.5) * grid.resolution_m
+        dx = gx + np.cos(turned) * columns - np.sin(turned) * across - x0
+        dy = gy + np.sin(turned) * columns + np.cos(turned) * across - y0
+        u = np.floor((np.cos(yaw) * dx + np.sin(yaw) * dy) / occupancy.resolution_m).astype(np.int64)
+        v = np.floor((np.cos(yaw) * dy - np.sin(yaw) * dx) / occupancy.resolution_m).astype(np.int64)
+        inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        found[row, inside] = occupancy.values[v[inside], u[inside]]
+    return found

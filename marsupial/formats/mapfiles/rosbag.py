@@ -1,0 +1,166 @@
+"""Maps out of recordings of ROS 2 (rosbag2): the last `nav_msgs/OccupancyGrid` of a topic.
+
+A recording is a folder with a `metadata.yaml`, or one of its files (`.mcap`, `.db3`) alone. Behind a ``#`` the topic
+may be named (``run7#/carrier1/map``); else it is ``/map``, or the only topic there is that has maps.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from marsupial.errors import MapError
+from marsupial.formats.files import file_fault
+from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.formats.mapfiles.occupancy import (
+    FREE_THRESH,
+    OCCUPIED_THRESH,
+    Occupancy,
+    shortest_resolution,
+    terrain_codes,
+)
+from marsupial.model.grid import Grid
+from marsupial.model.mapreading import LegendEntry, MapReading
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2 import Reader
+
+SUFFIXES = (".mcap", ".db3")
+
+METADATA = "metadata.yaml"
+
+MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
+
+USUAL_TOPIC = "/map"
+
+
+def is_recording(path: Path) -> bool:
+    """Say whether a path is meant as a recording: a folder with metadata, or a file of one."""
+    if os.path.isdir(path):  # which is false, where `Path` raises, for names that can't be
+        return os.path.isfile(path / METADATA)
+    return path.suffix.lower() in SUFFIXES
+
+
+def split_topic(path: Path) -> tuple[Path, str | None]:
+    """Return the recording that a path names, and the topic that is named behind it."""
+    recording, mark, topic = str(path).partition("#")
+    if not mark or os.path.exists(path) or not is_recording(Path(recording)):
+        return path, None
+    return Path(recording), "/" + topic.lstrip("/")
+
+
+def understand_rosbag(path: Path | str) -> MapReading:
+    """Read the last map of a recording and say how it was understood.
+
+    Raises
+    ------
+    MapError
+        Where it can't be read, has no map, or several topics with maps and none is named.
+    """
+    recording, topic = split_topic(Path(path))
+    if not recording.is_dir() and (fault := file_fault(recording)) is not None:
+        raise MapError(fault, source=str(recording))
+    with _opened(recording) as reader:
+        found, others = _topic(reader, topic, str(recording))
+        message, count = _last(reader, found)
+    occupancy = occupancy_of(message, source=f"{recording}#{found}")
+    warnings = [] if not others else [f"took {found}; there are maps on {', '.join(others)} too"]
+    return _reading(occupancy, f"rosbag2, last of {count} maps on {found}", warnings)
+
+
+def occupancy_of(message: Any, source: str = "") -> Occupancy:
+    """Return what a `nav_msgs/OccupancyGrid` holds, as `rosbags` reads it.
+
+    Raises
+    ------
+    MapError
+        Where its numbers contradict each other, or it is too large.
+    """
+    info, data = message.info, np.asarray(message.data, dtype=np.int8)
+    size = info.width * info.height
+    if size > MAX_CELLS:
+        raise MapError(f"has {size} cells, more than the limit of {MAX_CELLS}", source=source)
+    if len(data) != size:
+        raise MapError(f"has {len(data)} cells, but is {info.width} x {info.height}", source=source)
+    q, p = info.origin.orientation, info.origin.position
+    yaw = float(np.arctan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y**2 + q.z**2)))
+    try:
+        return Occupancy(
+            values=data.reshape(info.height, info.width),
+            resolution_m=shortest_resolution(info.resolution),
+            origin_m=(float(p.x), float(p.y), yaw),
+        )
+    except MapError as error:
+        raise MapError(error.problems, source=source) from error
+
+
+@contextmanager
+def _opened(recording: Path) -> Iterator[Reader]:
+    try:
+        from rosbags.rosbag2 import Reader
+    except ImportError as error:
+        text = f"a recording of ROS 2 needs {error.name}: pip install 'marsupial[ros]'"
+        raise MapError(text, source=str(recording)) from error
+    try:
+        with Reader(recording) as reader:
+            yield reader
+    except MapError:
+        raise
+    except Exception as error:  # of SQLite, YAML, MCAP, LZ4, Zstandard and CDR: whatever a damaged file breaks first
+        text = " ".join(str(error).split()) or type(error).__name__
+        raise MapError(f"is no recording of ROS 2 that can be read ({text})", source=str(recording)) from error
+
+
+def _topic(reader: Reader, asked: str | None, source: str) -> tuple[str, list[str]]:
+    """Return the topic to take, and the others with maps if it was taken from several without being asked for."""
+    maps = [connection for connection in reader.connections if connection.msgtype == MAP_TYPE]
+    topics = sorted({c.topic for c in maps if c.msgcount} or {c.topic for c in maps})  # a file cut short counts none
+    if not topics:
+        raise MapError(f"holds no {MAP_TYPE}", source=source)
+    if asked is not None:
+        if asked not in topics:
+            raise MapError(f"has no map on {asked}, but on {', '.join(topics)}", source=source)
+        return asked, []
+    if len(topics) == 1:
+        return topics[0], []
+    if USUAL_TOPIC not in topics:
+        raise MapError(f"has maps on {', '.join(topics)}: name one, as {source}#{topics[0]}", source=source)
+    return USUAL_TOPIC, [topic for topic in topics if topic != USUAL_TOPIC]
+
+
+def _last(reader: Reader, topic: str) -> tuple[Any, int]:
+    """Return the last map of a topic, and how many there are; only that one is decoded."""
+    from rosbags.typesys import Stores, get_typestore
+
+    raw, count = b"", 0
+    for _, _, data in reader.messages([c for c in reader.connections if c.topic == topic]):
+        raw, count = data, count + 1
+    if not count:
+        raise MapError(f"has no map on {topic}", source=str(reader.path))
+    return get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr(raw, MAP_TYPE), count
+
+
+def _reading(occupancy: Occupancy, form: str, warnings: list[str]) -> MapReading:
+    values = occupancy.values
+    cells = terrain_codes(values)
+    counts = np.bincount(values.ravel().view(np.uint8), minlength=256)
+    table = terrain_codes(np.arange(256, dtype=np.uint8).view(np.int8))
+    shown = sorted((int(np.int8(byte.astype(np.uint8).view(np.int8))), int(byte)) for byte in np.flatnonzero(counts))
+    between = int(counts[[byte for value, byte in shown if 100 * FREE_THRESH < value < 100 * OCCUPIED_THRESH]].sum())
+    if between:
+        limits = f"{100 * FREE_THRESH:g} and {100 * OCCUPIED_THRESH:g}"
+        warnings = [*warnings, f"{between} cells have an occupancy between {limits} and became unknown"]
+    return MapReading(
+        grid=Grid(cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m),
+        format=form,
+        legend=tuple(
+            LegendEntry(symbol=f"occupancy {value}", code=int(table[byte]), cells=int(counts[byte]))
+            for value, byte in shown
+        ),
+        warnings=tuple(warnings),
+    )

@@ -1,0 +1,61 @@
+/* Which part of the map is looked at: cells to points of the canvas and back, by zooming, panning and following. */
+
+const CLOSEST = 200, FURTHEST = 0.02;  // points of the page a cell
+const FOLLOWED = 14;  // points a metre, at least, when a robot is followed
+
+export class Camera {
+  constructor(mission) {
+    this.mission = mission;
+    this.size = { width: 1, height: 1 };
+    this.left = this.top = 0;
+    this.scale = 1;
+    this.fitted = true;
+    this.version = 0;  // goes up whenever anything is to be drawn elsewhere
+  }
+
+  /** Show all that is ever known. */
+  fit() {
+    const { width, height } = this.size, { sightings: { box }, start } = this.mission;
+    const shown = box || { left: 0, right: start.width - 1, low: 0, high: start.height - 1 };
+    const across = shown.right - shown.left + 1, up = shown.high - shown.low + 1;
+    this.scale = Math.max(FURTHEST, Math.min((width - 24) / across, (height - 24) / up));
+    this.left = (width - across * this.scale) / 2 - shown.left * this.scale;
+    this.top = (height + up * this.scale) / 2 + shown.low * this.scale;
+    this.fitted = true;
+    this.version++;
+  }
+
+  resize(width, height) {
+    const dx = (width - this.size.width) / 2, dy = (height - this.size.height) / 2;
+    this.size = { width, height };
+    if (this.fitted) this.fit(); else this.pan(dx, dy);
+  }
+
+  /** Come closer to a point of the canvas, which stays where it is. */
+  zoom(factor, x = this.size.width / 2, y = this.size.height / 2) {
+    const scale = Math.min(CLOSEST, Math.max(FURTHEST, this.scale * factor));
+    this.left = x - (x - this.left) * scale / this.scale;
+    this.top = y - (y - this.top) * scale / this.scale;
+    this.scale = scale;
+    this.fitted = false;
+    this.version++;
+  }
+
+  pan(dx, dy) { this.left += dx; this.top += dy; this.fitted = false; this.version++; }
+
+  /** Put a place in the middle, from near enough to see it. */
+  centre(x, y) {
+    this.scale = Math.max(this.scale, FOLLOWED * this.mission.resolution);
+    const { width, height } = this.size, left = width / 2 - (x + 0.5) * this.scale, top = height / 2 + (y + 0.5) * this.scale;
+    if (Math.abs(left - this.left) < 0.25 && Math.abs(top - this.top) < 0.25) return;
+    this.left = left;
+    this.top = top;
+    this.fitted = false;
+    this.version++;
+  }
+
+  /** The point of the canvas of a place in cells. */
+  point(x, y) { return [this.left + (x + 0.5) * this.scale, this.top - (y + 0.5) * this.scale]; }
+
+  cell(px, py) { return [Math.floor((px - this.left) / this.scale), Math.floor((this.top - py) / this.scale)]; }
+}

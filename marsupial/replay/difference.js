@@ -1,0 +1,36 @@
+/* Two missions side by side: what to call them, and what sets them apart in a sentence. */
+
+import { area, clock, count } from "./format.js";
+import { decider } from "./why.js";
+
+/** A name for each mission, by what they differ in. */
+export function sideNames(missions) {
+  const ways = [({ start }) => start.strategy, decider, ({ start }) => `${start.strategy}, seed ${start.seed}`, (mission) => `${decider(mission)}, ${mission.start.scenario}`];
+  const way = ways.find((one) => new Set(missions.map(one)).size === missions.length);
+  return way ? missions.map(way) : missions.map((mission, i) => `${mission.start.strategy}${missions.length > 1 ? ` (${"AB"[i]})` : ""}`);
+}
+
+/** What came out, where both have ended: which one finished exploring earlier and by how much. */
+export function outcome(missions, names) {
+  const ends = missions.map((mission) => mission.ended);
+  if (ends.some((end) => end === null)) return "";
+  const times = ends.map((end) => end.exploration_ms);
+  if (times.every((t) => t === null)) {
+    const areas = missions.map((mission) => mission.openArea(mission.to)), more = areas[1] > areas[0] ? 1 : 0;
+    return `Neither explored everything; ${names[more]} came to know ${area(areas[more])}, ${names[1 - more]} ${area(areas[1 - more])}.`;
+  }
+  if (times.includes(null)) {
+    const done = times[0] === null ? 1 : 0;
+    return `${names[done]} finished exploring at ${clock(times[done])}; ${names[1 - done]} left ${count(ends[1 - done].remaining.length, "frontier")}.`;
+  }
+  const first = times[1] < times[0] ? 1 : 0, less = times[1 - first] - times[first];
+  if (less === 0) return `Both finished exploring at ${clock(times[0])}.`;
+  return `${names[first]} finished exploring ${clock(less)} earlier (${Math.round(100 * less / times[1 - first])} %): at ${clock(times[first])}, ${names[1 - first]} at ${clock(times[1 - first])}.`;
+}
+
+/** How they stand at a moment. */
+export function lead(missions, names, t) {
+  const areas = missions.map((mission) => mission.openArea(t)), more = areas[1] > areas[0] ? 1 : 0, gap = areas[more] - areas[1 - more];
+  if (gap < 0.5) return `At ${clock(t)} both know as much.`;
+  return `At ${clock(t)} ${names[more]} knows ${area(gap)} more.`;
+}

@@ -1,0 +1,38 @@
+/* How figures are written, everywhere on the page: one rounding for each quantity. */
+
+/** Milliseconds as m:ss or h:mm:ss, with tenths where asked. */
+export function clock(ms, tenths = false) {
+  const whole = tenths ? Math.floor(ms / 100) / 10 : Math.floor(ms / 1000);
+  const hours = Math.floor(whole / 3600), minutes = Math.floor(whole / 60) % 60, seconds = whole - 3600 * hours - 60 * minutes;
+  const text = (tenths ? seconds.toFixed(1) : String(seconds)).padStart(tenths ? 4 : 2, "0");
+  return hours ? `${hours}:${String(minutes).padStart(2, "0")}:${text}` : `${minutes}:${text}`;
+}
+
+/** A quantity with a tenth below 100 and whole from there on; in thousands parted by a thin space. */
+export function amount(value) {
+  if (Math.abs(value) < 99.95) return value.toFixed(1);
+  return value.toFixed(0).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+}
+
+export function metres(value) { return `${amount(value)} m`; }
+
+export function area(value) { return `${amount(value)} m²`; }
+
+/** Joules as kJ. */
+export function energy(value) { return `${amount(value / 1000)} kJ`; }
+
+/** A share of one; 100 % only where it is all. */
+export function share(value) { return value >= 1 ? "100 %" : `${Math.min(99.9, 100 * value).toFixed(1)} %`; }
+
+/** Seconds that something took. */
+export function seconds(ms) { return `${(ms / 1000).toFixed(1)} s`; }
+
+/** A point in metres. */
+export function point([x, y]) { return `(${x.toFixed(2)}, ${y.toFixed(2)}) m`; }
+
+export function count(n, word, many = `${word}s`) { return `${n} ${n === 1 ? word : many}`; }
+
+/** Names as in a sentence: a, b and c. */
+export function listed(names) {
+  return names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names[names.length - 1]}`;
+}

@@ -1,0 +1,23 @@
+/* What keys do, and the list of them. */
+
+import { button, make } from "./dom.js";
+
+const TOLD = [["space", "play or pause"], ["← →", "5 s back or on; with shift 60 s"], ["+ −", "faster, slower"], ["[ ]", "plan before, next plan"],
+  ["home end", "start, end"], ["N S P T", "names, sensor range, plan, trails"], ["F", "the whole map"], ["D", "dark or light"], ["esc", "close the card, follow no more"],
+  ["wheel", "zoom where the pointer is"], ["ctrl + wheel", "on the lanes: look closer at a time"], ["click", "on a frontier, target or robot: what, who and why"]];
+
+/** A dialog that tells the keys. */
+export function keysDialog() {
+  const dialog = make("dialog", { class: "keys", "aria-label": "Keys" },
+    make("h2", { text: "Keys and pointer" }), make("dl", {}, ...TOLD.flatMap(([key, does]) => [make("dt", { text: key }), make("dd", { text: does })])));
+  dialog.append(button("Close", "Close", () => dialog.close()));
+  return dialog;
+}
+
+/** Whether a key is meant for what has the focus. */
+export function isTaken(event) {
+  const on = event.target.tagName, type = event.target.type;
+  if (event.ctrlKey || event.metaKey || event.altKey || on === "SELECT" || on === "TEXTAREA") return true;
+  if (on === "INPUT" && !["range", "checkbox"].includes(type)) return true;
+  return event.key === " " && (on === "BUTTON" || on === "SUMMARY" || type === "checkbox");
+}

@@ -1,0 +1,34 @@
+/* Names on the map, each beside its thing where it covers no other name and no robot. */
+
+const HIGH = 15;
+
+export class Labels {
+  constructor(g, ink, size) { this.g = g; this.ink = ink; this.size = size; this.taken = []; }
+
+  /** No name shall lie on what is within r of a point. */
+  keepFree(x, y, r) { this.taken.push([x - r, y - r, 2 * r, 2 * r]); }
+
+  /** Write a name beside a point, at the first of some places that is free; `must`: at the first one if none is. */
+  write(name, x, y, r, must) {
+    const { g, size } = this;
+    if (x < -20 || y < -20 || x > size.width + 20 || y > size.height + 20) return;
+    g.font = must ? "600 11px system-ui, 'DejaVu Sans', sans-serif" : "10.5px system-ui, 'DejaVu Sans', sans-serif";
+    const wide = g.measureText(name).width + 6, gap = r + 3;
+    const spots = [[x + gap, y - HIGH / 2], [x + gap - 2, y - r - HIGH], [x + gap - 2, y + r], [x - gap - wide, y - HIGH / 2],
+      [x - wide / 2, y - gap - HIGH], [x - wide / 2, y + gap], [x - gap + 2 - wide, y - r - HIGH], [x - gap + 2 - wide, y + r]];
+    const free = ([left, top]) => left >= 2 && left + wide <= size.width - 2 && top >= 2 && top + HIGH <= size.height - 2
+      && this.taken.every(([l, t, w, h]) => left >= l + w || left + wide <= l || top >= t + h || top + HIGH <= t);
+    const spot = spots.find(free) || (must ? spots[1] : null);
+    if (!spot) return;
+    this.taken.push([spot[0], spot[1], wide, HIGH]);
+    g.globalAlpha = must ? 0.88 : 0.7;
+    g.fillStyle = this.ink.card;
+    g.beginPath();
+    g.roundRect(spot[0], spot[1], wide, HIGH, 4);
+    g.fill();
+    g.globalAlpha = 1;
+    g.fillStyle = this.ink.ink;
+    g.textBaseline = "middle";
+    g.fillText(name, spot[0] + 3, spot[1] + HIGH / 2 + 0.5);
+  }
+}

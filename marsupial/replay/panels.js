@@ -1,0 +1,147 @@
+/* Beside the map: the figures of the moment, the team, how the mission stands or how it ended, and the plans. */
+
+import { looks } from "./colours.js";
+import { make, setText } from "./dom.js";
+import { amount, area, clock, count, energy, metres, share } from "./format.js";
+import { doing, newsShort, ofPlan } from "./why.js";
+
+/** Whether a mission has come to its end at t. */
+export function isOver(mission, t) { return mission.ended !== null && t >= mission.to; }
+
+/** The state of a mission at t in a word. */
+export function stateAt(mission, t) { return isOver(mission, t) ? mission.ended.status.replace("_", " ") : "under way"; }
+
+/** Time, known area and way driven at the moment. */
+export class Figures {
+  constructor(mission) {
+    this.mission = mission;
+    const figure = (name) => { const value = make("b"); return [value, make("div", {}, value, make("span", { text: name }))]; };
+    const [[time, a], [known, b], [driven, c]] = [figure("mission time"), figure("known"), figure("driven")];
+    Object.assign(this, { time, known, driven });
+    this.element = make("div", { class: "figures" }, a, b, c);
+  }
+
+  draw(t, views) {
+    setText(this.time, clock(Math.min(t, this.mission.ended ? this.mission.to : t)));
+    setText(this.known, area(this.mission.openArea(t)));
+    setText(this.driven, metres(views.reduce((sum, view) => sum + view.driven, 0)));
+  }
+}
+
+/** A row for each robot; a click follows it on the map. */
+export class Team {
+  constructor(mission, follow) {
+    this.mission = mission;
+    this.rows = mission.robots.map((robot) => this.row(robot, follow));
+    const heads = ["robot", "does", "m"].map((text) => make("th", { scope: "col", text, class: text === "m" ? "number" : "" }));
+    this.element = make("table", { class: "team" }, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...this.rows.map((row) => row.row)));
+  }
+
+  row(robot, follow) {
+    const { hue, shade } = looks(this.mission).get(robot.name), does = make("td"), driven = make("td", { class: "number" });
+    const mark = make("span", { class: `mark ${robot.kind.role}`, style: `background: var(--family-${hue}-${shade})` });
+    const { name, kind } = robot, told = `${kind.name}, ${kind.speed_mps} m/s, sees ${metres(kind.sensor_range_m)}, radius ${kind.radius_m} m`;
+    const button = make("button", { type: "button", title: `Follow ${name} (${told})`, "aria-pressed": "false", onclick: () => follow(robot) }, mark, name);
+    return { row: make("tr", { class: kind.role }, make("td", {}, button), does, driven), button, does, driven, robot };
+  }
+
+  draw(views, followed) {
+    views.forEach((view, i) => {
+      const { row, button, does, driven, robot } = this.rows[i];
+      setText(does, doing(this.mission, view));
+      does.title = does.textContent;
+      setText(driven, amount(view.driven));
+      row.classList.toggle("lost", view.lost);
+      button.setAttribute("aria-pressed", String(followed === robot));
+    });
+  }
+}
+
+/** How a mission stands; at its end, the stop report in its place. */
+export class Report {
+  constructor(mission, show) {
+    this.mission = mission;
+    this.show = show;
+    this.title = make("h2");
+    this.body = make("div", { class: "report" });
+    this.element = make("section", { class: "card", "aria-label": "How the mission stands" }, this.title, this.body);
+    this.shown = "";
+  }
+
+  draw(t, views) {
+    const over = isOver(this.mission, t), key = over ? "over" : `${this.mission.planIndex(t)} ${this.mission.docked.index(t)}`;
+    if (key === this.shown) return;
+    this.shown = key;
+    setText(this.title, over ? "Stop report" : "Progress");
+    this.body.replaceChildren(...(over ? this.ended() : this.progress(t, views)));
+  }
+
+  progress(t, views) {
+    const plan = this.mission.planAt(t), { down, up } = this.mission.docked.at(t), out = views.filter((view) => !view.robot.carrier && !view.carrier);
+    return [figures([
+      ["targets", plan ? plan.targets.length : 0], ["plans so far", this.mission.planIndex(t) + 1],
+      ["set down", count(down, "time")], ["picked up", count(up, "time")], ["rovers out", out.length], ["aboard", views.filter((view) => view.carrier).length],
+    ])];
+  }
+
+  ended() {
+    const { ended } = this.mission, total = (pairs) => pairs.reduce((sum, pair) => sum + pair[1], 0);
+    const covered = ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1;
+    return [make("p", { class: "reason", text: `${ended.status.replace("_", " ")}: ${ended.reason}` }), figures([
+      ["explored in", ended.exploration_ms === null ? "never" : clock(ended.exploration_ms)], ["ended at", clock(ended.t_ms)],
+      ["reachable", area(ended.reachable_area_m2)], ["explored", share(covered)],
+      ["distance", metres(total(ended.distance_m))], ["energy", energy(total(ended.energy_j))],
+      ["set down", count(ended.deployments, "time")], ["picked up", count(ended.retrievals, "time")],
+      ["plans", ended.plans_valid], ["refused", ended.plans_invalid],
+    ]), this.remaining(ended.remaining)];
+  }
+
+  remaining(left) {
+    if (!left.length) return make("p", { text: "No frontier is left." });
+    const items = left.map((frontier) => make("li", {}, make("button", {
+      type: "button", title: "Show it on the map", text: `${frontier.reason} (${count(frontier.frontier_cells, "cell")})`, onclick: () => this.show(frontier),
+    })));
+    return make("details", {}, make("summary", { text: `${count(left.length, "frontier")} left, and why` }), make("ul", {}, ...items));
+  }
+}
+
+function figures(pairs) { return make("dl", {}, ...pairs.flatMap(([name, value]) => [make("dt", { text: name }), make("dd", { text: value })])); }
+
+/** The plans, each with what asked for it; a click goes there. */
+export class Plans {
+  constructor(mission, go) {
+    this.mission = mission;
+    this.go = go;
+    this.items = [];
+    this.list = make("ol", { class: "plans", tabindex: "0", "aria-label": "Plans" });
+    this.number = make("small");
+    this.element = make("section", { class: "card grows" }, make("h2", {}, "Plans ", this.number), this.list);
+    this.shown = -1;
+  }
+
+  /** Add what the mission has more. */
+  fill() {
+    for (const plan of this.mission.plans.slice(this.items.length)) this.items.push(this.item(plan));
+    this.list.append(...this.items.slice(this.list.childElementCount));
+    setText(this.number, this.items.length ? `(${this.items.length}; click to go there)` : "(none yet)");
+  }
+
+  item(plan) {
+    const cells = [["b", plan.revision], ["span", clock(plan.t_ms)], ["span", newsShort(this.mission, plan)]].map(([tag, text]) => make(tag, { text }));
+    const button = make("button", { type: "button", onclick: () => this.go(plan.t_ms) }, ...cells);
+    button.addEventListener("pointerenter", () => { const told = ofPlan(this.mission, plan); button.title = [told.title, ...told.lines].join("\n"); }, { once: true });
+    return make("li", {}, button);
+  }
+
+  draw(t) {
+    if (this.items.length < this.mission.plans.length) this.fill();
+    const i = this.mission.planIndex(t), { list } = this;
+    if (i === this.shown) return;
+    if (this.shown >= 0) this.items[this.shown].removeAttribute("aria-current");
+    this.shown = i;
+    if (i < 0) return;
+    const item = this.items[i], top = item.offsetTop;  // in the list, which is positioned
+    item.setAttribute("aria-current", "true");
+    if (top < list.scrollTop || top + item.offsetHeight > list.scrollTop + list.clientHeight) list.scrollTop = top - list.clientHeight / 2;
+  }
+}

@@ -1,0 +1,38 @@
+/* Where robots came from and where the plan will take them, as lists of places in cells. */
+
+import { along } from "./legs.js";
+
+const TRAIL_MS = 120000;
+
+/** The ways of a robot on its own wheels in the last two minutes. */
+export function trail({ legs }, t) {
+  const since = t - TRAIL_MS, ways = [[]];
+  for (let i = Math.max(legs.index(since), 0); i < legs.times.length && legs.times[i] <= t; i++) {
+    const leg = legs.values[i], until = Math.min(t, i + 1 < legs.times.length ? legs.times[i + 1] : t), way = ways[ways.length - 1];
+    if (leg.aboard) { if (way.length) ways.push([]); continue; }
+    if (!leg.times) { way.push([leg.x, leg.y]); continue; }
+    const begin = along(leg, Math.max(since, legs.times[i])), end = along(leg, until);
+    way.push([begin.x, begin.y]);
+    for (let k = begin.i + 1; k <= end.i; k++) if (bends(leg, k)) way.push([leg.xs[k], leg.ys[k]]);
+    way.push([end.x, end.y]);
+  }
+  return ways.filter((way) => way.length > 1);
+}
+
+/** Whether a way turns at its k-th cell: between turns it is straight, and no more points are needed. */
+function bends({ xs, ys }, k) {
+  return k + 1 >= xs.length || xs[k] - xs[k - 1] !== xs[k + 1] - xs[k] || ys[k] - ys[k - 1] !== ys[k + 1] - ys[k];
+}
+
+/** Where a robot will go by the plan after what it does now: a way for each stretch that it is not aboard. */
+export function plannedWays(mission, plan, view, t) {
+  const { leg, robot } = view, ways = [[]];
+  if (!view.carrier) ways[0].push(leg.times ? [leg.xs[leg.xs.length - 1], leg.ys[leg.ys.length - 1]] : [leg.x, leg.y]);
+  for (const action of plan.actions) {
+    if (action.start_ms <= t || (action.robot !== robot.name && action.carrier !== robot.name)) continue;
+    if (action.name === "undock" && !robot.carrier) ways.push([]);
+    const cell = mission.placeCell(plan, action.place, robot);
+    if (cell) ways[ways.length - 1].push(cell);
+  }
+  return ways.filter((way) => way.length > 1);
+}

@@ -1,0 +1,167 @@
+/* What stands on the map and in the legend: the same functions draw both. Colours come as `ink` (colours.js). */
+
+/** A carrier: a vehicle seen from above, with a seat for each rover it has room for. `aboard`: colours of those there. */
+export function vehicle(g, x, y, r, heading, colour, capacity, aboard, ink) {
+  g.save();
+  g.translate(x, y);
+  g.rotate(-heading);
+  g.beginPath();
+  g.roundRect(-1.15 * r, -0.88 * r, 2.3 * r, 1.76 * r, 0.42 * r);
+  outlined(g, colour, ink);
+  g.beginPath();
+  g.moveTo(0.78 * r, -0.5 * r);
+  g.lineTo(1.02 * r, 0);
+  g.lineTo(0.78 * r, 0.5 * r);
+  g.lineWidth = Math.max(1.2, 0.14 * r);
+  g.strokeStyle = ink.page;
+  g.stroke();
+  seats(g, r, Math.max(capacity, aboard.length), aboard, ink);
+  g.restore();
+}
+
+function seats(g, r, count, aboard, ink) {
+  const rows = count > 2 ? 2 : 1, columns = Math.ceil(count / rows), size = Math.min(0.42 * r, 0.8 * r / columns);
+  for (let k = 0; k < count; k++) {
+    const x = -0.18 * r + (columns === 1 ? 0 : (Math.floor(k / rows) / (columns - 1) - 0.5) * (1.6 * r - 2 * size));
+    const y = rows === 1 ? 0 : (k % 2 - 0.5) * 0.84 * r;
+    g.beginPath();
+    g.arc(x, y, size, 0, 7);
+    g.fillStyle = k < aboard.length ? aboard[k] : "#0004";
+    g.fill();
+    g.lineWidth = k < aboard.length ? Math.max(1, 0.12 * r) : 1;
+    g.strokeStyle = k < aboard.length ? "#fff" : "#fff9";
+    g.stroke();
+  }
+}
+
+/** A rover: a small arrowhead that points where it goes. */
+export function rover(g, x, y, r, heading, colour, ink) {
+  g.save();
+  g.translate(x, y);
+  g.rotate(-heading);
+  g.beginPath();
+  g.moveTo(1.3 * r, 0);
+  g.lineTo(-0.9 * r, 0.95 * r);
+  g.lineTo(-0.5 * r, 0);
+  g.lineTo(-0.9 * r, -0.95 * r);
+  g.closePath();
+  outlined(g, colour, ink);
+  g.restore();
+}
+
+function outlined(g, colour, ink) {
+  g.lineJoin = "round";
+  g.lineWidth = 4;
+  g.strokeStyle = ink.page;
+  g.stroke();
+  g.lineWidth = 2;
+  g.strokeStyle = ink.ink;
+  g.stroke();
+  g.fillStyle = colour;
+  g.fill();
+}
+
+/** A target; filled where carriers can explore it, hollow where only rovers can. */
+export function diamond(g, x, y, r, ink, filled) {
+  g.beginPath();
+  g.moveTo(x, y - r);
+  g.lineTo(x + r, y);
+  g.lineTo(x, y + r);
+  g.lineTo(x - r, y);
+  g.closePath();
+  g.lineJoin = "round";
+  g.lineWidth = 4.5;
+  g.strokeStyle = ink.ink;
+  g.stroke();
+  g.lineWidth = 2.5;
+  g.strokeStyle = ink.frontier;
+  g.stroke();
+  g.fillStyle = filled ? ink.frontier : ink.page;
+  g.fill();
+}
+
+/** A meeting point: a square where the carrier stands, a dot where the rover does. */
+export function meeting(g, cx, cy, rx, ry, ink) {
+  g.lineWidth = 1.75;
+  g.strokeStyle = ink.ink;
+  g.beginPath();
+  g.moveTo(cx, cy);
+  g.lineTo(rx, ry);
+  g.stroke();
+  g.fillStyle = ink.page;
+  g.fillRect(cx - 4, cy - 4, 8, 8);
+  g.strokeRect(cx - 4, cy - 4, 8, 8);
+  g.beginPath();
+  g.arc(rx, ry, 3, 0, 7);
+  g.fillStyle = ink.ink;
+  g.fill();
+}
+
+/** Something given up: left unexplored, lost, blocked. */
+export function cross(g, x, y, r, ink, width = 2) {
+  for (const [wide, colour] of [[width + 2.5, ink.page], [width, ink.ink]]) {
+    g.lineWidth = wide;
+    g.strokeStyle = colour;
+    g.beginPath();
+    g.moveTo(x - r, y - r);
+    g.lineTo(x + r, y + r);
+    g.moveTo(x + r, y - r);
+    g.lineTo(x - r, y + r);
+    g.stroke();
+  }
+}
+
+/** A line through points. */
+export function line(g, points, colour, width, dash = []) {
+  g.setLineDash(dash);
+  g.strokeStyle = colour;
+  g.lineWidth = width;
+  g.lineJoin = g.lineCap = "round";
+  g.beginPath();
+  for (let i = 0; i < points.length; i++) g.lineTo(points[i][0], points[i][1]);
+  g.stroke();
+  g.setLineDash([]);
+}
+
+/** What an action is drawn as: `move` is driving. */
+export function actionInk(name, ink) { return ink[name === "move" ? "drive" : name]; }
+
+/** A bar of a lane; hatched where the action was not finished, crossed where something stopped it. */
+export function bar(g, x, y, wide, high, name, end, ink) {
+  const colour = actionInk(name, ink), whole = end === "done" || end === null;
+  g.save();
+  g.beginPath();
+  g.roundRect(x, y, wide, high, Math.min(2.5, wide / 2));
+  g.fillStyle = colour;
+  g.globalAlpha = whole ? 1 : 0.35;
+  g.fill();
+  g.globalAlpha = 1;
+  if (name === "explore" && wide > 3) { g.lineWidth = 1; g.strokeStyle = ink.dim; g.stroke(); }
+  g.clip();
+  if (!whole) hatch(g, x, y, wide, high, name === "explore" ? ink.dim : colour);
+  if ((name === "dock" || name === "undock") && wide > 7) chevron(g, x + wide / 2, y + high / 2, high * 0.24, name === "dock" ? 1 : -1, ink.page);
+  g.restore();
+  if (!whole && end !== "superseded") cross(g, x + wide, y + high / 2, 3, ink, 1.5);
+}
+
+function hatch(g, x, y, wide, high, colour) {
+  g.strokeStyle = colour;
+  g.lineWidth = 1.2;
+  g.beginPath();
+  for (let k = Math.floor(-high / 5); k * 5 < wide; k++) {
+    g.moveTo(x + k * 5, y + high);
+    g.lineTo(x + k * 5 + high, y);
+  }
+  g.stroke();
+}
+
+/** Up: onto the carrier. Down: set down. */
+function chevron(g, x, y, r, up, colour) {
+  g.beginPath();
+  g.moveTo(x - 1.4 * r, y + 0.7 * r * up);
+  g.lineTo(x, y - 0.7 * r * up);
+  g.lineTo(x + 1.4 * r, y + 0.7 * r * up);
+  g.lineWidth = 1.6;
+  g.strokeStyle = colour;
+  g.stroke();
+}

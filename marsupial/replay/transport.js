@@ -1,0 +1,108 @@
+/* The clock of the page: playing, scrubbing, speed; live, it goes with the newest moment until someone goes back. */
+
+import { button, icon, make, setText } from "./dom.js";
+import { clock } from "./format.js";
+
+const SPEEDS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
+const WHOLE_MS = 45000;  // in which a mission is played at the speed it opens with
+const LONGEST_MS = 250;  // between two pictures; a page that was hidden goes on where it was
+const PLAY = "M4 2v12l9-6z", PAUSE = "M4 2h3v12H4zM9 2h3v12H9z", BACK = "M3 3h2v10H3zM13 3v10L6 8z", ON = "M11 3h2v10h-2zM3 3v10l7-5z";
+
+export class Transport {
+  /** `span()` gives [first, last] moment; `moved()` is called after each change of `t`; `step(d)` goes to plans. */
+  constructor(span, moved, step, { live = false, rate = null } = {}) {
+    Object.assign(this, { span, moved, live, rate, playing: false, stamp: 0, follows: live, hasLive: live });
+    const [from, to] = span();
+    this.t = from;
+    this.speed = SPEEDS.find((speed) => speed >= (to - from) / WHOLE_MS) || SPEEDS[SPEEDS.length - 1];
+    this.playButton = button("Play", icon(PLAY), () => this.toggle(), { class: "play" });
+    this.scrub = make("input", { type: "range", step: "1", "aria-label": "Mission time", oninput: () => this.go(Number(this.scrub.value)) });
+    this.output = make("output", { class: "clock" });
+    this.select = make("select", { "aria-label": "Seconds of the mission a second", onchange: () => { this.speed = Number(this.select.value); } },
+      ...SPEEDS.map((speed) => new Option(`${speed}×`, speed)));
+    this.badge = make("button", { type: "button", class: "live", text: "live", title: "Go with the newest moment", hidden: !live, onclick: () => this.goLive() });
+    this.select.value = this.speed;
+    this.element = make("div", { class: "transport", role: "group", "aria-label": "Time" }, this.playButton,
+      button("To the plan before ([)", icon(BACK), () => step(-1), { class: "step" }), button("To the next plan (])", icon(ON), () => step(1), { class: "step" }),
+      this.scrub, this.badge, this.output, make("label", { class: "speed" }, "speed ", this.select));
+  }
+
+  clamped(t) { const [from, to] = this.span(); return Math.min(to, Math.max(from, t)); }
+
+  go(t) { this.follows = false; this.t = this.clamped(t); this.moved(); }
+
+  goLive() { this.follows = true; this.pause(); this.grew(); }
+
+  /** The mission has more to show; `over`: and will have no more. */
+  grew(over = false) {
+    if (over) { this.live = false; this.badge.hidden = true; }
+    if (this.follows) {
+      const [, to] = this.span();
+      this.t = this.rate && !over ? Math.max(this.t, to) : to;
+      if (this.rate && !over && !this.ticking) this.tick();
+      if (over) this.follows = false;
+    }
+    this.moved();
+  }
+
+  /** Between the lines of a live mission time goes on at its rate. */
+  tick() {
+    this.ticking = true;
+    let last = performance.now();
+    const next = (now) => {
+      if (!this.follows || this.closed) { this.ticking = false; return; }
+      const [, to] = this.span();
+      this.t = Math.min(to + 5000, this.t + Math.min(now - last, LONGEST_MS) * this.rate);
+      last = now;
+      this.moved();
+      requestAnimationFrame(next);
+    };
+    requestAnimationFrame(next);
+  }
+
+  toggle() { if (this.playing) this.pause(); else this.play(); }
+
+  play() {
+    const [from, to] = this.span();
+    this.follows = false;
+    if (this.t >= to) this.t = from;
+    this.playing = true;
+    this.stamp = 0;
+    this.showPlaying();
+    requestAnimationFrame((stamp) => this.frame(stamp));
+  }
+
+  pause() { this.playing = false; this.showPlaying(); }
+
+  showPlaying() {
+    this.playButton.querySelector("path").setAttribute("d", this.playing ? PAUSE : PLAY);
+    this.playButton.setAttribute("aria-label", this.playing ? "Pause" : "Play");
+    this.playButton.title = `${this.playing ? "Pause" : "Play"} (space)`;
+  }
+
+  frame(stamp) {
+    if (!this.playing || this.closed) return;
+    if (this.stamp) this.t = this.clamped(this.t + Math.min(stamp - this.stamp, LONGEST_MS) * this.speed);
+    this.stamp = stamp;
+    if (this.t >= this.span()[1]) { if (this.live) this.goLive(); else this.pause(); }
+    this.moved();
+    requestAnimationFrame((next) => this.frame(next));
+  }
+
+  changeSpeed(direction) {
+    this.setSpeed(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, SPEEDS.indexOf(this.speed) + direction))]);
+  }
+
+  setSpeed(speed) { if (SPEEDS.includes(speed)) { this.speed = speed; this.select.value = speed; } }
+
+  draw() {
+    const [from, to] = this.span();
+    this.scrub.min = from;
+    this.scrub.max = Math.max(to, Math.round(this.t));
+    this.scrub.value = Math.round(this.t);
+    this.scrub.setAttribute("aria-valuetext", clock(this.t));
+    setText(this.output, `${clock(this.t, true)} / ${clock(to)}`);
+    this.badge.classList.toggle("on", this.follows);
+    this.badge.setAttribute("aria-pressed", String(this.follows));
+  }
+}

@@ -1,0 +1,184 @@
+/* What things are and why they happen, in words: for hovering, for the card of what was clicked, for lists. */
+
+import { area, clock, count, listed, metres, point, seconds } from "./format.js";
+
+const DOES = { move: "drives to", explore: "explores", dock: "docks on", undock: "is set down by" };
+const ENDS = {
+  done: "done", superseded: "given up for the next plan", blocked: "stopped: its route is no longer passable",
+  failed: "failed: its robots could not do it", lost: "a robot was lost",
+};
+
+/** What asked for a plan: `[cause, names]` one by one; causes are those of docs/mission-log.md. */
+export function news(plan) {
+  return plan.trigger.split("; ").map((words) => {
+    const [cause, names] = words.split(": ");
+    return [cause, names ? names.split(", ") : []];
+  });
+}
+
+/** In few words, for lists: T5 gone, T12 new. */
+export function newsShort(mission, plan) {
+  const label = (name) => mission.places.label(name);
+  return news(plan).map(([cause, names]) => {
+    if (cause === "gone" || cause === "new") return `${names.map(label).join(", ")} ${cause}`;
+    return names.length ? `${cause}: ${names.map(label).join(", ")}` : cause;
+  }).join(" · ");
+}
+
+/** In a sentence, with who saw what. */
+export function newsLong(mission, plan) {
+  return listed(news(plan).map(([cause, names]) => because(mission, plan, cause, names)));
+}
+
+function because(mission, plan, cause, names) {
+  const labels = listed(names.map((name) => mission.places.label(name)));
+  const by = () => { const who = seers(mission, plan, names); return who.length ? ` seen by ${listed(who)}` : ""; };
+  const told = {
+    start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
+    new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
+    lost: `${labels} was lost`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
+    "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
+    explored: "all there is to see has been seen",
+  };
+  return told[cause] ?? (labels ? `${cause}: ${labels}` : cause);
+}
+
+/** Whose looks since the plan before came nearest to the places named; the nearest within their sensor range. */
+function seers(mission, plan, names) {
+  const i = mission.plans.indexOf(plan), from = i > 0 ? mission.plans[i - 1].looks : 0, found = new Set();
+  for (const name of names) {
+    const place = mission.places.get(name);
+    if (place && place.kind === "target") found.add(nearestLook(mission, place.thing.cell, from, plan.looks));
+  }
+  found.delete(null);
+  return [...found];
+}
+
+function nearestLook({ sightings }, [cx, cy], from, to) {
+  const runs = sightings.runs.array;
+  let best = null, least = 12;  // cells; further away, something else was the reason
+  for (let look = to - 1; look >= from; look--) {
+    for (let i = sightings.begin(look), end = sightings.ends[look]; i < end; i += 4) {
+      const away = Math.abs(runs[i + 1] - cy) + Math.max(0, runs[i] - cx, cx - runs[i] - runs[i + 2] + 1);
+      if (away < least) { least = away; best = sightings.robots[look]; }
+    }
+  }
+  return best;
+}
+
+/** Who decides in this mission. */
+export function decider({ start }) {
+  return start.planner && start.planner !== "none" ? `${start.strategy} with ${start.planner}` : start.strategy;
+}
+
+/** What a robot is doing, in few words. */
+export function doing(mission, view) {
+  if (view.lost) return `lost: ${view.robot.lost.reason}`;
+  if (view.carrier) return `aboard ${view.carrier.name}`;
+  if (!view.action) return "waits";
+  return act(mission, view.action, view.robot);
+}
+
+/** An action as its robot, or the carrier in it, does it. */
+export function act(mission, action, robot) {
+  if (action.carrier === null) return `${DOES[action.name]} ${mission.places.label(action.place)}`;
+  if (action.robot === robot.name) return `${DOES[action.name]} ${action.carrier}`;
+  return `${action.name === "dock" ? "takes" : "sets down"} ${action.robot}`;
+}
+
+/** What is to be told of a robot at t. */
+export function ofRobot(mission, view, t, cargo) {
+  const { robot } = view, segment = view.carrier ? null : mission.segmentAt(robot, t);
+  const lines = segment ? ofSegment(mission, segment, robot).lines : [doing(mission, view)];
+  if (robot.carrier) lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${robot.kind.capacity}`);
+  lines.push(`${metres(view.driven)} driven`);
+  return { title: `${robot.name} (${robot.kind.name})`, lines };
+}
+
+/** What is to be told of one action: what, when, why, and how it came out. */
+export function ofSegment(mission, segment, robot) {
+  const { action, start, to, end, revision } = segment, plan = mission.revisions.get(revision);
+  const lines = [`${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}`];
+  lines.push(to === null ? `since ${clock(start)}, planned until ${clock(action.start_ms + action.duration_ms)}`
+    : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); planned until ${clock(action.start_ms + action.duration_ms)}`);
+  if (plan) lines.push(`plan ${revision} at ${clock(plan.t_ms)}: ${newsLong(mission, plan)}`);
+  lines.push(`decided by ${decider(mission)}`);
+  if (end !== null) lines.push(`outcome: ${ENDS[end] ?? end}`);
+  return { title: robot.name, lines };
+}
+
+/** What is to be told of a plan. */
+export function ofPlan(mission, plan) {
+  const to = `${count(plan.actions.length, "action")} for ${count(plan.targets.length, "target")}, ${count(plan.meetings.length, "meeting point")}`;
+  return { title: `Plan ${plan.revision} at ${clock(plan.t_ms)}`, lines: [`because ${newsLong(mission, plan)}`, to] };
+}
+
+/** Which types of robots can drive on a terrain, where not all can: "only rovers". */
+export function onlyFor({ start }, code) {
+  const can = start.types.filter((type) => type.terrains.includes(code));
+  if (can.length === start.types.length) return "";
+  return can.length ? `only ${listed(kinds(can, start.types))}` : "nobody";
+}
+
+function kinds(types, all) {
+  const roles = [...new Set(types.map((type) => type.role))];
+  const whole = roles.every((role) => all.filter((type) => type.role === role).every((type) => types.includes(type)));
+  return whole ? roles.map((role) => `${role}s`) : types.map((type) => type.name);
+}
+
+/** What is to be told of a target: where, who can explore it and who not, who goes there and when, what became of it. */
+export function ofTarget(mission, name, t, known) {
+  const place = mission.places.get(name), { thing } = place, { types } = mission.start, lines = [];
+  lines.push(`at ${point(mission.metres(thing.cell))}; ${place.logged} in the log`);
+  lines.push(`${count(thing.frontier_cells, "frontier cell")}, may reveal ${area(thing.reveal_m2)}`);
+  const can = types.filter((type) => thing.explorers.includes(type.name)), cannot = types.filter((type) => !can.includes(type));
+  lines.push(can.length ? `${listed(kinds(can, types))} can explore it` : "nobody can reach it");
+  for (const type of cannot) lines.push(whyNot(mission, type, known.at(...thing.cell)));
+  lines.push(...sent(mission, name, t), ...fate(mission, name, place));
+  return { title: `Target ${place.label}`, lines };
+}
+
+function whyNot(mission, type, code) {
+  const terrain = mission.terrain(code);
+  if (terrain && code > 0 && !type.terrains.includes(code)) return `${type.name}s cannot: they do not drive on ${terrain.name}`;
+  return `${type.name}s cannot: no way for them leads there, or it is too narrow`;
+}
+
+/** Who goes there by the plan in force, and when they arrive. */
+function sent(mission, name, t) {
+  const plan = mission.planAt(t);
+  if (!plan || !plan.targets.some((target) => target.name === name)) return [];
+  const going = plan.actions.filter((action) => action.place === name && action.name === "explore");
+  if (!going.length) return [`plan ${plan.revision} sends nobody there yet`];
+  return going.map((action) => `${action.robot} goes there by plan ${plan.revision}: there at ${clock(action.start_ms + action.duration_ms)}`);
+}
+
+function fate(mission, name, place) {
+  const first = mission.plans.find((plan) => plan.t_ms >= place.since), lines = [];
+  if (first) lines.push(`a target since plan ${first.revision}, ${clock(place.since)}`);
+  for (const robot of mission.robots) {
+    const done = robot.segments.find((one) => one.action.name === "explore" && one.action.place === name && one.end === "done");
+    if (done) return [...lines, `explored by ${robot.name} at ${clock(done.to)}`];
+  }
+  const last = mission.plans.findLastIndex((plan) => plan.targets.some((target) => target.name === name)), next = mission.plans[last + 1];
+  return next ? [...lines, `no target any more from plan ${next.revision} on, ${clock(next.t_ms)}`] : lines;
+}
+
+/** What is to be told of a meeting point. */
+export function ofMeeting(mission, name, t) {
+  const place = mission.places.get(name), { thing } = place, plan = mission.planAt(t);
+  const lines = [
+    `${thing.carrier_type} at the square, ${point(mission.metres(thing.carrier_cell))}`,
+    `${thing.rover_type} at the dot, ${point(mission.metres(thing.rover_cell))}`, `${place.logged} in the log`,
+  ];
+  for (const action of plan ? plan.actions : []) {
+    if (action.place !== name || action.carrier === null) continue;
+    lines.push(`${clock(action.start_ms)}: ${action.carrier} ${action.name === "dock" ? "takes" : "sets down"} ${action.robot}`);
+  }
+  return { title: `Meeting point ${place.label}`, lines };
+}
+
+/** What is to be told of a frontier that is left at the end. */
+export function ofRemaining(mission, frontier) {
+  return { title: "Left unexplored", lines: [frontier.reason, count(frontier.frontier_cells, "frontier cell"), `at ${point(mission.metres(frontier.cell))}`] };
+}

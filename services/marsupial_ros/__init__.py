@@ -1,0 +1,15 @@
+"""A bridge between robots with ROS 2 and the missions of the service: `marsupial ros`.
+
+::
+
+    ROS 2 ── rosbridge ── websocket ── rosbridge.py ──► chart.py        occupancy and masks -> changed cells
+                                            │      └──► transforms.py   tf -> poses
+                                            ▼                │
+                                         fleet.py  ◄─────────┘          commands -> goals, results -> reports
+                                            ▲
+    service ──── HTTP ──── marsupial_client ─── bridge.py               the loop of one mission
+
+What is said on either side can be said again: goals carry the command they are for, reports are numbered. So a bridge
+that lost ROS, the service or itself takes its mission up where it was (`journal.py`). No ROS installation is needed;
+`marsupial_interfaces` beside this file is the ROS package with the actions for docking.
+"""

@@ -1,0 +1,245 @@
+"""The loop of one mission: what ROS tells becomes reports, what the mission commands becomes goals.
+
+A report is sent once the commands after the last one are there, so a service that thinks longer is asked less often.
+Meanwhile robots carry on, and what happens is gathered.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import aclosing, suppress
+from dataclasses import dataclass
+
+from marsupial_client import AsyncClient, AsyncMission, Conflict
+from marsupial_client.mission_documents import Commands, MissionEnded, Report
+from marsupial_ros.brief import brief_of, frame_of
+from marsupial_ros.chart import Chart
+from marsupial_ros.clock import Clock
+from marsupial_ros.fleet import Fleet
+from marsupial_ros.hearing import Hearing, subscriptions
+from marsupial_ros.journal import Journal, Record
+from marsupial_ros.rosbridge import Rosbridge
+from marsupial_ros.settings import Settings
+from marsupial_ros.together import first_of
+from marsupial_ros.transforms import Frames
+
+TICK_S = 0.05
+"""How often the robots are looked after: dozens of them cost less than a hundredth of that."""
+
+REMIND_S = 10.0
+"""Between reminders of what is waited for before a mission can begin."""
+
+FLUSH_S = 2.0
+"""How long the last goals are given to be cancelled, when the bridge ends."""
+
+CONFLICTS = 3
+"""How often a report is sent again, with the robots' places as they are then, that crossed with new commands."""
+
+
+@dataclass(slots=True)
+class Outcome:
+    """How it ended: what the mission says, None if the bridge was left before; its id, if there was one."""
+
+    ended: MissionEnded | None = None
+    mission: str | None = None
+
+
+class Bridge:
+    """Drives one mission.
+
+    Parameters
+    ----------
+    stops
+        Says how often the user wants to stop: once ends the mission, twice leaves at once. Goals are cancelled.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        client: AsyncClient,
+        journal: Journal,
+        say: Callable[[str], None],
+        stops: Callable[[], int],
+    ) -> None:
+        self._settings = settings
+        self._client = client
+        self._journal = journal
+        self._say = say
+        self._stops = stops
+        self._clock = Clock(told=settings.clock is not None)
+        one = settings.map
+        self._chart = Chart(settings.terrains, one.masks, one.free_thresh, one.occupied_thresh)
+        frames = {robot.tf: Frames() for robot in settings.robots}
+        hearing = Hearing(settings, frames, self._chart, self._clock, say)
+        self._ros = Rosbridge(settings.rosbridge, subscriptions(settings), hearing)
+        self._fleet = Fleet(settings, frames, self._chart, self._ros, say)
+        hearing.fleet = self._fleet
+        self._record = Record(mission="", frame={})
+        self._reported_ms = 0
+        self._over = False
+        self.outcome = Outcome()
+
+    async def run(self) -> Outcome:
+        """Drive the mission to its end, or to where the user leaves.
+
+        Raises
+        ------
+        UsageError, InputError, ClientError
+            If settings, state or service are of no use.
+        """
+        kept = self._journal.read()
+        line = asyncio.ensure_future(self._ros.run())
+        try:
+            await first_of(_watched(line), self._mission(kept), self._watch())
+        finally:
+            self._fleet.abandon()
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._ros.flush(), FLUSH_S)
+            line.cancel()
+            await asyncio.gather(line, return_exceptions=True)
+        return self.outcome
+
+    async def _mission(self, kept: Record | None) -> None:
+        """Wait for the team, begin the mission or take it up, and be at it until its end."""
+        await self._team_there()
+        mission = await (self._begin() if kept is None else self._take_up(kept))
+        self.outcome.mission = mission.id
+        await first_of(self._events(mission), self._reports(mission))
+
+    async def _watch(self) -> None:
+        """Look after the robots, until the user wants to leave at once, or no mission has begun to be ended."""
+        stopping = False
+        while self._stops() < 2 and not (self._stops() and self.outcome.mission is None):
+            if self._ros.open and self._clock.known:
+                self._fleet.watch(self._clock.now_s)
+            if self._stops() and not stopping:
+                stopping = True
+                self._fleet.stop(self._clock.now_s)
+            await asyncio.sleep(TICK_S)
+
+    async def _team_there(self) -> None:
+        """Wait until there are a map and a place for every robot, and tell what is missing."""
+        told, told_s = None, 0.0
+        loop = asyncio.get_running_loop()
+        while missing := self._missing():
+            if missing != told or loop.time() - told_s > REMIND_S:
+                self._say(f"waiting for {'; '.join(missing)}")
+                told, told_s = missing, loop.time()
+            await asyncio.sleep(2 * TICK_S)
+
+    def _missing(self) -> list[str]:
+        if not self._ros.open:
+            return [f"rosbridge at {self._ros.url}"]
+        found = [] if self._clock.known else [f"the time on {self._settings.clock}"]
+        if self._chart.grid is None:
+            found.append(f"a map on {self._settings.map.topic}")
+        return found + self._fleet.unplaced()
+
+    async def _begin(self) -> AsyncMission:
+        grid = self._chart.begin()
+        self._fleet.place()
+        mission = await self._client.begin(brief_of(self._settings, grid, self._fleet))
+        self._clock.begin()
+        self._record = Record(mission=mission.id, frame=frame_of(grid))
+        self._fleet.mission = mission.id
+        self._keep()
+        self._say(f"mission {mission.id} began")
+        return mission
+
+    async def _take_up(self, kept: Record) -> AsyncMission:
+        """Take a mission up: send the report that may not have arrived, and all goals again."""
+        mission = await self._client.mission(kept.mission)
+        if kept.report is not None and mission.n < kept.report["n"]:
+            await mission.report(kept.report)
+        self._chart.take_up(await mission.known_map(), kept.frame)
+        self._clock.begin((await mission.refresh())["t_ms"])
+        self._record = kept
+        self._record.report = None
+        self._record.starts += 1
+        self._fleet.mission, self._fleet.starts = mission.id, kept.starts
+        self._fleet.take_up(kept.aboard, kept.lost)
+        self._fleet.place()
+        for command in kept.errands:
+            self._fleet.obey(command, self._clock.now_s)
+        self._keep()
+        self._say(f"mission {mission.id} goes on after report {mission.n}")
+        return mission
+
+    async def _events(self, mission: AsyncMission) -> None:
+        async with aclosing(mission.events(self._record.after)) as events:
+            async for event in events:
+                if event.type == "commands":
+                    self._obey(event.data)
+                elif event.type == "state":
+                    reason = event.data.get("reason", "")
+                    self._say(f"mission {event.data['state']}" + (f": {reason}" if reason else ""))
+                elif event.type == "end":
+                    self.outcome.ended = event.data
+                    self._journal.forget()
+                    return
+                if event.type != "log":
+                    self._record.after = event.id
+                    self._keep()
+
+    def _obey(self, batch: Commands) -> None:
+        self._record.answered, self._record.until_ms = batch["n"], batch["until_ms"]
+        for command in batch["commands"]:
+            self._fleet.obey(command, self._clock.now_s)
+
+    async def _reports(self, mission: AsyncMission) -> None:
+        """Report whenever something has happened, and end the mission when the user wants that."""
+        stopped = False
+        while True:
+            if self._stops() == 1 and not stopped:  # a second wish leaves it as it is
+                stopped = True
+                await mission.cancel()
+            elif self._due(mission.n):
+                await self._report(mission)
+            await asyncio.sleep(TICK_S)
+
+    def _due(self, n: int) -> bool:
+        """Say whether a report is due after report `n`."""
+        until_ms = self._record.until_ms
+        if self._over or until_ms is None or self._record.answered < n:
+            return False
+        now_ms = self._clock.mission_ms
+        if n == 0 or self._fleet.pending or now_ms >= until_ms:
+            return True
+        passed = now_ms - self._reported_ms >= 1000 * self._settings.waits.report_s
+        return passed and (self._fleet.driving or self._chart.fresh)
+
+    async def _report(self, mission: AsyncMission) -> None:
+        """Tell the service what has happened since the last report."""
+        self._reported_ms = self._clock.mission_ms
+        report: Report = {**self._fleet.report(), "t_ms": self._reported_ms, "n": mission.n + 1}
+        places = self._fleet.points()
+        if self._chart.fresh and places:
+            frame, revealed = self._chart.news(places)
+            if frame is not None:
+                report["frame"], report["revealed"] = frame, revealed
+        self._record.report = report
+        for left in reversed(range(CONFLICTS)):
+            self._keep()
+            try:
+                self._over = await mission.report(report) is None
+                break
+            except Conflict:
+                if not left:
+                    raise
+                await asyncio.sleep(1)
+                report["robots"] = self._fleet.notes()
+        self._record.report = None
+
+    def _keep(self) -> None:
+        """Write down how far the mission is."""
+        record = self._record
+        record.errands = [errand.command for errand in self._fleet.errands]
+        record.aboard = {r.name: r.aboard for r in self._fleet.robots.values() if r.aboard is not None}
+        record.lost = [robot.name for robot in self._fleet.robots.values() if robot.lost]
+        self._journal.write(record)
+
+
+async def _watched(line: asyncio.Future[None]) -> None:
+    """Wait for the connection's end, which is an error, without ending it."""
+    await asyncio.shield(line)

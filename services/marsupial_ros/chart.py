@@ -1,0 +1,235 @@
+"""The map as ROS tells it, the map as it was reported, and what is to be reported of the difference.
+
+A map says not who saw what, so changed cells count as seen by the robot that is nearest to them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from marsupial.errors import MapError
+from marsupial.formats.mapfiles.filter_masks import FilterMasks, painted
+from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
+from marsupial.maps.footprint import standable
+from marsupial.mission.loop import runs_of
+from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
+from marsupial.model.robots import RobotType
+from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
+from marsupial_ros.messages import Update
+from marsupial_service.missions.frames import Frame, frame_at, laid_out
+
+Point = tuple[float, float]
+
+
+class Chart:
+    """The map of a mission.
+
+    Parameters
+    ----------
+    terrains
+        All terrain classes of the mission.
+    masks
+        What is painted onto the map.
+    free_thresh, occupied_thresh
+        Occupancies from 0 to 1, as of a nav2 map.
+
+    Attributes
+    ----------
+    fresh
+        Whether there is anything of the map that `news` has not looked at.
+    """
+
+    def __init__(
+        self, terrains: tuple[Terrain, ...], masks: FilterMasks, free_thresh: float, occupied_thresh: float
+    ) -> None:
+        self._terrains = terrains
+        self._masks = masks
+        self._thresholds = free_thresh, occupied_thresh
+        self._occupancy: Occupancy | None = None
+        self._grid: Grid | None = None
+        self._overlay: CellArray | None = None
+        self._first: Grid | None = None
+        self._frame = Frame(0, 0, 0, 0)
+        self._reported: CellArray = np.empty((0, 0), dtype=np.uint8)
+        self.fresh = False
+
+    @property
+    def grid(self) -> Grid | None:
+        """The map as ROS told it last, with its masks; None before the first."""
+        if self._grid is None and self._occupancy is not None:
+            self._grid = self._read(self._occupancy)
+        return self._grid
+
+    def take(self, occupancy: Occupancy) -> None:
+        """Take a whole map in.
+
+        Raises
+        ------
+        MapError
+            If it is too large, or its cells are not those of the mission; it is passed over then.
+        """
+        if occupancy.values.size > MAX_CELLS:
+            raise MapError(f"has {occupancy.values.size} cells, more than the limit of {MAX_CELLS}")
+        self._check_lattice(occupancy)
+        before = self._occupancy
+        if before is None or _frame_of(before) != _frame_of(occupancy):
+            self._overlay = None
+        self._occupancy, self._grid, self.fresh = occupancy, None, True
+
+    def update(self, update: Update) -> None:
+        """Take a new part of the map in; one that comes before the map is passed over.
+
+        Raises
+        ------
+        MapError
+            If it lies outside the map.
+        """
+        if self._occupancy is None:
+            return
+        values = self._occupancy.values
+        height, width = update.values.shape
+        if min(update.x, update.y) < 0 or update.x + width > values.shape[1] or update.y + height > values.shape[0]:
+            raise MapError(f"an update of {width} x {height} cells at {update.x}, {update.y} lies outside the map")
+        values = values.copy()
+        values[update.y : update.y + height, update.x : update.x + width] = update.values
+        self._occupancy, self._grid, self.fresh = replace(self._occupancy, values=values), None, True
+
+    def begin(self) -> Grid:
+        """Let the mission begin with the frame of the map as it is now, and nothing reported; return that."""
+        assert self.grid is not None
+        self._first = self.grid
+        self._frame = Frame.of(self._first)
+        self._reported = np.full_like(self._first.cells, UNKNOWN)
+        return self._first
+
+    def take_up(self, known: KnownMap, first: Mapping[str, Any]) -> None:
+        """Take up a mission that knows `known` of the map; `first` is the frame that it was begun with."""
+        cells = np.full(first["width"] * first["height"], UNKNOWN, dtype=np.uint8).reshape(first["height"], -1)
+        x, y, yaw = first["origin_m"]
+        self._first = Grid(
+            cells=cells, resolution_m=first["resolution_m"], origin_m=(x, y, yaw), terrains=self._terrains
+        )
+        a, b, turned = known["origin_m"]
+        frame = frame_at(self._first, known["width"], known["height"], (a, b, turned))
+        assert frame is not None  # frames of a mission are not turned against each other
+        self._frame = frame
+        flat = np.full(known["width"] * known["height"], UNKNOWN, dtype=np.uint8)
+        for start, length, code in np.asarray(known["runs"], dtype=np.int64).reshape(-1, 3):
+            flat[start : start + length] = code
+        self._reported = flat.reshape(known["height"], known["width"])
+        if self._occupancy is not None:
+            self._check_lattice(self._occupancy)
+
+    def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
+        """Return which cells have changed since they were reported, and their frame; they count as reported then.
+
+        Parameters
+        ----------
+        robots
+            Where each robot on the ground is, in metres of the map frame.
+        """
+        grid = self.grid
+        assert grid is not None
+        assert self._first is not None
+        self.fresh = False
+        frame = frame_at(self._first, grid.width, grid.height, grid.origin_m)
+        assert frame is not None  # `take` has looked
+        whole = self._frame.grown(frame)
+        reported = laid_out(self._reported, self._frame, whole).copy()
+        window = reported[frame.y - whole.y :, frame.x - whole.x :][: grid.height, : grid.width]
+        changed = np.flatnonzero(window != grid.cells)
+        window[:] = grid.cells
+        self._frame, self._reported = whole, reported
+        if not len(changed):
+            return None, []
+        x, y, yaw = grid.origin_m
+        size: ReportFrame = {"width": grid.width, "height": grid.height, "origin_m": [x, y, yaw]}
+        return size, _revealed(grid, changed, robots)
+
+    def standing(self, kind: RobotType, point: Point, within_m: float) -> Point | None:
+        """Return where a robot of a type can stand: at a point if it can, else nearest to it, within a distance.
+
+        Robots are hardly ever where the map says: localisation is off by a cell or two, walls are drawn too thick.
+        """
+        if self.grid is None:
+            return None
+        part, corner = _around(self.grid, point, within_m + kind.radius_m)
+        if part is None:
+            return None
+        rows, columns = np.nonzero(standable(part, kind))
+        if not len(rows):
+            return None
+        at = _cells_from(self.grid, point)
+        dx, dy = columns + corner[0] + 0.5 - at[0], rows + corner[1] + 0.5 - at[1]
+        if ((abs(dx) <= 0.5) & (abs(dy) <= 0.5)).any():
+            return point
+        best = int(np.argmin(dx * dx + dy * dy))
+        if math.hypot(dx[best], dy[best]) * self.grid.resolution_m > within_m:
+            return None
+        return self.grid.point_m(float(columns[best] + corner[0] + 0.5), float(rows[best] + corner[1] + 0.5))
+
+    def _read(self, occupancy: Occupancy) -> Grid:
+        cells = terrain_codes(occupancy.values, *self._thresholds)
+        grid = Grid(
+            cells=cells,
+            resolution_m=occupancy.resolution_m,
+            origin_m=occupancy.origin_m,
+            terrains=self._terrains,
+        )
+        if self._overlay is None:
+            self._overlay = self._masks.overlay(grid)
+        return replace(grid, cells=painted(cells, self._overlay))
+
+    def _check_lattice(self, occupancy: Occupancy) -> None:
+        first = self._first
+        if first is None:
+            return
+        if occupancy.resolution_m != first.resolution_m:
+            was = f"{first.resolution_m:g} m, now {occupancy.resolution_m:g} m"
+            raise MapError(f"the resolution of the map has changed: it was {was}")
+        height, width = occupancy.values.shape
+        if frame_at(first, width, height, occupancy.origin_m) is None:
+            was = f"{first.origin_m[2]:g} rad, now {occupancy.origin_m[2]:g} rad"
+            raise MapError(f"the map has been turned: its origin's yaw was {was}")
+
+
+def _frame_of(occupancy: Occupancy) -> tuple[object, ...]:
+    return occupancy.values.shape, occupancy.resolution_m, occupancy.origin_m
+
+
+def _revealed(grid: Grid, changed: npt.NDArray[np.int64], robots: Mapping[str, Point]) -> list[Revealed]:
+    """Share changed cells, by row-major indices, out among the robots by distance."""
+    names = list(robots)
+    x, y = changed % grid.width + 0.5, changed // grid.width + 0.5
+    places = [_cells_from(grid, robots[name]) for name in names]
+    nearest = np.argmin([(x - px) ** 2 + (y - py) ** 2 for px, py in places], axis=0)
+    flat = grid.cells.reshape(-1)
+    return [
+        {"robot": name, "runs": list(runs_of(changed[nearest == i], flat))}
+        for i, name in enumerate(names)
+        if (nearest == i).any()
+    ]
+
+
+def _cells_from(grid: Grid, point: Sequence[float]) -> Point:
+    """Return a point in cells from the lower left corner of a map."""
+    x0, y0, yaw = grid.origin_m
+    dx, dy = point[0] - x0, point[1] - y0
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return (cos * dx + sin * dy) / grid.resolution_m, (cos * dy - sin * dx) / grid.resolution_m
+
+
+def _around(grid: Grid, point: Point, within_m: float) -> tuple[Grid | None, tuple[int, int]]:
+    """Return the part of a map around a point, and its lowest left cell; None where the point is far outside."""
+    x, y = _cells_from(grid, point)
+    reach = within_m / grid.resolution_m + 2
+    left, low = max(0, math.floor(x - reach)), max(0, math.floor(y - reach))
+    part = grid.cells[low : max(0, math.ceil(y + reach)), left : max(0, math.ceil(x + reach))]
+    return (replace(grid, cells=np.ascontiguousarray(part)) if part.size else None), (left, low)

@@ -1,0 +1,46 @@
+"""Mission time: that of this machine, or simulated time as ROS tells it."""
+
+from __future__ import annotations
+
+import time
+
+
+class Clock:
+    """Seconds that never go back, and mission time in ms.
+
+    Parameters
+    ----------
+    told
+        Whether time is told by messages (``/clock``); else it is that of this machine.
+    """
+
+    def __init__(self, *, told: bool) -> None:
+        self._told_s: float | None = None
+        self._told = told
+        self._began_s = 0.0
+        self._began_ms = 0
+
+    @property
+    def known(self) -> bool:
+        """Whether there is a time."""
+        return not self._told or self._told_s is not None
+
+    @property
+    def now_s(self) -> float:
+        """The time in seconds, from some moment on."""
+        if not self._told:
+            return time.monotonic()
+        return self._told_s or 0.0
+
+    @property
+    def mission_ms(self) -> int:
+        """The time of the mission."""
+        return self._began_ms + max(0, round(1000 * (self.now_s - self._began_s)))
+
+    def tell(self, now_s: float) -> None:
+        """Take a time in; a simulator that was reset makes it stand still until it is that late again."""
+        self._told_s = now_s if self._told_s is None else max(now_s, self._told_s)
+
+    def begin(self, at_ms: int = 0) -> None:
+        """Let it be `at_ms` in the mission now."""
+        self._began_s, self._began_ms = self.now_s, at_ms

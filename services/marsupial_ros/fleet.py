@@ -1,0 +1,345 @@
+"""The team as ROS has it: commands become goals, and their ends and the robots' places what is to be reported."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
+from marsupial_ros.chart import Chart
+from marsupial_ros.goals import Goal, drive_goal, failure_of, handover_goal, succeeded
+from marsupial_ros.robots import Errand, Point, Robot
+from marsupial_ros.rosbridge import Ended
+from marsupial_ros.settings import Settings
+from marsupial_ros.transforms import Frames
+
+CANCEL_S = 1.0
+"""A robot that is to stop is told so again: rosbridge passes over who has not yet answered that he takes the goal."""
+
+SETTLED_S = 3.0
+"""A robot that is to stop and has stood for so long has stopped, whether its action says so or not."""
+
+
+class Actions(Protocol):
+    """Where goals go to; `rosbridge.Rosbridge` is it."""
+
+    def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, object]) -> None:
+        """Send a goal, by a name of its own, to an action."""
+        ...
+
+    def cancel_goal(self, goal: str, action: str) -> None:
+        """Have a goal ended."""
+        ...
+
+
+@dataclass(slots=True)
+class Gathered:
+    """What has happened since the last report."""
+
+    finished: list[int] = field(default_factory=list)
+    failed: list[Failed] = field(default_factory=list)
+    lost: list[Lost] = field(default_factory=list)
+
+    @property
+    def any(self) -> bool:
+        """Whether anything has."""
+        return bool(self.finished or self.failed or self.lost)
+
+
+class Fleet:
+    """The robots of a mission.
+
+    Parameters
+    ----------
+    frames
+        What tf tells, by topic.
+    say
+        Tells the user something.
+
+    Attributes
+    ----------
+    mission, starts
+        The id of the mission, and how often it was taken up before: names of goals are never used twice.
+    """
+
+    def __init__(
+        self,
+        settings: Settings,
+        frames: Mapping[str, Frames],
+        chart: Chart,
+        actions: Actions,
+        say: Callable[[str], None],
+    ) -> None:
+        self._settings = settings
+        self._waits = settings.waits
+        self._frame = settings.map.frame
+        self._chart = chart
+        self._actions = actions
+        self._say = say
+        self._gathered = Gathered()
+        self.mission = ""
+        self.starts = 0
+        self.robots = {one.name: Robot(one, frames[one.tf], one.carrier) for one in settings.robots}
+
+    @property
+    def errands(self) -> list[Errand]:
+        """The commands that have not ended."""
+        found = {id(robot.errand): robot.errand for robot in self.robots.values() if robot.errand is not None}
+        return list(found.values())
+
+    @property
+    def pending(self) -> bool:
+        """Whether a command has ended, or a robot was lost, since the last report."""
+        return self._gathered.any
+
+    @property
+    def driving(self) -> bool:
+        """Whether any robot drives."""
+        return any(errand.drives for errand in self.errands)
+
+    def unplaced(self) -> list[str]:
+        """Return the robots on the ground that tf doesn't place on the map, and where it was looked for."""
+        return [
+            f"{robot.name} (no {self._frame} -> {robot.settings.base_frame} on {robot.settings.tf})"
+            for robot in self.robots.values()
+            if robot.on_ground and robot.pose(self._frame) is None
+        ]
+
+    def place(self) -> None:
+        """Let robots on the ground stand where tf has them, or beside it where the map lets them stand."""
+        for robot in self.robots.values():
+            if robot.on_ground and robot.anchor is None:
+                robot.anchor = self._standing(robot)
+
+    def take_up(self, aboard: Mapping[str, str], lost: Iterable[str]) -> None:
+        """Take up a team as it was: who is aboard whom, and who is lost."""
+        lost = set(lost)
+        for robot in self.robots.values():
+            robot.aboard, robot.lost = aboard.get(robot.name), robot.name in lost
+
+    def obey(self, command: Command, now_s: float) -> None:
+        """Carry a command out."""
+        robot = self.robots[command["robot"]]
+        if command["name"] == "stop":
+            if robot.errand is not None and robot.errand.command["id"] == command["id"]:
+                self._cancel(robot.errand, now_s)
+            return
+        errand = Errand(command)
+        for one in self._taking_part(errand):
+            one.errand = errand
+        self._start(errand, now_s)
+
+    def connected(self, now_s: float) -> None:
+        """Send all goals again: nobody knows what of them has arrived, and their ends were told to nobody."""
+        for robot in self.robots.values():
+            robot.since_s = now_s
+        for errand in self.errands:
+            if errand.cancelled_s is not None:
+                self._cancel(errand, now_s)
+            else:
+                self._start(errand, now_s)
+
+    def ended(self, end: Ended) -> None:
+        """Take in that a goal has ended; earlier goals of a command, which were sent again, count no more."""
+        errand = next((one for one in self.errands if one.name == end.goal and one.goal is not None), None)
+        if errand is None or errand.goal is None:
+            return
+        if succeeded(end):
+            self._finish(errand, arrived=True)
+        elif errand.drives and errand.cancelled_s is not None:
+            self._finish(errand, arrived=False)
+        else:
+            self._fail(errand, failure_of(errand.goal, end))
+
+    def watch(self, now_s: float) -> None:
+        """Look after what should have happened by now."""
+        for robot in self.robots.values():
+            if robot.on_ground:
+                self._listen(robot, now_s)
+        for errand in self.errands:
+            self._check(errand, now_s)
+
+    def stop(self, now_s: float) -> None:
+        """Let all robots that drive stop."""
+        for errand in self.errands:
+            if errand.drives:
+                self._cancel(errand, now_s)
+
+    def abandon(self) -> None:
+        """Have every goal ended, and wait for none."""
+        for errand in self.errands:
+            if errand.goal is not None:
+                self._actions.cancel_goal(errand.name, errand.goal.action)
+
+    def report(self) -> News:
+        """Return where the robots are and what has happened since this was asked for last."""
+        gathered, self._gathered = self._gathered, Gathered()
+        news: News = {"t_ms": 0, "robots": self.notes()}
+        if gathered.finished:
+            news["finished"] = gathered.finished
+        if gathered.failed:
+            news["failed"] = gathered.failed
+        if gathered.lost:
+            news["lost"] = gathered.lost
+        return news
+
+    def notes(self) -> list[RobotNote]:
+        """Return where the robots on the ground are; those that drive, where on their routes."""
+        found: list[RobotNote] = []
+        for robot in self._grounded():
+            self._follow(robot)
+            if robot.anchor is not None:
+                found.append({"name": robot.name, "pose_m": list(robot.anchor)})
+        return found
+
+    def points(self) -> dict[str, Point]:
+        """Return where the robots on the ground are, in metres of the map frame."""
+        places = {robot.name: robot.point(self._frame) or robot.anchor for robot in self._grounded()}
+        return {name: point for name, point in places.items() if point is not None}
+
+    def _grounded(self) -> Iterable[Robot]:
+        """Yield the robots that stand or drive by themselves, none of those that dock or undock."""
+        return (r for r in self.robots.values() if r.on_ground and (r.errand is None or self._carries(r)))
+
+    def _carries(self, robot: Robot) -> bool:
+        """Say whether a robot drives, or is the carrier of what it takes part in."""
+        assert robot.errand is not None
+        return robot.errand.drives or robot.errand.command["robot"] != robot.name
+
+    def _follow(self, robot: Robot) -> None:
+        """Move the place a robot is told to be at to where it is, unless it is near enough to that."""
+        at = robot.point(self._frame)
+        if at is None:
+            return
+        if robot.errand is not None and robot.errand.drives:
+            robot.anchor = robot.errand.pass_by(at, self._waits.tolerance_m) or self._standing(robot)
+        elif robot.anchor is None or math.dist(at, robot.anchor) > self._waits.tolerance_m:
+            robot.anchor = self._standing(robot)
+
+    def _standing(self, robot: Robot) -> Point | None:
+        at = robot.point(self._frame)
+        if at is None:
+            return robot.anchor
+        return self._chart.standing(robot.settings.kind, at, self._waits.tolerance_m) or at
+
+    def _taking_part(self, errand: Errand) -> list[Robot]:
+        command = errand.command
+        names = [command["robot"]] if errand.drives else [command["robot"], command["carrier"]]
+        return [self.robots[name] for name in names]
+
+    def _start(self, errand: Errand, now_s: float) -> None:
+        """Send the goal of a command, or the rest of it."""
+        goal = self._drive(errand) if errand.drives else self._handover(errand)
+        errand.since_s = errand.moved_s = now_s
+        errand.moved_from = None
+        if goal is None:
+            self._finish(errand, arrived=True)
+            return
+        errand.attempt += 1
+        errand.goal = goal
+        errand.name = f"{self.mission}:{errand.command['id']}:{self.starts}.{errand.attempt}"
+        self._actions.send_goal(errand.name, goal.action, goal.type, goal.values)
+
+    def _drive(self, errand: Errand) -> Goal | None:
+        """Return the goal of a drive from where the robot is by now, None if it is there."""
+        robot = self.robots[errand.command["robot"]]
+        pose = robot.pose(self._frame)
+        if pose is not None and (errand.attempt or self.starts):
+            errand.pass_by((pose.x, pose.y), self._waits.tolerance_m)
+        route = errand.route_m[errand.passed :]
+        if len(route) < 2:
+            return None
+        return drive_goal(self._settings, robot.settings, route, 0.0 if pose is None else pose.yaw)
+
+    def _handover(self, errand: Errand) -> Goal:
+        rover, carrier = self._taking_part(errand)
+        x, y = errand.command.get("point_m") or rover.anchor or rover.point(self._frame) or (0.0, 0.0)
+        beside = carrier.point(self._frame) or carrier.anchor
+        return handover_goal(self._settings, self.mission, errand.command, rover.settings, (x, y), beside)
+
+    def _cancel(self, errand: Errand, now_s: float) -> None:
+        if errand.goal is not None:
+            errand.cancelled_s = now_s
+            self._actions.cancel_goal(errand.name, errand.goal.action)
+
+    def _release(self, errand: Errand) -> None:
+        errand.goal = None
+        for robot in self._taking_part(errand):
+            robot.errand = None
+
+    def _finish(self, errand: Errand, *, arrived: bool) -> None:
+        """Count a command as carried out: a drive at the end of its route, or where it was stopped."""
+        rover = self._taking_part(errand)[0]
+        command = errand.command
+        if errand.drives:
+            at = rover.point(self._frame)
+            end = errand.route_m[-1]
+            near = at is None or math.dist(at, end) <= self._waits.tolerance_m
+            if arrived and near:
+                rover.anchor = end
+            else:
+                self._follow(rover)
+        else:
+            rover.aboard = command["carrier"] if command["name"] == "dock" else None
+            x, y = command.get("point_m") or (0.0, 0.0)
+            rover.anchor = (x, y) if command["name"] == "undock" else None
+        self._release(errand)
+        self._gathered.finished.append(command["id"])
+
+    def _fail(self, errand: Errand, reason: str) -> None:
+        if errand.drives:
+            self._follow(self._taking_part(errand)[0])
+        self._release(errand)
+        self._gathered.failed.append({"id": errand.command["id"], "reason": reason})
+        self._say(f"{errand.command['robot']}: {errand.command['name']} failed: {reason}")
+
+    def _give_up(self, errand: Errand, reason: str) -> None:
+        if errand.goal is not None:
+            self._actions.cancel_goal(errand.name, errand.goal.action)
+        self._fail(errand, reason)
+
+    def _check(self, errand: Errand, now_s: float) -> None:
+        """Give a command up that doesn't get on, and say again that a robot is to stop."""
+        if not errand.drives:
+            if now_s - errand.since_s > self._waits.handover_s:
+                self._give_up(errand, f"not over after {self._waits.handover_s:g} s")
+            return
+        at = self.robots[errand.command["robot"]].point(self._frame)
+        still_s = 0.0 if at is None else errand.watch(at, now_s)
+        if errand.cancelled_s is not None:
+            if still_s > SETTLED_S:
+                self._finish(errand, arrived=False)
+            elif now_s - errand.cancelled_s > CANCEL_S:
+                self._cancel(errand, now_s)
+        elif still_s > self._waits.stuck_s:
+            self._give_up(errand, f"no progress for {self._waits.stuck_s:g} s")
+
+    def _listen(self, robot: Robot, now_s: float) -> None:
+        """Tell of a robot that is not heard of, and count it as lost after a while."""
+        silent_s = robot.silent_for(self._frame, now_s)
+        where = f"no {self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
+        if silent_s <= self._waits.silent_s:
+            if robot.silent:
+                self._say(f"{robot.name}: heard of again")
+            robot.silent = False
+            return
+        if not robot.silent:
+            robot.silent = True
+            self._say(f"{robot.name}: {where} for {silent_s:.0f} s")
+            if robot.errand is not None and robot.errand.drives:
+                self._give_up(robot.errand, f"{where} for {self._waits.silent_s:g} s")
+        if silent_s > self._waits.lost_s:
+            self._lose(robot, f"{where} for {self._waits.lost_s:g} s")
+
+    def _lose(self, robot: Robot, reason: str) -> None:
+        self._say(f"{robot.name}: lost: {reason}")
+        if robot.errand is not None:
+            if robot.errand.goal is not None:
+                self._actions.cancel_goal(robot.errand.name, robot.errand.goal.action)
+            self._release(robot.errand)
+        robot.lost = True
+        self._gathered.lost.append({"robot": robot.name, "reason": reason})
+        for rider in self.robots.values():
+            rider.lost = rider.lost or rider.aboard == robot.name

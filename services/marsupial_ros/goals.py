@@ -1,0 +1,86 @@
+"""What a command of the mission is as a goal of an action.
+
+Drives are nav2's own actions; docking and undocking are those of `marsupial_interfaces`, which lies beside this file.
+Only fields that all releases of nav2 since Humble have are filled in; rosbridge leaves the others at their defaults.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from marsupial_client.mission_documents import Command
+from marsupial_ros.messages import final_yaw, path_of, pose_stamped
+from marsupial_ros.rosbridge import Ended, Status
+from marsupial_ros.settings import Drive, RobotSettings, Settings
+
+Point = tuple[float, float]
+
+FOLLOW_PATH_TYPE = "nav2_msgs/action/FollowPath"
+NAVIGATE_TYPE = "nav2_msgs/action/NavigateToPose"
+DOCK_TYPE = "marsupial_interfaces/action/Dock"
+UNDOCK_TYPE = "marsupial_interfaces/action/Undock"
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """A goal: the action's name and type, and the values of its fields."""
+
+    action: str
+    type: str
+    values: dict[str, Any]
+
+
+def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point], yaw: float) -> Goal:
+    """Return the goal of driving along a route of two points or more."""
+    frame = settings.map.frame
+    if robot.drive is Drive.NAVIGATE_TO_POSE:
+        pose = pose_stamped(route_m[-1], final_yaw(route_m, yaw), frame)
+        return Goal(f"{robot.namespace}/navigate_to_pose", NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
+    values = {
+        "path": path_of(route_m, yaw, frame),
+        **asdict(settings.controller),
+    }
+    return Goal(f"{robot.namespace}/follow_path", FOLLOW_PATH_TYPE, values)
+
+
+def handover_goal(
+    settings: Settings, mission: str, command: Command, rover: RobotSettings, point: Point, carrier: Point | None
+) -> Goal:
+    """Return the goal of a rover's docking or undocking.
+
+    Parameters
+    ----------
+    point, carrier
+        Where the rover stands, or is to be put, and where its carrier stands. It faces the carrier to dock, and away
+        from it when it is put down.
+    """
+    docks = command["name"] == "dock"
+    a, b = (point, carrier or point) if docks else (carrier or point, point)
+    yaw = math.atan2(b[1] - a[1], b[0] - a[0])
+    values = {
+        "mission": mission,
+        "command": command["id"],
+        "rover": command["robot"],
+        "carrier": command["carrier"],
+        "pose": pose_stamped(point, yaw, settings.map.frame),
+    }
+    return Goal(f"{rover.namespace}/{'dock' if docks else 'undock'}", DOCK_TYPE if docks else UNDOCK_TYPE, values)
+
+
+def failure_of(goal: Goal, end: Ended) -> str:
+    """Say why a goal was not reached, in the words of its action as far as it has any."""
+    word = Status(end.status).name.lower() if end.status in list(Status) else f"status {end.status}"
+    values = end.values if isinstance(end.values, dict) else {}
+    said = values.get("error_msg") or values.get("message") or (end.values if isinstance(end.values, str) else "")
+    code = values.get("error_code")
+    details = [str(said)] if said else []
+    details += [f"error {code}"] if code else []
+    return f"{goal.action}: {word}" + (f" ({', '.join(details)})" if details else "")
+
+
+def succeeded(end: Ended) -> bool:
+    """Say whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
+    return end.status == Status.SUCCEEDED and not (isinstance(end.values, dict) and end.values.get("success") is False)

@@ -1,0 +1,102 @@
+"""What a bridge has to know to take its mission up after it was ended, in one small file.
+
+It is written before goals are sent and before a report is, so nothing is done that it doesn't know of; a report that
+may or may not have arrived is in it, and the service says whether it has.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from marsupial.errors import InputError, UsageError
+from marsupial.formats.files import read_text, replace_file
+from marsupial_client.mission_documents import Command, Report
+
+VERSION = 1
+
+MOST_BYTES = 64 * 2**20
+
+
+@dataclass(slots=True, kw_only=True)
+class Record:
+    """How far a mission is.
+
+    Parameters
+    ----------
+    frame
+        The frame that the mission was begun with, as in its brief.
+    after
+        The event that was acted on last.
+    answered, until_ms
+        The report that commands were received after, and when the next one is due.
+    errands
+        The commands that have not ended, but for those that end with `report`.
+    aboard
+        The carrier of each rover that is aboard.
+    starts
+        How often it was taken up.
+    lost
+        The robots that were reported as lost.
+    report
+        A report that may not have arrived.
+    """
+
+    mission: str
+    frame: dict[str, Any]
+    after: int = 0
+    answered: int = -1
+    until_ms: int | None = None
+    errands: list[Command] = field(default_factory=list)
+    aboard: dict[str, str] = field(default_factory=dict)
+    starts: int = 0
+    lost: list[str] = field(default_factory=list)
+    report: Report | None = None
+
+
+class Journal:
+    """The file; without a path nothing is kept."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+
+    def read(self) -> Record | None:
+        """Return what is kept, None if there is no file.
+
+        Raises
+        ------
+        InputError
+            If the file can't be read or is none of these.
+        """
+        if self.path is None or not self.path.exists():
+            return None
+        text = read_text(self.path, InputError, MOST_BYTES)
+        try:
+            document = json.loads(text)
+            if document.pop("version") != VERSION:
+                raise ValueError("of another version")
+            return Record(**document)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise InputError(f"is no state of `marsupial ros` ({error})", source=str(self.path)) from error
+
+    def write(self, record: Record) -> None:
+        """Keep a record in place of the one before.
+
+        Raises
+        ------
+        UsageError
+            If it can't be written.
+        """
+        if self.path is None:
+            return
+        try:
+            replace_file(self.path, json.dumps({"version": VERSION, **asdict(record)}).encode())
+        except OSError as error:
+            raise UsageError(f"--state: {self.path} can't be written ({error.strerror})") from error
+
+    def forget(self) -> None:
+        """Remove the file: the mission is over."""
+        if self.path is not None:
+            self.path.unlink(missing_ok=True)

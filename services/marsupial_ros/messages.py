@@ -1,0 +1,138 @@
+"""ROS messages as rosbridge carries them, in plain JSON or CBOR, made into values and back.
+
+References: `nav_msgs`, `map_msgs`, `tf2_msgs`, `geometry_msgs`, `rosgraph_msgs` of ROS 2; typed arrays in CBOR are
+those of RFC 8746.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from marsupial.errors import MapError
+from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyArray, shortest_resolution
+from marsupial_ros.transforms import Transform
+
+MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
+UPDATE_TYPE = "map_msgs/msg/OccupancyGridUpdate"
+TF_TYPE = "tf2_msgs/msg/TFMessage"
+CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
+
+_INT8_ARRAY = 72
+"""Tag of an array of signed bytes in CBOR (RFC 8746)."""
+
+UNREADABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, MapError)
+"""What reading a message that is not as its type has it may raise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """A part of a map that is new: int8 (height, width) with its lowest left cell at column `x` and row `y`."""
+
+    x: int
+    y: int
+    values: OccupancyArray
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """One transform of a message: where `child` is in `parent`."""
+
+    parent: str
+    child: str
+    transform: Transform
+
+
+def occupancy_in(message: Mapping[str, Any]) -> Occupancy:
+    """Return the map in a `nav_msgs/OccupancyGrid`."""
+    info = message["info"]
+    pose = info["origin"]
+    origin = transform_of(pose["position"], pose["orientation"])
+    return Occupancy(
+        values=_values(message["data"], info["width"], info["height"]),
+        resolution_m=shortest_resolution(info["resolution"]),
+        origin_m=(origin.x, origin.y, origin.yaw),
+    )
+
+
+def update_in(message: Mapping[str, Any]) -> Update:
+    """Return the part of a map in a `map_msgs/OccupancyGridUpdate`."""
+    values = _values(message["data"], message["width"], message["height"])
+    return Update(int(message["x"]), int(message["y"]), values)
+
+
+def links_in(message: Mapping[str, Any]) -> Iterator[Link]:
+    """Yield the transforms in a `tf2_msgs/TFMessage`."""
+    for one in message["transforms"]:
+        transform = transform_of(one["transform"]["translation"], one["transform"]["rotation"])
+        yield Link(_frame(one["header"]["frame_id"]), _frame(one["child_frame_id"]), transform)
+
+
+def time_in(message: Mapping[str, Any]) -> float:
+    """Return the time in seconds in a `rosgraph_msgs/Clock`."""
+    return float(message["clock"]["sec"]) + float(message["clock"]["nanosec"]) / 1e9
+
+
+def transform_of(translation: Mapping[str, float], rotation: Mapping[str, float]) -> Transform:
+    """Return a transform from its vector and its quaternion."""
+    x, y, z, w = (float(rotation[key]) for key in "xyzw")
+    length = math.hypot(x, y, z, w)
+    if not 0 < length < math.inf:
+        raise ValueError(f"rotation {x, y, z, w} is none")
+    vector = tuple(float(translation[key]) for key in "xyz")
+    if not all(map(math.isfinite, vector)):
+        raise ValueError(f"translation {vector} is not finite")
+    return Transform((vector[0], vector[1], vector[2]), (x / length, y / length, z / length, w / length))
+
+
+def path_of(route_m: Sequence[Sequence[float]], yaw: float, frame: str) -> dict[str, Any]:
+    """Return a route as a `nav_msgs/Path`, each pose turned towards the next; `yaw` is for a route of one point."""
+    return {
+        "header": _header(frame),
+        "poses": [pose_stamped(point, angle, frame) for point, angle in zip(route_m, _yaws(route_m, yaw), strict=True)],
+    }
+
+
+def pose_stamped(point_m: Sequence[float], yaw: float, frame: str) -> dict[str, Any]:
+    """Return a `geometry_msgs/PoseStamped`, whenever it is looked at."""
+    return {
+        "header": _header(frame),
+        "pose": {
+            "position": {"x": float(point_m[0]), "y": float(point_m[1]), "z": 0.0},
+            "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)},
+        },
+    }
+
+
+def final_yaw(route_m: Sequence[Sequence[float]], yaw: float) -> float:
+    """Return which way a robot faces at the end of a route; `yaw` if it has one point only."""
+    return _yaws(route_m, yaw)[-1]
+
+
+def _yaws(route_m: Sequence[Sequence[float]], yaw: float) -> list[float]:
+    yaws = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise(route_m)]
+    return [*yaws, yaws[-1] if yaws else yaw]
+
+
+def _header(frame: str) -> dict[str, Any]:
+    """Return a header whose stamp is 0: to tf2 that means the latest there is."""
+    return {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": frame}
+
+
+def _frame(name: str) -> str:
+    return name.lstrip("/")
+
+
+def _values(data: Any, width: int, height: int) -> OccupancyArray:
+    """Return the cells of a message: a list of JSON, or bytes or a typed array of CBOR."""
+    if getattr(data, "tag", None) == _INT8_ARRAY:
+        data = data.value
+    values = np.frombuffer(data, np.int8) if isinstance(data, bytes) else np.asarray(data, dtype=np.int8)
+    if values.ndim != 1 or len(values) != width * height:
+        raise ValueError(f"data has {values.size} cells, but is {width} x {height}")
+    return values.reshape(height, width)

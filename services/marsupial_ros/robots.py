@@ -1,0 +1,126 @@
+"""One robot of the team: where it is, as tf tells, and the command it carries out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from marsupial_client.mission_documents import Command
+from marsupial_ros.goals import Goal
+from marsupial_ros.settings import RobotSettings
+from marsupial_ros.transforms import Frames, Transform
+
+Point = tuple[float, float]
+
+LOOK_AHEAD_M = 5.0
+"""How far along its route a robot may have come since it was looked at last: a route may pass a place twice."""
+
+PROGRESS_M = 0.1
+"""A robot that moves less far stands."""
+
+
+@dataclass(slots=True)
+class Errand:
+    """A command that has not ended.
+
+    Parameters
+    ----------
+    goal, name
+        What ROS was asked for, and the name that goal has there; a goal that is sent again has another.
+    passed
+        Of a drive: which point of the route the robot is at or was at last.
+    since_s, moved_s, moved_from
+        When the goal was sent, and when and where the robot was last seen to get on.
+    cancelled_s
+        When it was last told to stop, None if it was not.
+    """
+
+    command: Command
+    goal: Goal | None = None
+    name: str = ""
+    attempt: int = 0
+    passed: int = 0
+    since_s: float = 0.0
+    moved_s: float = 0.0
+    moved_from: Point | None = None
+    cancelled_s: float | None = None
+
+    @property
+    def drives(self) -> bool:
+        """Whether it is a drive."""
+        return self.command["name"] == "drive"
+
+    @property
+    def route_m(self) -> list[Point]:
+        """Of a drive: its points in metres of the map frame."""
+        return [(x, y) for x, y in self.command["route_m"]]
+
+    def pass_by(self, at: Point, tolerance_m: float) -> Point | None:
+        """Return the point of the route that a robot is at, and remember it; None if it is off the route."""
+        route, gone = self.route_m, 0.0
+        best, least = self.passed, math.inf
+        for i in range(self.passed, len(route)):
+            gone += math.dist(route[i - 1], route[i]) if i > self.passed else 0.0
+            if gone > LOOK_AHEAD_M:
+                break
+            if math.dist(route[i], at) < least:
+                best, least = i, math.dist(route[i], at)
+        if least > tolerance_m:
+            return None
+        self.passed = best
+        return route[best]
+
+    def watch(self, at: Point, now_s: float) -> float:
+        """Return for how many seconds the robot has not got on."""
+        if self.moved_from is None or math.dist(at, self.moved_from) > PROGRESS_M:
+            self.moved_from, self.moved_s = at, now_s
+        return now_s - self.moved_s
+
+
+@dataclass(slots=True)
+class Robot:
+    """A robot, and what is known of it.
+
+    Parameters
+    ----------
+    anchor
+        Where the mission was told that it stands, in metres of the map frame.
+    silent
+        Whether it was told that nothing is heard of the robot.
+    """
+
+    settings: RobotSettings
+    frames: Frames
+    aboard: str | None
+    anchor: Point | None = None
+    errand: Errand | None = None
+    silent: bool = False
+    lost: bool = False
+    since_s: float = field(default=0.0)
+
+    @property
+    def name(self) -> str:
+        """Its name in the mission."""
+        return self.settings.name
+
+    @property
+    def on_ground(self) -> bool:
+        """Whether it stands or drives by itself."""
+        return self.aboard is None and not self.lost
+
+    def pose(self, map_frame: str) -> Transform | None:
+        """Return where it is on the map, None as long as tf doesn't connect the two."""
+        found = self.frames.find(self.settings.base_frame, map_frame)
+        return None if found is None else found[0]
+
+    def point(self, map_frame: str) -> Point | None:
+        """Return where it is on the map in metres."""
+        pose = self.pose(map_frame)
+        return None if pose is None else (pose.x, pose.y)
+
+    def silent_for(self, map_frame: str, now_s: float) -> float:
+        """Return for how many seconds nothing was heard of where it is, while there was somebody to tell."""
+        found = self.frames.find(self.settings.base_frame, map_frame)
+        if found is None:
+            return now_s - self.since_s
+        return 0.0 if found[1] is None else now_s - max(found[1], self.since_s)

@@ -1,0 +1,212 @@
+"""A connection to rosbridge that comes back: subscriptions and goals of actions over one websocket.
+
+What is sent while there is no connection is dropped: whoever wants it sent again hears of each new one. Messages come
+as JSON, in fragments if they are large, or as CBOR where a subscription asks for that; PNG is not asked for.
+
+References: rosbridge v2.0 protocol specification for ROS 2 (RobotWebTools/rosbridge_suite, `ROSBRIDGE_PROTOCOL.md`).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, Protocol
+
+import cbor2
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import InvalidURI, WebSocketException
+
+from marsupial.errors import UsageError
+from marsupial_ros.together import first_of
+
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
+"""Between tries to connect."""
+
+OPEN_S = 10.0
+"""How long a connection may take to open."""
+
+PING_S = 5.0
+"""Between signs of life; a connection without an answer for as long again is dead."""
+
+MOST_BYTES = 512 * 2**20
+"""Of one message: a map of 100 million cells as JSON."""
+
+MOST_FRAGMENTS = 100_000
+
+
+class Status(IntEnum):
+    """How an action ended (`action_msgs/GoalStatus`)."""
+
+    UNKNOWN = 0
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The end of a goal: its status, and what the action says about it."""
+
+    goal: str
+    status: int
+    values: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Subscription:
+    """A topic, its type, and how its messages are to come (`compression`, at most one in `throttle_ms`)."""
+
+    topic: str
+    type: str
+    compression: str = "none"
+    throttle_ms: int = 0
+
+    def as_document(self) -> dict[str, Any]:
+        """Return the request for it."""
+        document: dict[str, Any] = {"op": "subscribe", "id": f"marsupial:{self.topic}"}
+        document |= {"topic": self.topic, "type": self.type, "compression": self.compression}
+        return document | ({"throttle_rate": self.throttle_ms} if self.throttle_ms else {})
+
+
+class Listener(Protocol):
+    """Hears what comes."""
+
+    def connected(self) -> None:
+        """A connection has been opened: nothing that was sent over an earlier one can be relied on."""
+        ...
+
+    def disconnected(self, reason: str) -> None:
+        """The connection broke, or can't be opened."""
+        ...
+
+    def message(self, topic: str, message: Mapping[str, Any]) -> None:
+        """A message of a topic."""
+        ...
+
+    def ended(self, end: Ended) -> None:
+        """A goal has ended."""
+        ...
+
+    def complaint(self, text: str) -> None:
+        """What rosbridge or this end can't make sense of."""
+        ...
+
+
+class Rosbridge:
+    """Talks to the rosbridge at `url` (``ws://host:9090``) while `run` runs."""
+
+    def __init__(self, url: str, subscriptions: list[Subscription], listener: Listener) -> None:
+        self.url = url
+        self._subscriptions = subscriptions
+        self._listener = listener
+        self._outbox: asyncio.Queue[str] | None = None
+        self._fragments: dict[str, dict[int, str]] = {}
+        self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
+            "publish": self._published,
+            "action_result": self._action_ended,
+            "status": self._told,
+            "fragment": self._fragment,
+        }
+
+    @property
+    def open(self) -> bool:
+        """Whether there is a connection."""
+        return self._outbox is not None
+
+    def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, Any]) -> None:
+        """Send a goal, by a name of its own, to an action."""
+        document = {"op": "send_action_goal", "id": goal, "action": action, "action_type": type}
+        self._send({**document, "args": values, "feedback": False})
+
+    def cancel_goal(self, goal: str, action: str) -> None:
+        """Have a goal ended; that it has is told as of any other."""
+        self._send({"op": "cancel_action_goal", "id": goal, "action": action})
+
+    async def run(self) -> None:
+        """Connect, again and again, and let the listener hear what comes.
+
+        Raises
+        ------
+        UsageError
+            Where the address is none.
+        """
+        pause_s = FIRST_PAUSE_S
+        while True:
+            try:
+                async with connect(
+                    self.url, max_size=MOST_BYTES, open_timeout=OPEN_S, ping_interval=PING_S, ping_timeout=PING_S
+                ) as line:
+                    pause_s = FIRST_PAUSE_S
+                    await self._talk(line)
+                reason = "closed by rosbridge"
+            except InvalidURI as error:
+                raise UsageError(f"rosbridge: {error}") from error
+            except (OSError, TimeoutError, WebSocketException) as error:
+                reason = str(error) or type(error).__name__
+            self._listener.disconnected(reason)
+            await asyncio.sleep(pause_s)
+            pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
+
+    async def flush(self) -> None:
+        """Wait until all that was sent is on its way, if there is a connection."""
+        if self._outbox is not None:
+            await self._outbox.join()
+
+    async def _talk(self, line: ClientConnection) -> None:
+        self._fragments.clear()
+        self._outbox = asyncio.Queue()
+        try:
+            for subscription in self._subscriptions:
+                self._send(subscription.as_document())
+            self._listener.connected()
+            await first_of(self._read(line), self._write(line, self._outbox))
+        finally:
+            self._outbox = None
+
+    def _send(self, document: Mapping[str, Any]) -> None:
+        if self._outbox is not None:
+            self._outbox.put_nowait(json.dumps(document))
+
+    async def _write(self, line: ClientConnection, outbox: asyncio.Queue[str]) -> None:
+        while True:
+            text = await outbox.get()
+            await line.send(text)
+            outbox.task_done()
+
+    async def _read(self, line: ClientConnection) -> None:
+        async for data in line:
+            self._take(data)
+
+    def _take(self, data: str | bytes) -> None:
+        """Take a message in; one that can't be read is told of and passed over."""
+        try:
+            document = json.loads(data) if isinstance(data, str) else cbor2.loads(data)
+            reader = self._readers.get(document["op"])
+            if reader is not None:
+                reader(document)
+        except (ValueError, KeyError, TypeError, RecursionError, cbor2.CBORDecodeError) as error:
+            self._listener.complaint(f"rosbridge sent what is no message of its protocol ({error!r})")
+
+    def _published(self, document: Mapping[str, Any]) -> None:
+        self._listener.message(document["topic"], document["msg"])
+
+    def _action_ended(self, document: Mapping[str, Any]) -> None:
+        status = int(document.get("status", Status.SUCCEEDED if document.get("result") else Status.UNKNOWN))
+        self._listener.ended(Ended(str(document.get("id")), status, document.get("values")))
+
+    def _told(self, document: Mapping[str, Any]) -> None:
+        if document.get("level") in ("error", "warning"):
+            self._listener.complaint(f"rosbridge: {document.get('msg')}")
+
+    def _fragment(self, document: Mapping[str, Any]) -> None:
+        name, total = str(document["id"]), int(document["total"])
+        if not 0 < total <= MOST_FRAGMENTS:
+            raise ValueError(f"{total} fragments")
+        parts = self._fragments.setdefault(name, {})
+        parts[int(document["num"])] = str(document["data"])
+        if len(parts) == total:
+            del self._fragments[name]
+            self._take("".join(parts[number] for number in range(total)))

@@ -1,0 +1,306 @@
+"""The settings of `marsupial ros`: a YAML file; docs/ros.md describes it field by field."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from marsupial.errors import Problem, ScenarioError
+from marsupial.formats.fields import Fields, Notes, shown
+from marsupial.formats.mapfiles.filter_masks import FilterMasks
+from marsupial.formats.mapfiles.occupancy import FREE_THRESH, OCCUPIED_THRESH
+from marsupial.formats.scenario.filters import read_filters
+from marsupial.formats.scenario.map import read_terrains
+from marsupial.formats.scenario.read import parse, read_goal, read_limits, read_types, read_version
+from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names
+from marsupial.formats.yamllines import with_lines
+from marsupial.model.bounds import BOUNDS, Bound
+from marsupial.model.grid import Terrain
+from marsupial.model.robots import RobotType, TeamMember
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+
+FORMAT, VERSION = "marsupial-ros", 1
+
+ROSBRIDGE = "ws://127.0.0.1:9090"
+
+SECONDS = Bound(0, 10**6, "s", above=True)
+
+METRES = Bound(0, 100, "m")
+
+
+class Drive(StrEnum):
+    """Which action of nav2 carries a drive out."""
+
+    FOLLOW_PATH = "follow_path"
+    """The controller alone, along the planned route."""
+
+    NAVIGATE_TO_POSE = "navigate_to_pose"
+    """To the end of the route, on a way of nav2's own."""
+
+
+class Compression(StrEnum):
+    """How maps come over the websocket."""
+
+    CBOR = "cbor"
+    NONE = "none"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotSettings:
+    """One robot.
+
+    Parameters
+    ----------
+    namespace
+        What its actions are under (``/carrier1``), empty for none.
+    carrier
+        The carrier it is aboard at first, None if it stands by itself.
+    tf
+        The topic of its transforms; those that hold for good are on ``<tf>_static``.
+    base_frame
+        The frame of the robot in it.
+    """
+
+    name: str
+    kind: RobotType
+    namespace: str
+    carrier: str | None
+    tf: str
+    base_frame: str
+    drive: Drive
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MapSettings:
+    """Where the map comes from, and what is read beside it."""
+
+    topic: str
+    updates: str
+    frame: str
+    free_thresh: float
+    occupied_thresh: float
+    compression: Compression
+    masks: FilterMasks
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Waits:
+    """How long what is waited for, in seconds, and how far a robot may be from where it should be.
+
+    Parameters
+    ----------
+    report_s
+        Between reports while robots drive or the map changes, at least.
+    silent_s, lost_s
+        Without transforms a robot counts as silent, which ends its drive, and as lost for good.
+    stuck_s
+        A drive without any progress is given up.
+    handover_s
+        A docking or undocking is given up.
+    tolerance_m
+        A robot this near to its route is on it, and this near to where it can stand stands there.
+    """
+
+    report_s: float = 1.0
+    silent_s: float = 5.0
+    lost_s: float = 120.0
+    stuck_s: float = 30.0
+    handover_s: float = 180.0
+    tolerance_m: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Controller:
+    """The plugins of nav2's controller server that follow paths, empty where it has one of each only."""
+
+    controller_id: str = ""
+    goal_checker_id: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Planning:
+    """Who plans: None leaves it to the service."""
+
+    strategy: str | None = None
+    planner: str | None = None
+    budget_s: float = 1.0
+    planning_time: PlanningTime = PlanningTime.CHARGED
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Settings:
+    """All of the file; `clock` is the topic of simulated time, None for that of this machine."""
+
+    name: str
+    rosbridge: str
+    clock: str | None
+    map: MapSettings
+    waits: Waits
+    terrains: tuple[Terrain, ...]
+    kinds: tuple[RobotType, ...]
+    robots: tuple[RobotSettings, ...]
+    goal: Goal
+    limits: MissionLimits
+    planning: Planning
+    controller: Controller
+
+
+def read_settings(path: Path) -> Settings:
+    """Read the file.
+
+    Raises
+    ------
+    ScenarioError
+        With every wrong field by its path and line.
+    """
+    data, text = parse(path)
+    if not isinstance(data, Mapping):
+        raise ScenarioError(f"must be a mapping of fields, got {shown(data)}", source=str(path))
+    problems: list[Problem] = []
+    settings = _read(Fields(data, "", problems), path)
+    if problems or settings is None:
+        raise ScenarioError(with_lines(problems, text), source=str(path))
+    return settings
+
+
+def _read(top: Fields, path: Path) -> Settings | None:
+    if not read_version(top, FORMAT, VERSION):
+        return None
+    name = top.text("name", path.stem)
+    rosbridge = top.text("rosbridge", ROSBRIDGE)
+    if rosbridge and not rosbridge.startswith(("ws://", "wss://")):
+        top.wrong("rosbridge", f"must be like {ROSBRIDGE}, got {shown(rosbridge)}")
+    clock = top.text("clock") if top.has("clock") else None
+    terrains = read_terrains(top)
+    kinds = read_types(top, terrains, None)
+    controller = _read_controller(top.part("controller", required=False))
+    settings = Settings(
+        name=name,
+        rosbridge=rosbridge,
+        clock=clock,
+        map=_read_map(top.part("map", required=False), terrains, path.parent),
+        waits=_read_waits(top.part("waits", required=False)),
+        terrains=terrains,
+        kinds=tuple(kind for kind in kinds.values() if kind is not None),
+        robots=_read_robots(top, kinds),
+        goal=read_goal(top),
+        limits=read_limits(top),
+        planning=_read_planning(top.part("planning", required=False)),
+        controller=controller,
+    )
+    top.finish()
+    return None if top.problems else settings
+
+
+def _read_controller(fields: Fields) -> Controller:
+    controller = Controller(
+        controller_id=fields.text("controller_id") if fields.has("controller_id") else "",
+        goal_checker_id=fields.text("goal_checker_id") if fields.has("goal_checker_id") else "",
+    )
+    fields.finish()
+    return controller
+
+
+def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapSettings:
+    share = BOUNDS["share"]
+    topic = fields.text("topic", "/map")
+    settings = MapSettings(
+        topic=topic,
+        updates=fields.text("updates", f"{topic}_updates"),
+        frame=fields.text("frame", "map").lstrip("/"),
+        free_thresh=fields.number("free_thresh", FREE_THRESH, share),
+        occupied_thresh=fields.number("occupied_thresh", OCCUPIED_THRESH, share),
+        compression=Compression(fields.choice("compression", list(Compression), Compression.CBOR) or Compression.CBOR),
+        masks=read_filters(fields, terrains, folder),
+    )
+    if settings.free_thresh >= settings.occupied_thresh:
+        fields.wrong("free_thresh", f"must be below occupied_thresh ({settings.occupied_thresh:g})")
+    fields.finish()
+    return settings
+
+
+def _read_waits(fields: Fields) -> Waits:
+    usual = Waits()
+    waits = Waits(
+        report_s=fields.number("report_s", usual.report_s, SECONDS),
+        silent_s=fields.number("silent_s", usual.silent_s, SECONDS),
+        lost_s=fields.number("lost_s", usual.lost_s, SECONDS),
+        stuck_s=fields.number("stuck_s", usual.stuck_s, SECONDS),
+        handover_s=fields.number("handover_s", usual.handover_s, SECONDS),
+        tolerance_m=fields.number("tolerance_m", usual.tolerance_m, METRES),
+    )
+    if waits.lost_s < waits.silent_s:
+        fields.wrong("lost_s", f"must not be below silent_s ({waits.silent_s:g})")
+    fields.finish()
+    return waits
+
+
+def _read_planning(fields: Fields) -> Planning:
+    usual = Planning()
+    planning = Planning(
+        strategy=fields.text("strategy") if fields.has("strategy") else None,
+        planner=fields.text("planner") if fields.has("planner") else None,
+        budget_s=fields.number("budget_s", usual.budget_s, BOUNDS["budget_s"]),
+        planning_time=PlanningTime(
+            fields.choice("planning_time", list(PlanningTime), usual.planning_time) or usual.planning_time
+        ),
+    )
+    fields.finish()
+    return planning
+
+
+def _read_robots(top: Fields, kinds: Mapping[str, RobotType | None]) -> tuple[RobotSettings, ...]:
+    """Read the robots; they mean something only if no problem was noted."""
+    read = [(fields, _read_robot(fields, kinds)) for fields in top.parts("robots")]
+    entries = [
+        MemberEntry(fields, TeamMember(name=robot.name, type=robot.kind.name, carrier=robot.carrier))
+        for fields, robot in read
+        if robot is not None
+    ]
+    check_names(entries)
+    check_carriers(entries, kinds)
+    robots = [(fields, robot) for fields, robot in read if robot is not None]
+    if not top.problems and not any(robot.kind.capacity or robot.carrier is None for _, robot in robots):
+        top.wrong("robots", "must not be empty")
+    for key in ("namespace", "base_frame"):
+        _check_apart(robots, key)
+    return tuple(robot for _, robot in robots)
+
+
+def _read_robot(fields: Fields, kinds: Mapping[str, RobotType | None]) -> RobotSettings | None:
+    name = fields.name("name")
+    kind = kinds.get(fields.choice("type", kinds, what="robot type") if kinds else fields.text("type"))
+    carrier = fields.name("carrier") if fields.has("carrier") else None
+    settings = {
+        "namespace": _namespace(fields, f"/{name}"),
+        "tf": fields.text("tf", "/tf"),
+        "base_frame": fields.text("base_frame", f"{name or 'robot'}/base_link").lstrip("/"),
+        "drive": Drive(fields.choice("drive", list(Drive), Drive.FOLLOW_PATH) or Drive.FOLLOW_PATH),
+    }
+    fields.finish()
+    return None if kind is None else RobotSettings(name=name, kind=kind, carrier=carrier, **settings)  # type: ignore[arg-type]
+
+
+def _namespace(fields: Fields, usual: str) -> str:
+    """Read a namespace, which begins with a slash; ``/`` is none at all."""
+    found = fields.text("namespace", usual).rstrip("/")
+    if found and not found.startswith("/"):
+        fields.wrong("namespace", f"must begin with '/', got {shown(found)}")
+    return found
+
+
+def _check_apart(robots: list[tuple[Fields, RobotSettings]], key: str) -> None:
+    """Check that no two robots would be taken for one another."""
+    seen: dict[tuple[str, str], str] = {}
+    for notes, robot in robots:
+        place = ("", robot.namespace) if key == "namespace" else (robot.tf, robot.base_frame)
+        other = seen.setdefault(place, robot.name)
+        if other != robot.name:
+            _note_same(notes, key, place, other)
+
+
+def _note_same(notes: Notes, key: str, place: tuple[str, str], other: str) -> None:
+    where = f" of {place[0]}" if place[0] else ""
+    notes.wrong(key, f"{place[1] or '/'}{where} is that of {other} too")

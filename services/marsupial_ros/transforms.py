@@ -1,0 +1,96 @@
+"""Where frames are in other frames: the tree that tf tells link by link."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+_LONGEST_CHAIN = 100
+"""Links from a robot to the map, at most: a tree has no circles, but messages may have."""
+
+
+class Transform(NamedTuple):
+    """A translation in metres, and a rotation as a quaternion (x, y, z, w) of length 1."""
+
+    translation: Vector
+    rotation: Quaternion
+
+    @property
+    def x(self) -> float:
+        """Metres along x."""
+        return self.translation[0]
+
+    @property
+    def y(self) -> float:
+        """Metres along y."""
+        return self.translation[1]
+
+    @property
+    def yaw(self) -> float:
+        """Angle about z in radians."""
+        x, y, z, w = self.rotation
+        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+    def of(self, inner: Transform) -> Transform:
+        """Return where what is at `inner` in this frame is in the frame that this one is in."""
+        dx, dy, dz = _rotated(self.rotation, inner.translation)
+        x, y, z = self.translation
+        return Transform((x + dx, y + dy, z + dz), _product(self.rotation, inner.rotation))
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """The last that was told of a frame: its parent, where it is in that, and when (s); None for what is for good."""
+
+    parent: str
+    transform: Transform
+    at_s: float | None
+
+
+class Frames:
+    """The frames that one pair of topics (``/tf``, ``/tf_static``) tells of."""
+
+    def __init__(self) -> None:
+        self._told: dict[str, Told] = {}
+
+    def tell(self, parent: str, child: str, transform: Transform, at_s: float | None) -> None:
+        """Take a link in; `at_s` is None for one that holds for good."""
+        self._told[child] = Told(parent, transform, at_s)
+
+    def find(self, frame: str, ancestor: str) -> tuple[Transform, float | None] | None:
+        """Return where a frame is in another and when that was told; None if they are not connected.
+
+        The time is that of the link nearest to the frame that does not hold for good: a robot's odometry.
+        """
+        found, at_s = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), None
+        for _ in range(_LONGEST_CHAIN):
+            if frame == ancestor:
+                return found, at_s
+            told = self._told.get(frame)
+            if told is None:
+                return None
+            found = told.transform.of(found)
+            at_s = told.at_s if at_s is None else at_s
+            frame = told.parent
+        return None
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def _rotated(rotation: Quaternion, vector: Vector) -> Vector:
+    x, y, z, w = rotation
+    turned = _product(_product(rotation, (*vector, 0.0)), (-x, -y, -z, w))
+    return turned[:3]

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from compare_outcomes import CASE, outcome_of, with_times
+from compare_workers import GREEDY, HEURISTIC, invented, lobby
+from eyes import contrast, nearest
+
+from marsupial.bench.compare.answer import sentences, standing_of
+from marsupial.bench.compare.cells import TIME, tally
+from marsupial.bench.compare.figures import COLOURS
+from marsupial.bench.compare.pairs import notable_pairs, replays_in
+from marsupial.bench.compare.plan import Contender
+from marsupial.bench.documents import documents
+
+
+def sections(text: str) -> list[str]:
+    return re.findall(r"<h2>(.*?)</h2>", text)
+
+
+def test_the_page_begins_with_the_answer_and_one_plot_and_has_tables_of_all_at_its_end() -> None:
+    text = dict(documents(outcome_of(lobby(runs=4))))["report.html"].decode()
+    assert sections(text) == ["The answer", "lobby", "In numbers", "Method"]
+    opening = text[: text.index("<h2>lobby</h2>")]
+    assert (
+        "temporal (greedy) explores 8.9 % faster than heuristic on average over 4 pairs of missions on lobby" in opening
+    )
+    assert "it is faster in 4 and slower in 0." in opening
+    assert "Exploration quality Q: that of temporal (greedy) is" in opening
+    assert opening.count("<svg") == 1
+    assert "<table" not in opening
+
+
+def test_what_can_not_be_told_from_chance_is_said_to_be_so() -> None:
+    (text,) = sentences(with_times({GREEDY: [90, 110, 99, 103], HEURISTIC: [100, 100, 100, 100]}))
+    assert text.startswith("Whether temporal (greedy) or heuristic explores faster can't be told from 4 pairs")
+    assert "takes 0.5 % more time on average" in text
+    assert "faster in 2 and slower in 2." in text
+
+
+def test_a_mean_on_the_side_of_the_fewer_pairs_is_explained() -> None:
+    outcome = with_times({GREEDY: [50, 102, 101, 103], HEURISTIC: [100, 100, 100, 100]})
+    assert standing_of(outcome, GREEDY, TIME, outcome.cases).at_odds
+    assert "faster in 1 and slower in 3, so the few differ by more" in sentences(outcome)[0]
+
+
+def test_the_best_of_several_comes_first() -> None:
+    anytime = Contender("temporal", "anytime")
+    outcome = with_times({GREEDY: [90, 91], anytime: [80, 81], HEURISTIC: [100, 101]})
+    assert [text.split(" explores")[0] for text in sentences(outcome)] == ["temporal (anytime)", "temporal (greedy)"]
+
+
+def test_a_single_contender_is_told_by_its_time() -> None:
+    (text,) = sentences(with_times({GREEDY: [90, 110]}))
+    assert text == "temporal (greedy) explores in 100 s on average over 2 complete missions."
+
+
+def test_the_mean_counts_just_the_pairs_that_are_won_and_lost() -> None:
+    outcome = with_times({GREEDY: [50, 150, -1], HEURISTIC: [100, 300, 10]})
+    stands = standing_of(outcome, GREEDY, TIME, outcome.cases)
+    assert (stands.gains, stands.wins, stands.losses) == ((0.5, 0.5), 2, 0)
+    assert tally([outcome.pairing(CASE, GREEDY, TIME)]).gain == 0.5
+
+
+def test_no_axis_of_quality_goes_below_zero_and_no_frame_is_empty() -> None:
+    comparison = lobby(runs=2, carriers=(1, 2))
+    few = {trial: replace(invented(trial).row, quality=0.1 * trial.seed**3) for trial in comparison.trials()}
+    svg = dict(documents(outcome_of(comparison, few)))["figures/quality-lobby.svg"].decode()
+    numbers = re.findall(r">([−-]?[0-9.]+)</text>", svg)
+    assert numbers
+    assert not any(text[0] in "−-" for text in numbers)
+    cut = dict(documents(outcome_of(comparison, upto=0)))
+    assert not any(name.startswith("figures/") for name in cut)
+
+
+def test_best_and_worst_pairs_are_those_with_most_and_least_saved() -> None:
+    outcome = with_times({GREEDY: [50, 150, -1, 100], HEURISTIC: [100, 100, 10, 100]})
+    found = notable_pairs(outcome)
+    assert [(pair.kind, pair.seed, pair.gain) for pair in found] == [("best", 1, 0.5), ("worst", 2, -0.5)]
+    assert found[0].path == "replays/best-lobby-1x1-temporal--greedy-seed1.html"
+
+
+def test_pairs_that_can_be_watched_are_linked(tmp_path: Path) -> None:
+    outcome = with_times({GREEDY: [50, 150], HEURISTIC: [100, 100]})
+    assert replays_in(tmp_path, outcome) == []
+    best = notable_pairs(outcome)[0].path
+    (tmp_path / best).parent.mkdir()
+    (tmp_path / best).touch()
+    text = dict(documents(outcome, replays_in(tmp_path, outcome)))["report.html"].decode()
+    said = "best pair of temporal (greedy): lobby 1x1, seed 1, 50.0 % faster than heuristic"
+    assert f'<a href="{best}">{said}</a>' in text
+
+
+def test_contenders_are_told_apart_by_every_reader_on_light_and_dark_pages() -> None:
+    assert nearest(list(COLOURS)) >= 12
+    assert min(contrast(colour, page) for colour in COLOURS for page in ("#ffffff", "#1b1f25")) >= 3

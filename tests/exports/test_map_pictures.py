@@ -1,0 +1,154 @@
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+from rich.console import Console
+from small_missions import drawn_grid
+
+from marsupial.cli.display.map_picture import LETTERS, QUARTERS, characters, coarse_map, map_picture
+from marsupial.errors import UsageError
+from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass, map_classes
+from marsupial.exports.mapfigure import map_figure
+from marsupial.formats.mapfiles.read import read_map
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.maps.reach import parts
+from marsupial.model.grid import Cell, CellArray
+from marsupial.model.robots import default_types
+
+KINDS = default_types(1)
+HALL = (
+    "###########",
+    "#.........#",
+    "#.........#",
+    "#.........#",
+    "##,########",
+    "#,,,,#..??#",
+    "###########",
+)
+OPEN = ("####", "#..,", "#..#", "####")
+MAPS = Path("/work/shared/maps")
+
+
+def lines(classes: CellArray, **look: bool) -> list[str]:
+    return ["".join(letter for letter, _ in line) for line in characters(classes, **look)]
+
+
+def office() -> CellArray:
+    scenario = builtin_scenario("office", 2, 2)
+    return map_classes(scenario.grid, scenario.robot_types)
+
+
+def test_cells_are_told_apart_by_who_can_stand_on_them() -> None:
+    classes = map_classes(drawn_grid(*HALL), KINDS)
+    assert classes[4, 5] == MapClass.CARRIERS
+    assert classes[2, 2] == classes[1, 3] == MapClass.ROVERS
+    assert classes[1, 6] == classes[1, 7] == MapClass.ISLAND
+    assert classes[1, 8] == MapClass.UNSEEN
+    assert (classes[0] == MapClass.WALL).all()
+
+
+def test_ground_that_is_open_to_the_border_is_a_leak() -> None:
+    assert map_classes(drawn_grid(*OPEN), KINDS)[2, 3] == MapClass.LEAK
+    assert MapClass.LEAK not in map_classes(drawn_grid(*HALL), KINDS)
+
+
+def test_ground_for_nobody_is_narrow() -> None:
+    slim = drawn_grid("###", "#.#", "###")
+    wide = tuple(kind for kind in KINDS if kind.name == "carrier")
+    assert map_classes(slim, [replace(wide[0], radius_m=2.0)])[1, 1] == MapClass.NARROW
+
+
+def test_the_picture_has_the_colours_of_all_that_occurs_and_says_what_they_are() -> None:
+    grid = drawn_grid(*HALL)
+    classes = map_classes(grid, KINDS)
+    starts = {"carrier1": Cell(4, 4)}
+    png = map_figure(grid, classes, "hall", starts, kind="png", warnings=["something is odd"])
+    pixels = np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).reshape(-1, 3)
+    shown = {"#" + bytes(colour).hex() for colour in np.unique(pixels, axis=0)}
+    assert {COLOURS[MapClass(int(kind))] for kind in np.unique(classes)} <= shown
+    svg = map_figure(grid, classes, "hall", starts, kind="svg", warnings=["something is odd"])
+    text = "\n".join(ElementTree.fromstring(svg).itertext())
+    assert {"hall", "carrier1", "start, drawn by seed 1", "wall", "never seen", "only rovers can"} <= {
+        line.strip() for line in text.splitlines()
+    }
+    assert "! something is odd" in text
+    assert "leak" not in text
+
+
+def test_a_picture_of_another_kind_is_refused() -> None:
+    grid = drawn_grid(*HALL)
+    with pytest.raises(UsageError, match=r"can't write \.bmp; there are \.png, \.svg, \.pdf"):
+        map_figure(grid, map_classes(grid, KINDS), "hall", {}, kind="bmp")
+
+
+def test_small_maps_are_letters_cell_by_cell_where_there_are_no_blocks() -> None:
+    classes = np.full((4, 6), MapClass.CARRIERS, dtype=np.uint8)
+    classes[:, :2] = MapClass.WALL
+    classes[:, 4:] = MapClass.UNSEEN
+    assert lines(classes, blocks=False, plain=True) == ["#. "]
+    assert lines(classes, blocks=True, plain=True) == ["█. "]
+
+
+def test_quarters_of_a_character_are_walls_of_their_own() -> None:
+    classes = np.full((4, 2), MapClass.CARRIERS, dtype=np.uint8)
+    classes[3, 0] = MapClass.WALL  # the uppermost row
+    assert lines(classes, blocks=True, plain=True) == ["▘"]
+    classes[0, 1] = MapClass.WALL
+    assert lines(classes, blocks=True, plain=True) == ["▚"]
+
+
+def test_a_leak_is_seen_however_small() -> None:
+    classes = np.full((40, 40), MapClass.CARRIERS, dtype=np.uint8)
+    classes[17, 3] = MapClass.LEAK
+    assert (coarse_map(classes, 10) == MapClass.LEAK).sum() == 1
+
+
+def test_rooms_of_an_office_stay_rooms_at_80_by_24() -> None:
+    classes = office()
+    block = max(-(-classes.shape[1] // 160), -(-classes.shape[0] // 80))
+    assert block > 1
+    closed = parts(coarse_map(classes, block) != MapClass.WALL)
+    whole = parts(classes != MapClass.WALL)
+    assert closed[1] == whole[1]
+    console = Console(file=io.StringIO(), width=80, height=24, force_terminal=True, color_system="truecolor")
+    drawn = map_picture(classes, console, blocks=True).plain.splitlines()
+    assert len(drawn) <= 23
+    assert max(map(len, drawn)) <= 80
+
+
+def painted(no_color: bool, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    if no_color:
+        monkeypatch.setenv("NO_COLOR", "1")
+    console = Console(file=io.StringIO(), width=80, height=24, force_terminal=True, color_system="truecolor")
+    console.print(map_picture(map_classes(drawn_grid(*HALL), KINDS), console, blocks=True))
+    return console.file.getvalue()  # type: ignore[attr-defined, no-any-return]
+
+
+def test_without_colours_letters_say_what_they_would(monkeypatch: pytest.MonkeyPatch) -> None:
+    coloured, plain = painted(False, monkeypatch), painted(True, monkeypatch)
+    assert "\x1b[" in coloured
+    assert "\x1b[" not in plain
+    for kind in (MapClass.CARRIERS, MapClass.ROVERS, MapClass.ISLAND):
+        assert f"{LETTERS[kind]} {TEXTS[kind]}" in plain
+        assert f"{LETTERS[kind]} {TEXTS[kind]}" not in coloured
+
+
+def test_ascii_is_enough() -> None:
+    console = Console(file=io.StringIO())
+    map_picture(map_classes(drawn_grid(*HALL), KINDS), console, blocks=False).plain.encode("ascii")
+    with pytest.raises(UnicodeEncodeError):
+        QUARTERS.encode("ascii")
+
+
+@pytest.mark.skipif(not MAPS.is_dir(), reason="the maps of real buildings are not here")
+def test_an_island_of_a_real_map_is_found() -> None:
+    grid = read_map(MAPS / "tsc_office.yaml").grid
+    island = (map_classes(grid, KINDS) == MapClass.ISLAND).sum() * grid.cell_area_m2
+    assert 600 < island < 700

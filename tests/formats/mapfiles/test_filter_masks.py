@@ -1,0 +1,134 @@
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from marsupial.errors import ScenarioError
+from marsupial.formats.mapfiles.filter_masks import FilterMasks, KeepoutMask, SpeedMask
+from marsupial.formats.mapfiles.nav2 import read_occupancy, understand_nav2
+from marsupial.formats.mapfiles.occupancy import Occupancy, below
+from marsupial.formats.scenario import read_scenario
+from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Grid
+
+KEEPOUT, SLOW, CRAWL = 3, 4, 5
+
+
+def occupancy_of(*rows: list[int], resolution_m: float = 1.0, origin_m: tuple[float, float, float] = (0, 0, 0)):
+    """Return a mask; the last row is the lowest."""
+    return Occupancy(values=np.array(rows[::-1], dtype=np.int8), resolution_m=resolution_m, origin_m=origin_m)
+
+
+def grid_of(*rows: list[int]) -> Grid:
+    return Grid(cells=np.array(rows[::-1], dtype=np.uint8), resolution_m=1.0)
+
+
+def keepout(occupancy: Occupancy) -> FilterMasks:
+    return FilterMasks(keepout=KeepoutMask(occupancy=occupancy, code=KEEPOUT))
+
+
+def test_only_known_ground_below_a_full_keepout_cell_is_painted() -> None:
+    grid = grid_of([FLOOR, ROUGH, OBSTACLE, UNKNOWN, FLOOR, FLOOR])
+    painted = keepout(occupancy_of([100, 100, 100, 100, 99, -1])).painted(grid)
+    assert painted.cells.tolist() == [[KEEPOUT, KEEPOUT, OBSTACLE, UNKNOWN, FLOOR, FLOOR]]
+
+
+def test_a_mask_of_another_frame_is_looked_up_by_place() -> None:
+    grid = grid_of([FLOOR] * 4, [FLOOR] * 4)
+    mask = occupancy_of([0, 0, 100, 100], [0, 0, 100, 100], resolution_m=0.5, origin_m=(1, 1, 0))
+    assert keepout(mask).painted(grid).cells[::-1].tolist() == [[FLOOR, FLOOR, KEEPOUT, FLOOR], [FLOOR] * 4]
+
+
+def test_a_turned_mask_is_looked_up_by_place() -> None:
+    mask = occupancy_of([0, 0, 100], origin_m=(2, 0, np.pi / 2))
+    assert below(mask, grid_of([FLOOR] * 2, [FLOOR] * 2, [FLOOR] * 2))[::-1].tolist() == [[-1, 100], [-1, 0], [-1, 0]]
+
+
+def test_a_cell_takes_the_lowest_step_that_its_limit_does_not_exceed() -> None:
+    mask = SpeedMask(occupancy=occupancy_of([0, -1, 39, 40, 75, 99, 100]), percents={CRAWL: 25, SLOW: 60})
+    painted = FilterMasks(speed=mask).painted(grid_of([FLOOR] * 7))
+    assert painted.cells.tolist() == [[FLOOR, FLOOR, FLOOR, SLOW, CRAWL, CRAWL, FLOOR]]
+
+
+def test_base_and_multiplier_are_those_of_nav2() -> None:
+    mask = SpeedMask(occupancy=occupancy_of([30, 60]), percents={SLOW: 50}, base=0.0, multiplier=1.0)
+    assert FilterMasks(speed=mask).painted(grid_of([FLOOR, FLOOR])).cells.tolist() == [[SLOW, FLOOR]]
+
+
+def test_keepout_counts_for_more_than_speed() -> None:
+    mask = occupancy_of([100, 50])
+    both = FilterMasks(
+        keepout=KeepoutMask(occupancy=mask, code=KEEPOUT), speed=SpeedMask(occupancy=mask, percents={SLOW: 50})
+    )
+    assert both.painted(grid_of([FLOOR, FLOOR])).cells.tolist() == [[KEEPOUT, SLOW]]
+
+
+def test_the_warehouse_keeps_robots_out_where_its_mask_says_so(shared_maps: Path) -> None:
+    grid = understand_nav2(shared_maps / "warehouse_nav2.yaml").grid
+    painted = keepout(read_occupancy(shared_maps / "warehouse_nav2_keepout.yaml")).painted(grid)
+    area = np.count_nonzero(painted.cells == KEEPOUT) * grid.cell_area_m2
+    assert area == pytest.approx(30.62, abs=0.01)
+    assert np.array_equal(painted.cells == KEEPOUT, (painted.cells != grid.cells))
+
+
+def test_the_aisles_of_the_warehouse_are_slow_by_a_fifth(shared_maps: Path) -> None:
+    grid = understand_nav2(shared_maps / "warehouse_nav2.yaml").grid
+    occupancy = read_occupancy(shared_maps / "warehouse_nav2_speed.yaml")
+    slow = FilterMasks(speed=SpeedMask(occupancy=occupancy, percents={SLOW: 80})).painted(grid)
+    slower = FilterMasks(speed=SpeedMask(occupancy=occupancy, percents={SLOW: 79})).painted(grid)
+    assert np.count_nonzero(slow.cells == SLOW) > 60_000
+    assert np.count_nonzero(slower.cells == SLOW) < 100
+
+
+def test_the_no_go_areas_of_the_office_take_floor_away(shared_maps: Path) -> None:
+    grid = understand_nav2(shared_maps / "tsc_office.yaml").grid
+    painted = keepout(read_occupancy(shared_maps / "tsc_office_nogo.yaml")).painted(grid)
+    assert 100 < np.count_nonzero(painted.cells == KEEPOUT) * grid.cell_area_m2 < 400
+
+
+def scenario_file(folder: Path, masks: str) -> Path:
+    Image.fromarray(np.array([[0, 254, 102]], dtype=np.uint8)).save(folder / "mask.png")
+    (folder / "mask.yaml").write_text(
+        "image: mask.png\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"
+        "mode: scale\noccupied_thresh: 1\nfree_thresh: 0\n"
+    )
+    (folder / "hall.yaml").write_text(f"""
+format: marsupial-scenario
+version: 1
+terrains: [{{name: keepout}}, {{name: slow}}]
+robot_types:
+  - {{name: carrier, role: carrier, speed_mps: 1, sensor_range_m: 5, radius_m: 0, terrains: [floor], capacity: 0}}
+team: [{{name: mother, type: carrier, start: [1.5, 0.5]}}]
+map:
+  rows: ["..."]
+  resolution_m: 1
+{masks}
+""")
+    return folder / "hall.yaml"
+
+
+def test_a_scenario_has_masks_beside_its_map(tmp_path: Path) -> None:
+    path = scenario_file(
+        tmp_path, "  keepout: {file: mask.yaml, terrain: keepout}\n  speed: {file: mask.yaml, terrains: {slow: 50}}"
+    )
+    assert read_scenario(path).grid.cells.tolist() == [[3, FLOOR, 4]]
+
+
+def test_what_is_wrong_with_masks_is_named_by_field(tmp_path: Path) -> None:
+    path = scenario_file(
+        tmp_path,
+        "  keepout: {file: gone.yaml, terrain: keepuot, also: 1}\n  speed: {file: mask.yaml, terrains: {slow: 0}}",
+    )
+    with pytest.raises(ScenarioError) as caught:
+        read_scenario(path)
+    told = str(caught.value).replace(f"{path}: ", "").replace(str(tmp_path), "").splitlines()
+    lines = [re.sub(r"^line \d+: ", "", line) for line in told]
+    assert lines == [
+        "map.keepout.terrain: unknown terrain 'keepuot', did you mean 'keepout'?",
+        "map.keepout.also: unknown field; the fields here are file, terrain",
+        "map.keepout.file: /gone.yaml: no such file",
+        "map.speed.terrains.slow: must be positive, got 0",
+    ]

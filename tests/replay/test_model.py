@@ -1,0 +1,124 @@
+"""The page's own idea of a mission (`model.js`), asked in a JavaScript engine where there is one."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Sequence
+from importlib.resources import files
+from typing import Any
+
+import pytest
+from growing_mission import growing_mission
+from synthetic_mission import synthetic_mission
+
+from marsupial.formats.loglines import log_lines
+from marsupial.mission.playback import Playback
+from marsupial.model.mission import FrameGrown, MissionEvent
+
+EVENTS = synthetic_mission()
+GROWN = growing_mission()
+TIMES = [*range(0, 26_006, 499), 26_005, 12_502, 5_001, 13_003, 0]
+"""To the end, and back in leaps."""
+
+MODEL = f"""
+import {{ readFileSync }} from "node:fs";
+import {{ Mission, readMission }} from "{files("marsupial.replay").joinpath("model.js")}";
+const lines = readFileSync(0, "utf8").trim().split("\\n").map((line) => JSON.parse(line));
+const mission = new Mission();
+const answer = (value) => console.log(JSON.stringify(value));
+"""
+
+ASK = """
+const ask = (known, t, [width, height, dx, dy]) => {
+  known.seek(t);
+  const cells = [];
+  for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) cells.push(known.at(x - dx, y - dy));
+  return {
+    robots: mission.views(t).map(({ x, y, carrier, action, lost }) => (
+      [x + dx, y + dy, carrier && carrier.name, action && action.name, lost])),
+    cells, area: mission.openArea(t), plan: mission.planIndex(t),
+  };
+};
+"""
+
+
+def asked(question: str, events: Sequence[MissionEvent], **given: object) -> Any:
+    """Return what a script answers that finds the log's parsed `lines`, an empty `mission`, and what else is given."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no JavaScript engine (node) is installed here")
+    told = "".join(f"const {name} = {json.dumps(value)};\n" for name, value in given.items())
+    script = MODEL + told + question
+    log = "\n".join(log_lines(events))
+    answer = subprocess.run(
+        [node, "--input-type=module", "-e", script], input=log, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert answer.returncode == 0, answer.stderr
+    return json.loads(answer.stdout)
+
+
+def frame_of(events: Sequence[MissionEvent]) -> list[int]:
+    """Return the size of the last frame, and where the first one lies in it."""
+    mission, shifts = Playback(events).mission, [e.shift for e in events if isinstance(e, FrameGrown)]
+    return [mission.width, mission.height, sum(s.x for s in shifts), sum(s.y for s in shifts)]
+
+
+def check(events: Sequence[MissionEvent], times: Sequence[int], answers: Sequence[dict[str, list]]) -> None:
+    """Check what the page says of each moment against what Python says of it."""
+    playback = Playback(events)
+    for t_ms, answer in zip(times, answers, strict=True):
+        for robot, seen in zip(playback.state_at(t_ms).robots, answer["robots"], strict=True):
+            assert seen[:2] == pytest.approx([robot.x, robot.y])
+            assert seen[2:] == [robot.carrier, robot.action and robot.action.name, robot.lost]
+        assert answer["cells"] == playback.cells_at(t_ms).ravel().tolist()
+        assert answer["area"] == pytest.approx(playback.coverage_at(t_ms).open_m2)
+
+
+@pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])
+def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...]) -> None:
+    question = (
+        ASK + "lines.forEach((line) => mission.append(line)); const known = mission.knownMap();"
+        "answer(times.map((t) => ask(known, t, frame)));"
+    )
+    check(events, TIMES, asked(question, events, times=TIMES, frame=frame_of(events)))
+
+
+@pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])
+def test_a_mission_that_grows_may_be_asked_between_any_two_lines(events: tuple[MissionEvent, ...]) -> None:
+    question = ASK + (
+        "mission.append(lines[0]); const known = mission.knownMap();"
+        "for (const line of lines.slice(1)) {"
+        "  mission.append(line); ask(known, mission.to, frame); ask(known, mission.to / 2, frame);"
+        "}"
+        "answer(times.map((t) => ask(known, t, frame)));"
+    )
+    check(events, TIMES, asked(question, events, times=TIMES, frame=frame_of(events)))
+
+
+def test_going_back_changes_only_the_tiles_that_differ() -> None:
+    question = (
+        "lines.forEach((line) => mission.append(line)); const known = mission.knownMap();"
+        "answer([mission.to, mission.to, mission.to - 1, 0].map((t) => known.seek(t).size));"
+    )
+    first, again, before, start = asked(question, EVENTS)
+    assert first > 0
+    assert again == 0
+    assert before <= first
+    assert start > 0
+
+
+def test_places_have_short_names_that_stay_when_the_frame_grows() -> None:
+    question = (
+        "lines.forEach((line) => mission.append(line));"
+        "answer([...mission.places.byName].map(([name, place]) => [name, place.label, place.since]));"
+    )
+    assert asked(question, EVENTS) == [["t1", "T1", 0], ["m1", "M1", 0], ["t2", "T2", 12_502]]
+    rename = (
+        'import("%s").then(({ firstName }) => answer(['
+        '  ["t_12_9", 3, 2], ["m_5_6_7_8_1", 3, 2], ["t_1_2", 0, 0], ["s_x", 1, 1],'
+        "].map(([name, x, y]) => firstName(name, [x, y]))));"
+    )
+    places = files("marsupial.replay").joinpath("places.js")
+    assert asked(rename % places, EVENTS) == ["t_9_7", "m_2_4_4_6_1", "t_1_2", "s_x"]

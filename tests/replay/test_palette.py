@@ -1,0 +1,78 @@
+import pytest
+from eyes import contrast, nearest, seen
+from skimage.color import deltaE_ciede2000
+
+from marsupial.model.mission import MissionStarted, PlacedRobot
+from marsupial.model.robots import Role, default_types
+from marsupial.model.scenario import Goal
+from marsupial.replay.palette import DARK, LIGHT, REACH, Palette, robot_looks
+
+PALETTES = pytest.mark.parametrize("palette", [LIGHT, DARK], ids=["light", "dark"])
+
+
+def carriers(palette: Palette) -> list[str]:
+    return [family[0] for family in palette.families]
+
+
+@PALETTES
+def test_carriers_are_told_apart_by_every_reader_the_first_four_easily(palette: Palette) -> None:
+    assert nearest(carriers(palette)) >= 10
+    assert nearest(carriers(palette)[:4]) >= 14
+
+
+@PALETTES
+def test_a_carrier_and_its_rovers_are_told_apart_by_every_reader(palette: Palette) -> None:
+    for family in palette.families:
+        assert nearest(list(family)) >= 10
+
+
+@PALETTES
+def test_robots_stand_out_from_the_floor(palette: Palette) -> None:
+    for carrier, rover, *others in palette.families:
+        assert min(contrast(carrier, palette.free), contrast(rover, palette.free)) >= 3
+        assert min(contrast(other, palette.free) for other in others) >= 1.8
+
+
+@PALETTES
+def test_actions_are_told_apart_by_every_reader_and_are_not_the_colours_of_robots(palette: Palette) -> None:
+    actions = list(palette.actions.values())
+    assert nearest(actions) >= 7
+    robots = [colour for family in palette.families for colour in family]
+    plain = deltaE_ciede2000(seen(actions, "all cones")[:, None], seen(robots, "all cones")[None])
+    assert plain.min() >= 7
+
+
+@PALETTES
+def test_ground_is_told_apart_by_every_reader_and_text_can_be_read_on_the_page(palette: Palette) -> None:
+    assert nearest([palette.unknown, palette.wall], [palette.free, palette.other]) >= 7
+    assert nearest([palette.frontier], [palette.unknown, palette.free, palette.wall, palette.other]) >= 12
+    assert contrast(palette.ink, palette.page) >= 7
+    assert contrast(palette.dim, palette.page) >= 4.5
+
+
+def test_reach_is_told_apart_by_every_reader() -> None:
+    assert nearest([*REACH.values(), LIGHT.wall]) >= 10
+    assert nearest([LIGHT.unknown], [*REACH.values(), LIGHT.wall]) >= 8
+
+
+def team(*aboard: tuple[str, str | None]) -> MissionStarted:
+    carrier, rover = default_types(4)
+    robots = [PlacedRobot(name=n, type="rover" if n[0] == "r" else "carrier", carrier=c) for n, c in aboard]
+    return MissionStarted(
+        t_ms=0, scenario="", strategy="", planner="", seed=1, width=1, height=1, resolution_m=1.0,
+        origin_m=(0.0, 0.0, 0.0), terrains=(), types=(carrier, rover), robots=tuple(robots), goal=Goal(),
+    )  # fmt: skip
+
+
+def test_rovers_have_shades_of_the_carrier_they_start_on_and_another_shape() -> None:
+    looks = robot_looks(team(("c1", None), ("r1", "c1"), ("r2", "c1"), ("c2", None), ("r3", "c2"), ("r4", None)))
+    assert [(look.hue, look.shade) for look in looks.values()] == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (2, 0)]
+    assert [name for name, look in looks.items() if look.role is Role.ROVER] == ["r1", "r2", "r3", "r4"]
+    assert LIGHT.robot(looks["r3"]) == LIGHT.families[1][1]
+
+
+def test_more_carriers_than_hues_are_told_apart_by_dashes_and_more_rovers_than_shades_by_names() -> None:
+    looks = robot_looks(team(*((f"c{i}", None) for i in range(9)), *((f"r{i}", "c0") for i in range(4))))
+    assert (looks["c8"].hue, looks["c8"].dashed) == (0, True)
+    assert not any(look.dashed for name, look in looks.items() if name != "c8")
+    assert [looks[f"r{i}"].shade for i in range(4)] == [1, 2, 3, 1]

@@ -1,0 +1,506 @@
+"""The parts of the bridge by themselves."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("websockets")
+
+import numpy as np
+from fake_ros import CARRIER, rooms, settings_text, team
+from websockets.asyncio.server import ServerConnection, serve
+
+from marsupial.cli.main import main
+from marsupial.errors import InputError, MapError, ScenarioError
+from marsupial.formats.mapfiles.filter_masks import FilterMasks
+from marsupial.formats.mapfiles.occupancy import Occupancy
+from marsupial.model.grid import FLOOR, OBSTACLE, TERRAINS, UNKNOWN
+from marsupial_ros.chart import Chart
+from marsupial_ros.fleet import SETTLED_S, Fleet
+from marsupial_ros.journal import Journal, Record
+from marsupial_ros.messages import links_in, occupancy_in, path_of, update_in
+from marsupial_ros.rosbridge import Ended, Rosbridge, Subscription
+from marsupial_ros.settings import Settings, read_settings
+from marsupial_ros.transforms import Frames, Transform
+
+UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+
+
+def moved(x: float, y: float, yaw: float = 0.0) -> Transform:
+    return Transform((x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+
+
+# transforms and messages
+
+
+def test_a_robot_is_found_through_a_chain_of_frames() -> None:
+    frames = Frames()
+    frames.tell("map", "odom", moved(1, 2, math.pi / 2), None)
+    frames.tell("odom", "base", moved(3, 0, math.pi / 2), 7.0)
+    found = frames.find("base", "map")
+    assert found is not None
+    assert (found[0].x, found[0].y, abs(found[0].yaw), found[1]) == pytest.approx((1, 5, math.pi, 7.0))
+    assert frames.find("base", "elsewhere") is None
+
+
+def test_frames_in_a_circle_are_not_followed_for_ever() -> None:
+    frames = Frames()
+    frames.tell("a", "b", moved(0, 0), 1.0)
+    frames.tell("b", "a", moved(0, 0), 1.0)
+    assert frames.find("a", "map") is None
+
+
+def test_a_rotation_of_no_length_is_refused() -> None:
+    zero = {"translation": {"x": 0, "y": 0, "z": 0}, "rotation": {"x": 0, "y": 0, "z": 0, "w": 0}}
+    link = {"header": {"frame_id": "/map"}, "child_frame_id": "odom", "transform": zero}
+    with pytest.raises(ValueError, match="rotation"):
+        list(links_in({"transforms": [link]}))
+
+
+def test_a_path_is_turned_towards_its_next_point() -> None:
+    poses = path_of([(0, 0), (0, 1), (-1, 1)], 0.0, "map")["poses"]
+    yaws = [2 * math.atan2(p["pose"]["orientation"]["z"], p["pose"]["orientation"]["w"]) for p in poses]
+    assert yaws == pytest.approx([math.pi / 2, math.pi, math.pi])
+    assert poses[0]["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
+
+
+def grid_message(rows: list[list[int]], x: float = 0.0, y: float = 0.0, resolution: float = 1.0) -> dict[str, Any]:
+    """Return a map, the lowest row first."""
+    origin = {"position": {"x": x, "y": y, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+    info = {"resolution": resolution, "width": len(rows[0]), "height": len(rows), "origin": origin}
+    return {"header": {"frame_id": "map"}, "info": info, "data": [value for row in rows for value in row]}
+
+
+def test_a_resolution_of_single_precision_is_what_was_meant() -> None:
+    assert occupancy_in(grid_message([[0]], resolution=0.05000000074505806)).resolution_m == 0.05
+
+
+def test_a_map_with_too_few_cells_is_refused() -> None:
+    message = grid_message([[0, 0]])
+    message["info"]["height"] = 2
+    with pytest.raises(ValueError, match="data has 2 cells, but is 2 x 2"):
+        occupancy_in(message)
+
+
+# the chart
+
+
+def chart_of(*rows: list[int]) -> Chart:
+    chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
+    chart.take(occupancy_in(grid_message(list(rows))))
+    chart.begin()
+    return chart
+
+
+def test_changed_cells_are_told_once_and_by_the_nearest_robot() -> None:
+    chart = chart_of([0, -1, -1, 0])
+    frame, revealed = chart.news({"a": (0.0, 0.5), "b": (4.0, 0.5)})
+    assert frame == {"width": 4, "height": 1, "origin_m": [0.0, 0.0, 0.0]}
+    assert revealed == [{"robot": "a", "runs": [0, 1, FLOOR]}, {"robot": "b", "runs": [3, 1, FLOOR]}]
+    assert not chart.fresh
+    chart.update(update_in({"x": 3, "y": 0, "width": 1, "height": 1, "data": [-1]}))
+    assert chart.news({"a": (0.0, 0.5)})[1] == [{"robot": "a", "runs": [3, 1, UNKNOWN]}]
+    assert chart.news({"a": (0.0, 0.5)}) == (None, [])
+
+
+def test_a_map_that_grows_on_all_sides_tells_only_what_is_new() -> None:
+    chart = chart_of([0, 100])
+    chart.news({"a": (0.0, 0.0)})
+    grown = grid_message([[100, -1, -1, -1], [-1, 0, 100, 0], [-1, -1, -1, 0]], x=-1, y=-1)
+    chart.take(occupancy_in(grown))
+    frame, revealed = chart.news({"a": (0.0, 0.0)})
+    assert frame == {"width": 4, "height": 3, "origin_m": [-1.0, -1.0, 0.0]}
+    assert revealed == [{"robot": "a", "runs": [0, 1, OBSTACLE, 7, 1, FLOOR, 11, 1, FLOOR]}]
+
+
+def test_a_map_of_other_cells_is_refused_and_the_one_before_stays() -> None:
+    chart = chart_of([0])
+    with pytest.raises(MapError, match=r"resolution of the map has changed: it was 1 m, now 0\.5 m"):
+        chart.take(occupancy_in(grid_message([[0]], resolution=0.5)))
+    turned = Occupancy(values=np.zeros((1, 1), np.int8), resolution_m=1.0, origin_m=(0, 0, 1.0))
+    with pytest.raises(MapError, match="turned"):
+        chart.take(turned)
+    assert chart.grid is not None
+    assert chart.grid.resolution_m == 1.0
+
+
+def test_an_update_outside_the_map_is_refused() -> None:
+    with pytest.raises(MapError, match="lies outside the map"):
+        chart_of([0]).update(update_in({"x": 1, "y": 0, "width": 1, "height": 1, "data": [0]}))
+
+
+def test_a_mission_taken_up_tells_only_what_it_does_not_know() -> None:
+    chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
+    first = {"width": 2, "height": 1, "resolution_m": 1.0, "origin_m": [0, 0, 0]}
+    known: Any = {"width": 3, "height": 1, "resolution_m": 1.0, "origin_m": [-1, 0, 0], "runs": [0, 2, FLOOR]}
+    chart.take_up(known, first)
+    chart.take(occupancy_in(grid_message([[0, 0, 100]], x=-1)))
+    assert chart.news({"a": (0.0, 0.0)})[1] == [{"robot": "a", "runs": [2, 1, OBSTACLE]}]
+
+
+def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
+    chart = chart_of(*[[100, 100, 0, 0, 0, 0, 0]] * 7)
+    assert chart.standing(CARRIER, (4.3, 3.2), 1.0) == (4.3, 3.2)
+    assert chart.standing(CARRIER, (1.8, 3.5), 1.0) == pytest.approx((2.5, 3.5))
+    assert chart.standing(CARRIER, (0.5, 3.5), 1.0) is None
+    assert chart.standing(CARRIER, (99.0, 99.0), 1.0) is None
+
+
+# the fleet
+
+
+class Actions:
+    """Remembers what is asked of ROS."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[str, str, Mapping[str, Any]]] = []
+        self.cancelled: list[str] = []
+
+    def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, Any]) -> None:
+        self.sent.append((goal, action, values))
+
+    def cancel_goal(self, goal: str, action: str) -> None:
+        self.cancelled.append(goal)
+
+
+class House:
+    """A fleet of one carrier with a rover aboard, on bare floor."""
+
+    def __init__(self, folder: Path, more: Mapping[str, str] | None = None, extra: str = "") -> None:
+        self.settings = settings_of(folder, more, extra)
+        self.frames = {"/tf": Frames()}
+        self.actions, self.said = Actions(), []
+        chart = chart_of(*[[0] * 20] * 10)
+        self.fleet = Fleet(self.settings, self.frames, chart, self.actions, self.said.append)  # type: ignore[arg-type]
+        self.fleet.mission = "m"
+        self.at("carrier1", 2.5, 2.5)
+        self.fleet.place()
+
+    def at(self, name: str, x: float, y: float, now_s: float = 0.0) -> None:
+        self.frames["/tf"].tell("map", f"{name}/base_link", moved(x, y), now_s)
+
+    def command(self, id: int, name: str, **more: Any) -> None:
+        self.fleet.obey({"id": id, "robot": "carrier1", "name": name, "revision": 1, **more}, 0.0)  # type: ignore[typeddict-item]
+
+    def drive(self) -> None:
+        self.command(1, "drive", route=[], route_m=[[x + 0.5, 2.5] for x in range(2, 9)])
+
+
+def settings_of(folder: Path, more: Mapping[str, str] | None = None, extra: str = "") -> Settings:
+    path = folder / "fleet.yaml"
+    text = settings_text("ws://127.0.0.1:1", team(rooms(), 1), more).replace("clock: /clock\n", "")
+    path.write_text(text + extra)
+    return read_settings(path)
+
+
+def test_a_drive_ends_at_the_end_of_its_route(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.drive()
+    ((goal, action, values),) = house.actions.sent
+    assert (goal, action, len(values["path"]["poses"])) == ("m:1:0.1", "/carrier1/follow_path", 7)
+    house.at("carrier1", 5.7, 2.6)
+    assert house.fleet.report()["robots"] == [{"name": "carrier1", "pose_m": [5.5, 2.5]}]
+    house.at("carrier1", 8.3, 2.4)
+    house.fleet.ended(Ended("m:1:0.1", 4, {}))
+    news = house.fleet.report()
+    assert (news["finished"], news["robots"]) == ([1], [{"name": "carrier1", "pose_m": [8.5, 2.5]}])
+    assert not house.fleet.driving
+
+
+def test_a_new_connection_has_the_rest_of_a_drive_sent_again(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.drive()
+    house.at("carrier1", 6.4, 2.5)
+    house.fleet.connected(1.0)
+    goal, _, values = house.actions.sent[-1]
+    assert (goal, values["path"]["poses"][0]["pose"]["position"]["x"]) == ("m:1:0.2", 6.5)
+    house.fleet.ended(Ended("m:1:0.1", 6, {}))  # the first goal, whose place was taken
+    assert house.fleet.driving
+    house.at("carrier1", 8.5, 2.5)
+    house.fleet.connected(2.0)
+    assert house.fleet.report()["finished"] == [1]
+
+
+def test_a_drive_that_was_stopped_ends_where_the_robot_is(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.drive()
+    house.at("carrier1", 4.4, 2.5)
+    house.command(1, "stop")
+    house.fleet.ended(Ended("m:1:0.1", 5, {}))
+    news = house.fleet.report()
+    assert (news["finished"], news["robots"]) == ([1], [{"name": "carrier1", "pose_m": [4.5, 2.5]}])
+
+
+def test_a_stop_is_repeated_until_the_robot_stands(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.drive()
+    house.command(1, "stop")
+    for now_s in range(1, 6):
+        house.at("carrier1", 2.5 + min(now_s, 2), 2.5, now_s)
+        house.fleet.watch(float(now_s))
+    assert len(house.actions.cancelled) > 1
+    house.fleet.watch(2.0 + SETTLED_S + 0.1)
+    assert house.fleet.report()["finished"] == [1]
+
+
+def test_a_drive_that_fails_says_why_in_the_words_of_the_action(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.drive()
+    house.fleet.ended(Ended("m:1:0.1", 6, {"error_code": 104, "error_msg": "no valid path"}))
+    (failed,) = house.fleet.report()["failed"]
+    assert failed == {"id": 1, "reason": "/carrier1/follow_path: aborted (no valid path, error 104)"}
+
+
+def test_a_drive_without_progress_is_given_up(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.drive()
+    for now_s in (1.0, 60.0, 122.0):
+        house.at("carrier1", 2.55, 2.5, now_s)
+        house.fleet.watch(now_s)
+    assert house.fleet.report()["failed"] == [{"id": 1, "reason": "no progress for 120 s"}]
+    assert house.actions.cancelled == ["m:1:0.1"]
+
+
+def test_a_drive_of_one_point_is_over_at_once(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
+    assert (house.fleet.report()["finished"], house.actions.sent) == ([1], [])
+
+
+def test_an_undocking_that_reports_no_success_has_failed(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+    _, action, values = house.actions.sent[-1]
+    assert (action, values["rover"], values["carrier"], values["command"]) == (
+        "/rover1/undock",
+        "rover1",
+        "carrier1",
+        2,
+    )
+    house.fleet.ended(Ended("m:2:0.1", 4, {"success": False, "message": "ramp blocked"}))
+    assert house.fleet.report()["failed"] == [{"id": 2, "reason": "/rover1/undock: succeeded (ramp blocked)"}]
+    assert house.fleet.robots["rover1"].aboard == "carrier1"
+
+
+def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_docked(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+    assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
+    house.at("rover1", 3.6, 2.5)
+    house.fleet.ended(Ended("m:2:0.1", 4, {"success": True, "message": ""}))
+    assert house.fleet.report()["robots"][1] == {"name": "rover1", "pose_m": [3.5, 2.5]}
+    house.command(3, "dock", robot="rover1", carrier="carrier1")
+    house.fleet.ended(Ended("m:3:0.1", 4, {"success": True, "message": ""}))
+    assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
+
+
+def test_a_handover_that_never_ends_is_given_up(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+    house.at("carrier1", 2.5, 2.5, 121.0)
+    house.fleet.watch(121.0)
+    assert house.fleet.report()["failed"] == [{"id": 2, "reason": "not over after 120 s"}]
+
+
+def test_nav2_may_take_its_own_way_to_the_end(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    path = tmp_path / "fleet.yaml"
+    path.write_text(path.read_text().replace("type: carrier}", "type: carrier, drive: navigate_to_pose}"))
+    house.fleet = Fleet(
+        read_settings(path),
+        house.frames,
+        chart_of([0]),
+        house.actions,
+        house.said.append,
+    )
+    house.drive()
+    _, action, values = house.actions.sent[-1]
+    assert (action, values["pose"]["pose"]["position"]["x"]) == ("/carrier1/navigate_to_pose", 8.5)
+
+
+# rosbridge
+
+
+class Listener:
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, Mapping[str, Any]]] = []
+        self.told: list[str] = []
+        self.ends: list[Ended] = []
+        self.connections = 0
+
+    def connected(self) -> None:
+        self.connections += 1
+
+    def disconnected(self, reason: str) -> None:
+        self.told.append(reason)
+
+    def message(self, topic: str, message: Mapping[str, Any]) -> None:
+        self.heard.append((topic, message))
+
+    def ended(self, end: Ended) -> None:
+        self.ends.append(end)
+
+    def complaint(self, text: str) -> None:
+        self.told.append(text)
+
+
+def talk(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, Any]]]:
+    """Have a rosbridge send messages to each of so many connections, and return what is heard on either side."""
+    listener, asked = Listener(), []
+
+    async def client(line: ServerConnection) -> None:
+        asked.append(json.loads(await line.recv()))
+        for one in sent:
+            await line.send(one)
+
+    async def run() -> None:
+        async with serve(client, "127.0.0.1", 0) as server:
+            url = f"ws://127.0.0.1:{server.sockets[0].getsockname()[1]}"
+            work = asyncio.ensure_future(Rosbridge(url, [Subscription("/a", "b", "none", 5)], listener).run())
+            while len([text for text in listener.told if text == "closed by rosbridge"]) < times:
+                await asyncio.sleep(0.01)
+            work.cancel()
+            await asyncio.gather(work, return_exceptions=True)
+
+    asyncio.run(asyncio.wait_for(run(), 20))
+    return listener, asked
+
+
+def test_a_connection_comes_back_and_subscribes_again() -> None:
+    listener, asked = talk(times=2)
+    assert listener.connections >= 2
+    one = {
+        "op": "subscribe",
+        "id": "marsupial:/a",
+        "topic": "/a",
+        "type": "b",
+        "compression": "none",
+        "throttle_rate": 5,
+    }
+    assert asked[:2] == [one, one]
+
+
+def test_fragments_are_put_together_in_their_order() -> None:
+    text = json.dumps({"op": "publish", "topic": "/a", "msg": {"data": "x" * 50}})
+    parts = [text[i : i + 20] for i in range(0, len(text), 20)]
+    fragments = [
+        json.dumps({"op": "fragment", "id": "1", "data": part, "num": i, "total": len(parts)})
+        for i, part in enumerate(parts)
+    ]
+    assert talk(*reversed(fragments))[0].heard == [("/a", {"data": "x" * 50})]
+
+
+def test_what_is_no_message_is_told_and_passed_over() -> None:
+    listener, _ = talk(
+        "no json",
+        b"\xff\xff",
+        "[]",
+        '{"op": "publish"}',
+        '{"op": "other"}',
+        '{"op": "publish", "topic": "/a", "msg": {}}',
+    )
+    assert listener.heard == [("/a", {})]
+    assert len([text for text in listener.told if "no message of its protocol" in text]) == 4
+
+
+def test_ends_of_goals_and_errors_are_heard() -> None:
+    end = {"op": "action_result", "id": "m:1:0.1", "action": "/a", "values": {}, "status": 5, "result": True}
+    old = {"op": "action_result", "id": "m:1:0.2", "action": "/a", "values": {}, "result": True}
+    error = {"op": "status", "level": "error", "msg": "no such type"}
+    listener, _ = talk(json.dumps(end), json.dumps(old), json.dumps(error))
+    assert listener.ends == [Ended("m:1:0.1", 5, {}), Ended("m:1:0.2", 4, {})]
+    assert "rosbridge: no such type" in listener.told
+
+
+# settings, state, command
+
+
+def test_settings_have_usual_values(tmp_path: Path) -> None:
+    settings = settings_of(tmp_path)
+    carrier, rover = settings.robots
+    assert (carrier.namespace, carrier.tf, carrier.base_frame) == ("/carrier1", "/tf", "carrier1/base_link")
+    assert (rover.carrier, settings.map.topic, settings.map.updates) == ("carrier1", "/map", "/map_updates")
+
+
+def test_the_settings_of_the_documentation_can_be_read(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[3] / "docs" / "ros.md").read_text()
+    whole, _ = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (tmp_path / "fleet.yaml").write_text(whole)
+    settings = read_settings(tmp_path / "fleet.yaml")
+    assert [robot.namespace for robot in settings.robots] == ["/carrier1", "/fleet/c2", "/rover1", "/rover2"]
+    short = re.sub(r"^(map|planning|waits|goal|rosbridge|name):.*\n(  .*\n)*", "", whole, flags=re.MULTILINE)
+    (tmp_path / "fleet.yaml").write_text(short)
+    usual = read_settings(tmp_path / "fleet.yaml")
+    assert (usual.map.topic, usual.waits, usual.goal) == (settings.map.topic, settings.waits, settings.goal)
+
+
+def test_what_is_wrong_with_settings_is_named_by_field(tmp_path: Path) -> None:
+    more = {
+        "map": "{tpic: /map, free_thresh: 0.7}",
+        "controller": "{goal_checker_id: 3}",
+        "goal": "{recover_rovers: perhaps}",
+    }
+    extra = "  - {name: c2, type: carrier, base_frame: carrier1/base_link, namespace: c2, drive: fly}\n"
+    path = tmp_path / "fleet.yaml"
+    with pytest.raises(ScenarioError):
+        settings_of(tmp_path, more)
+    text = path.read_text().replace("waits: {", extra + "waits: {").replace("ws://", "http://")
+    path.write_text(text)
+    with pytest.raises(ScenarioError) as caught:
+        read_settings(path)
+    lines = {re.sub(r"^line \d+: ", "", line.removeprefix(f"{path}: ")) for line in str(caught.value).splitlines()}
+    assert lines == {
+        "rosbridge: must be like ws://127.0.0.1:9090, got 'http://127.0.0.1:1'",
+        "map.free_thresh: must be below occupied_thresh (0.65)",
+        "map.tpic: unknown field, did you mean 'topic'?; the fields here are topic, updates, frame, free_thresh, "
+        "occupied_thresh, compression, keepout, speed",
+        "controller.goal_checker_id: must be a text, got 3",
+        "goal.recover_rovers: must be true or false, got 'perhaps'",
+        "robots[2].namespace: must begin with '/', got 'c2'",
+        "robots[2].drive: must be follow_path or navigate_to_pose, got 'fly'",
+        "robots[2].base_frame: carrier1/base_link of /tf is that of carrier1 too",
+    }
+
+
+def test_a_state_is_read_as_it_was_written(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "state")
+    assert journal.read() is None
+    record = Record(mission="m", frame={"width": 1}, after=3, aboard={"a": "b"}, report={"n": 1, "t_ms": 2})
+    journal.write(record)
+    assert journal.read() == record
+    journal.forget()
+    assert journal.read() is None
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[]", '{"version": 9}', '{"version": 1, "other": 2}'])
+def test_what_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "state").write_text(text)
+    with pytest.raises(InputError, match="is no state of `marsupial ros`"):
+        Journal(tmp_path / "state").read()
+
+
+def test_settings_are_checked_without_ros(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    settings_of(tmp_path)
+    assert main(["ros", str(tmp_path / "fleet.yaml"), "--check"]) == 0
+    assert "2 robots, map on /map, rosbridge at ws://127.0.0.1:1" in capsys.readouterr().err
+    (tmp_path / "fleet.yaml").write_text("format: marsupial-ros\nversion: 1\n")
+    assert main(["ros", str(tmp_path / "fleet.yaml"), "--check"]) == 3
+    assert "robot_types: missing" in capsys.readouterr().err
+
+
+def test_the_interfaces_of_docking_have_the_fields_that_goals_have(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
+    folder = Path(__file__).parents[3] / "services/marsupial_ros/marsupial_interfaces/action"
+    for name in ("Dock", "Undock"):
+        goal, result, _ = (folder / f"{name}.action").read_text().split("---\n")
+        fields = [[line.split()[1] for line in part.splitlines() if line and line[0] != "#"] for part in (goal, result)]
+        assert fields == [list(house.actions.sent[-1][2]), ["success", "message"]]

@@ -1,0 +1,57 @@
+"""The documentation becomes a site without a warning, its notebook runs, and its drawings are drawn."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tarfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import yaml
+
+import marsupial
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+
+
+def run(*command: str) -> None:
+    done = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-4000:]
+
+
+def test_the_site_is_built_without_a_warning_and_the_notebook_runs(tmp_path: Path) -> None:
+    run("-m", "sphinx", "--quiet", "--fail-on-warning", "--keep-going", "-c", "docs", ".", str(tmp_path))
+    notebook = (tmp_path / "docs" / "notebook.html").read_text(encoding="utf-8")
+    assert "exploration time" in notebook
+    assert "sooner in the mean" in notebook
+    reference = (tmp_path / "docs" / "reference.html").read_text(encoding="utf-8")
+    missing = [name for name in marsupial.__all__ if f"marsupial.{name}" not in reference and name != "__version__"]
+    assert not missing
+
+
+def test_the_drawings_are_those_of_the_concept_pages(tmp_path: Path) -> None:
+    run("docs/drawings.py", "--to", str(tmp_path))
+    pages = "".join(page.read_text(encoding="utf-8") for page in (DOCS / "concepts").glob("*.md"))
+    shown = set(re.findall(r"pictures/([\w-]+\.svg)", pages))
+    assert shown == {path.name for path in tmp_path.iterdir()}
+    for name in shown:
+        assert ElementTree.parse(DOCS / "pictures" / name).getroot().get("viewBox") == (
+            ElementTree.parse(tmp_path / name).getroot().get("viewBox")
+        )
+
+
+def test_a_source_archive_has_the_documentation(tmp_path: Path) -> None:
+    run("-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path))
+    (archive,) = tmp_path.iterdir()
+    with tarfile.open(archive) as file:
+        names = {name.partition("/")[2] for name in file.getnames()}
+    assert {"docs/tutorial.md", "docs/pictures/step.svg", "docs/notebook.ipynb", "CITATION.cff"} <= names
+
+
+def test_the_citation_names_the_version() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert citation["version"] == marsupial.__version__
+    assert citation["cff-version"] == "1.2.0"
