@@ -114,8 +114,21 @@ class MissionLinks(TypedDict):
     cancel: str
 
 
+class SimulationDocument(TypedDict):
+    """How the robots of a mission are simulated: `speed` seconds of mission time a second, or as fast as may be."""
+
+    speed: NotRequired[float]
+    seed: int
+    carriers: int
+    rovers: int
+    warnings: list[str]
+
+
 class MissionDocument(TypedDict):
-    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last."""
+    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last.
+
+    It has a `simulation` where the service simulates its robots.
+    """
 
     id: str
     name: str
@@ -129,6 +142,7 @@ class MissionDocument(TypedDict):
     revision: int
     created_at: str
     finished_at: str | None
+    simulation: NotRequired[SimulationDocument]
     links: MissionLinks
 
 

@@ -21,7 +21,7 @@ from marsupial.processes.runner import LOCAL
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
 from marsupial_service.entries.slots import Slots
-from marsupial_service.http import docspage, openapi
+from marsupial_service.http import docspage, livepage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
 from marsupial_service.http.routing import LOCAL_OWNER
@@ -32,7 +32,7 @@ from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import READERS, Missions
 from marsupial_service.operations.keys import KeyFile, KeyRow
 from marsupial_service.operations.settings import UNBOUNDED_S, ServiceSettings
-from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
+from marsupial_service.routes import analyses, catalogue, jobs, missions, operations, simulations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError, open_store
@@ -67,7 +67,11 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         analyses=asyncio.Semaphore(limits.analyses),
         readers=asyncio.Semaphore(limits.readers),
     )
-    for router in (*(room.router for room in (jobs, missions, analyses, catalogue, operations)), operations.admin):
+    for router in (
+        *(room.router for room in (jobs, missions, simulations, analyses, catalogue, operations)),
+        operations.admin,
+        livepage.router,
+    ):
         app.include_router(router)
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
@@ -117,6 +121,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         MissionSettings(
             missions=limits.missions,
             key_missions=limits.key_missions,
+            simulations=limits.simulations,
             idle_s=limits.idle_s,
             lag=state.metrics.lag,
             may_go_on=lambda owner: (

@@ -12,13 +12,15 @@ import logging
 import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Room, Runner
-from marsupial_service.entries.service import Entries
+from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import documents, packed, table
+from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import (
@@ -54,7 +56,6 @@ _LOOK_S = 1.0
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
 _LAST_WORDS_S = 0.5
-_RETRY_S = 1.0
 
 log = logging.getLogger("marsupial.missions")
 
@@ -68,7 +69,13 @@ class Dismissed(Exception):
 
 
 class Keeper:
-    """Keeps one open mission that this server holds."""
+    """Keeps one open mission that this server holds.
+
+    Parameters
+    ----------
+    driver
+        Has its robots report, where they are simulated.
+    """
 
     def __init__(
         self,
@@ -79,6 +86,7 @@ class Keeper:
         threads: Executor,
         runner: Runner,
         settings: MissionSettings,
+        driver: Driver | None = None,
     ) -> None:
         self.id = record.id
         self._turns = record.turns
@@ -91,6 +99,7 @@ class Keeper:
         self._threads = threads
         self._runner = runner
         self._settings = settings
+        self._driver = driver
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended or is another server's."""
@@ -106,9 +115,9 @@ class Keeper:
             before = self._turns
             try:
                 ended = await self._live()
-            except StoreError as error:
-                log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
-                await asyncio.sleep(_RETRY_S)
+            except StoreError:
+                if not await self._is_still_ours():
+                    return None
                 continue
             except Dismissed:
                 return None
@@ -122,6 +131,19 @@ class Keeper:
             if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
                 return ended.detail
             await asyncio.sleep(_PAUSE_S * (deaths - 1))
+
+    async def _is_still_ours(self) -> bool:
+        """Wait until the store can be read again, and say whether the mission is still open and this server's.
+
+        What could not be stored may be there all the same: the database may have broken off right after the commit.
+        """
+        while True:
+            await asyncio.sleep(RETRY_S)
+            with suppress(StoreError):
+                record = await self._missions.read(lambda reader: table.of_term(reader, self.id, self._term))
+                if record is not None:
+                    self._turns = record.turns
+                return record is not None
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
@@ -164,6 +186,8 @@ class Keeper:
             match await told.get():
                 case Turns(turns):
                     await self._take(number, turns)
+                    if self._driver is not None:
+                        self._driver.hear(turns)
                     number += len(turns)
                     if turns[-1].over:
                         return
@@ -245,7 +269,7 @@ class Keeper:
     async def _dues(self, number: int) -> tuple[Due, ...]:
         with self._missions.bell(table.inputs_of(self.id)) as bell:
             while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
-                await bell.wait()
+                await (bell.wait() if self._driver is None else self._driver.wait(bell))
                 bell.clear()
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 

@@ -5,31 +5,33 @@ from __future__ import annotations
 import asyncio
 import threading
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
 from typing import TypeVar
 
+from marsupial.errors import Problem
 from marsupial.model.grid import Grid
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.intake import analyses, jobs
+from marsupial_service.intake import analyses, jobs, simulations
 from marsupial_service.missions import host, reading, table, telling
+from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.keeper import Keeper
-from marsupial_service.missions.ledger import Ledger
+from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.ledgers import Ledgers, brief
 from marsupial_service.missions.records import LastReports, MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.missions.values import Brief, Report, Wish
+from marsupial_service.missions.values import Brief, Report, SimulatedBrief, Told, Wish
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store, StoreError, kept, packing
 from marsupial_service.store.engine import Connection
 
-READERS = (load_analysis, reading, telling, jobs, analyses)
+READERS = (load_analysis, reading, telling, jobs, analyses, simulations)
 """What analyses need, and those who read and write what is large: they work on the server itself in any case."""
 
 PRELOAD = (*READERS, host.load_missions)
@@ -54,6 +56,7 @@ class Missions(Entries[MissionRecord]):
         self._slots = slots or Slots(settings.missions)
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
+        self._creating: set[str] = set()
         self._ledgers = Ledgers()
         self._shown, self._showing = Ledgers(), threading.Lock()  # of what is committed, for the threads that read
 
@@ -96,6 +99,8 @@ class Missions(Entries[MissionRecord]):
         Those that were taken before change nothing. Raises Conflict (also where the mission is over), which says whose
         fault it is, TooMany, StoreFull, StoreError.
         """
+        if record.simulation is not None:
+            raise Conflict(Problem("", "the robots of this mission are simulated by the service: it takes no reports"))
         ledgers, settings, room = self._ledgers, self._settings, self._room
         return await asyncio.shield(
             self.write(lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms(), room))
@@ -137,18 +142,26 @@ class Missions(Entries[MissionRecord]):
         return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
-        created = await self.write(
-            lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
-        )
-        if not created.replayed:
-            self._open(created.record, new.brief)
+        self._creating.add(new.id)
+        try:
+            created = await self.write(
+                lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
+            )
+            if not created.replayed:
+                self._open(created.record, new.brief)
+        finally:
+            self._creating.discard(new.id)
         return created
 
     async def _take_up(self) -> None:
         await self._call_off()
-        while found := await self.write(lambda tx: table.take_up(tx, _AT_A_TIME)):
+        while found := await self._taken():
             for record in found:
                 self._open(record, await self.brief(record))
+
+    def _taken(self) -> Awaitable[tuple[MissionRecord, ...]]:
+        ours = frozenset(self._keepers) | self._creating
+        return self.write(lambda tx: table.take_up(tx, _AT_A_TIME, ours))
 
     async def _call_off(self) -> None:
         """Cancel missions that nobody reports to any more, or nobody may."""
@@ -163,9 +176,17 @@ class Missions(Entries[MissionRecord]):
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings)
+        driver = None
+        if isinstance(brief, SimulatedBrief):
+            driver = Driver(brief.speed, partial(self._simulated, record))
+        keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings, driver)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
+
+    async def _simulated(self, record: MissionRecord, told: Told) -> None:
+        """Take in what simulated robots report, unless the mission is over or another server's."""
+        ledgers, settings, room = self._ledgers, self._settings, self._room
+        await self.write(lambda tx: table.add_simulated(tx, ledgers, record, told, settings, self.now_ms(), room))
 
     async def _keep(self, keeper: Keeper) -> None:
         try:

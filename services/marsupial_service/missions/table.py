@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import islice
@@ -27,17 +27,31 @@ from marsupial_service.missions.records import (
     MissionRecord,
     MissionSettings,
 )
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
+from marsupial_service.missions.values import (
+    Brief,
+    Event,
+    EventType,
+    Input,
+    Report,
+    SimulatedBrief,
+    Told,
+    Turn,
+    Wish,
+)
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import Row
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
+
+_SIMULATED_S = 10
+"""When to ask again where too many are simulated: such a mission takes a minute or more."""
 
 _LEAST_PLANNING_S = 0.1
 
 
 def _record(row: Row) -> MissionRecord:
     frame = None if row["frame"] is None else Frame.from_text(row["frame"])
-    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame)
+    simulation = None if row["simulation"] is None else json.loads(row["simulation"])
+    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame, simulation=simulation)
 
 
 class MissionTable(EntryTable[MissionRecord]):
@@ -98,8 +112,13 @@ def insert(
         if count >= settings.key_missions:
             raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
+        if isinstance(brief, SimulatedBrief):
+            (count,) = tx.execute(f"{sql} AND simulation IS NOT NULL").fetchone()
+            if count >= settings.simulations:
+                raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
         quota.check(tx, new.owner, asked_s(brief), now_ms)
-        described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
+        simulation = documents.simulation(brief) if isinstance(brief, SimulatedBrief) else None
+        described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner, "simulation": simulation}
         size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
         number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
@@ -159,6 +178,23 @@ def add_reports(
     MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
     tx.undone.append(ledgers.replace(record, tried))
     return MISSIONS.existing(tx, mission)
+
+
+def add_simulated(
+    tx: Transaction,
+    ledgers: Ledgers,
+    record: MissionRecord,
+    told: Told,
+    settings: MissionSettings,
+    now_ms: int,
+    room: Room = BOUNDLESS,
+) -> None:
+    """Store what the robots of a simulated mission report, if the term of `record` still runs.
+
+    Raises StoreFull, TooMany; Conflict if the simulation is wrong.
+    """
+    if _held(tx, record.id, record.term) is not None:
+        add_reports(tx, ledgers, record.id, [told], settings, now_ms, room)
 
 
 def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionRecord:
@@ -244,12 +280,17 @@ def _held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
     return of_term(tx, mission, term)
 
 
-def take_up(tx: Transaction, most: int) -> tuple[MissionRecord, ...]:
-    """Make missions this server's that no server holds that is alive, at most so many."""
+def take_up(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionRecord, ...]:
+    """Make missions this server's that no server holds that is alive, at most so many.
+
+    Also those that are this server's and not among `ours`: it was never told that it got them, as the database broke
+    off right after that.
+    """
+    unknown = "".join(", ?" for _ in ours)
     rows = tx.execute(
-        f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live}))"
-        f" ORDER BY number LIMIT ?{tx.skip_locked}",
-        (most,),
+        f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live})"
+        f" OR (holder = ? AND id NOT IN (''{unknown}))) ORDER BY number LIMIT ?{tx.skip_locked}",
+        (tx.server, *ours, most),
     ).fetchall()
     for number, _ in rows:
         MISSIONS.take_over(tx, number)

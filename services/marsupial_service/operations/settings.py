@@ -74,6 +74,7 @@ class ServiceLimits:
     kept_jobs: int = _limit(10_000, 1, "jobs kept after their end")
     missions: int = _limit(20, 1, "missions open at a time")
     key_missions: int = _limit(20, 1, "missions of one key open at a time")
+    simulations: int = _limit(max(2, os.cpu_count() or 1), 1, "missions open at a time whose robots are simulated here")
     idle_s: float = _limit(86400.0, 1.0, "seconds without a report after which a mission is cancelled")
     backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")

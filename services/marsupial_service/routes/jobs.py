@@ -14,7 +14,7 @@ from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.jobs import JOB_READING
+from marsupial_service.intake.jobs import JOB_READING, tell_map
 from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
 from marsupial_service.jobs.records import JobRecord, JobState
 from marsupial_service.jobs.service import Jobs
@@ -144,5 +144,20 @@ async def get_situation(state: Service, job: JobOfPath) -> Response:
             )
     if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
+    assert isinstance(found, bytes)
+    return text_answer(found)
+
+
+@router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
+async def get_map(state: Service, job: JobOfPath) -> Response:
+    """Return the map that a job was sent with, its cells as runs; a job for a situation has none."""
+    limits = state.settings.limits
+    source = await state.running().source(job.id) or "{}"
+    async with state.readers:
+        found = await state.supervised.value_of(
+            tell_map, (source, limits), seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
+        )
+    if found is None:
+        raise HttpProblem("not-found", "the job was sent with a situation, not with a map")
     assert isinstance(found, bytes)
     return text_answer(found)

@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
+from marsupial_service.entries.records import Created
 from marsupial_service.http.answers import json_answer, mission_answer, mission_path, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
@@ -69,9 +70,7 @@ async def create_mission(
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
     brief, digest = await read(state, sent, MISSION_READING, settings.limits, settings.planners)
-    created = await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key)
-    record, replayed = created
-    return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(created, mission_path(record.id)))
+    return created(await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key))
 
 
 @router.get("", response_model=answers.MissionListAnswer, responses=errors())
@@ -182,6 +181,12 @@ async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
         )
     assert isinstance(found, bytes)
     return text_answer(found)
+
+
+def created(made: Created[MissionRecord]) -> Response:
+    """Return the answer that a mission is stored."""
+    record, replayed = made
+    return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(made, mission_path(record.id)))
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:

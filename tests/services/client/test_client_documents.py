@@ -55,6 +55,7 @@ SCHEMA_OF = {
     "RobotNote": "RobotNoteBody",
     "RoverType": "RoverTypeBody",
     "Taken": "Taken",
+    "SimulationDocument": "Simulation",
     "Terrain": "TerrainBody",
     "TextPlan": "TextPlan",
     "Verdict": "Verdict",
