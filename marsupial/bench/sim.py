@@ -199,7 +199,7 @@ def table(sights: Sequence[SightRow], missions: Sequence[MissionRow]) -> str:
         lines.append(f"C is left out: {library.reason}")
     lines += [
         "",
-        "missions, and where their CPU time goes; a ratio says how many times faster than the time they simulate",
+        "missions, and where their CPU time goes; a ratio says how many times faster than what they simulate",
         f"{'scenario':<15}{'cells':>12}  {'strategy':<15}{'planner':<9}{'simulated s':>12}{'CPU s':>8}{'ratio':>8}"
         f"{'replans':>8}{'revealed':>10}",
     ]

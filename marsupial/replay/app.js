@@ -71,7 +71,7 @@ class View {
   head(tools) {
     const [{ start, robots, resolution }] = this.missions, carriers = robots.filter((robot) => robot.carrier).length, two = this.missions.length > 1;
     const told = [...(two ? [this.names.join(" and ")] : [decider(this.missions[0])]), `seed ${start.seed}`, `${count(carriers, "carrier")}, ${count(robots.length - carriers, "rover")}`,
-      `${metres(start.width * resolution)} x ${metres(start.height * resolution)} at ${resolution} m a cell`];
+      `${metres(start.width * resolution)} x ${metres(start.height * resolution)} at ${Number(resolution.toPrecision(3))} m a cell`];
     const { save } = this.options, buttons = [...tools];
     if (save) buttons.push(make("button", { type: "button", text: save[0], title: "Save the mission log as JSON lines", onclick: save[1] }));
     buttons.push(button("Keys", "?", () => this.dialog.showModal()), button("Switch between light and dark", icon(HALF_FULL), () => this.setTheme(this.theme === "dark" ? "light" : "dark")));
@@ -147,7 +147,7 @@ class View {
   resize() {
     for (const pane of this.panes) pane.map.resize();
     this.lanes.restyle();
-    this.draw();
+    this.drawNow();  // at once: a canvas of another size is empty
   }
 
   stepPlan(direction) {

@@ -38,9 +38,9 @@ def test_parts_sum_up_to_the_whole(row: AnalysisRow) -> None:
 def test_the_table_has_a_line_for_each_part_and_says_whether_both_came_to_the_same(row: AnalysisRow) -> None:
     lines = table([row, replace(row, same=False)]).splitlines()
     assert len(lines) == 3 + 2 * (len(row.kept_parts) + 2)
-    assert [line.split()[2] for line in lines[2:4]] == ["footprints", "reach"]
+    assert [line.split()[2] for line in lines[3:5]] == ["footprints", "reach"]
     assert "in all" in lines[-2]
-    assert "both come to the same" in lines[2 + len(row.kept_parts) + 1]
+    assert "both come to the same" in lines[3 + len(row.kept_parts) + 1]
     assert lines[-1].endswith("both come to DIFFERENT situations")
 
 

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import re
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -26,6 +28,18 @@ COMMANDS = (
     "bench",
     "demo",
     "ros",
+    "serve",
+)
+
+BENCHES = ("paths", "analysis", "sim", "first-use", "planners")
+
+STORES = tuple(f"serve store {name}" for name in ("info", "backup", "restore", "upgrade", "retain"))
+
+ALL_COMMANDS = (
+    *(name for name in COMMANDS if name != "bench"),
+    *(f"bench {name}" for name in BENCHES),
+    *(f"serve keys {name}" for name in ("add", "list", "revoke")),
+    *STORES,
 )
 
 
@@ -43,10 +57,40 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert not [line for line in out.splitlines()[1:] if line.endswith("...")]
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_help_with_an_example(capsys: pytest.CaptureFixture[str], command: str) -> None:
-    assert main([command, "--help"]) == 0
-    assert f"Example: marsupial {command}" in capsys.readouterr().out
+APART = ("compare", "reproduce", "demo", "ros", "serve", *STORES, *(f"bench {name}" for name in BENCHES))
+"""Commands whose examples take minutes, have no end, or need a fleet or a store: they have tests of their own."""
+
+
+@pytest.mark.parametrize("command", ALL_COMMANDS)
+def test_every_command_has_an_example_on_lines_that_can_be_pasted(
+    capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    example = example_of(capsys, command)
+    assert example[-1].startswith(f"marsupial {command}")
+    for line in example:
+        named = next(name for name in sorted(ALL_COMMANDS, key=len, reverse=True) if f"marsupial {name} " in f"{line} ")
+        given = [word for word in shlex.split(line) if word.startswith("--")]
+        assert main([*named.split(), "--help"]) == 0
+        told = capsys.readouterr().out
+        assert all(f"{option} " in told for option in given), line
+
+
+@pytest.mark.parametrize("command", [name for name in ALL_COMMANDS if name not in APART])
+def test_examples_work_as_pasted_into_an_empty_folder(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for line in example_of(capsys, command):
+        shorter = line.replace("run office", "run lobby").replace("--budget 5", "--budget 0.1")
+        assert main(shlex.split(shorter)[1:]) == 0, (line, capsys.readouterr().err)
+
+
+def example_of(capsys: pytest.CaptureFixture[str], command: str) -> list[str]:
+    """Return the commands of the example in the help of a command."""
+    assert main([*command.split(), "--help"]) == 0
+    _, _, after = capsys.readouterr().out.partition("Example: ")
+    lines = [line.strip() for line in re.split(r"Options:|Arguments:", after)[0].splitlines()]
+    return [line for line in lines if line]
 
 
 def test_help_imports_nothing_heavy() -> None:

@@ -1,7 +1,7 @@
 """Schemathesis on a server: requests drawn from its OpenAPI document, alone and in sequences, all checks.
 
-Two things no schema says are allowed: a request that is well-formed may be wrong all the same (422, an unknown robot)
-or too much for this service (413).
+Three things no schema says are allowed: a request that is well-formed may be wrong all the same (422, an unknown
+robot) or too much for this service (413), and of one that is both too much and wrong only the first is said.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ _OPTIONS = ("--limit=budget_s=0.5", "--limit=steps_s=0.5", "--limit=queue=100000
 _CONFIGURATION = """\
 [checks.positive_data_acceptance]
 expected-statuses = ["2xx", "401", "403", "404", "409", "413", "422", "429", "503"]
+
+[checks.negative_data_rejection]
+expected-statuses = ["400", "401", "403", "404", "405", "406", "409", "413", "415", "422", "428", "429", "5xx"]
 """
 
 

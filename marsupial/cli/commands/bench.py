@@ -85,7 +85,7 @@ def sim(
 ) -> None:
     """The simulator beside the time it simulates and sensing beside plain C; where the time of missions goes.
 
-    Example: marsupial bench sim office map.yaml --strategy heuristic
+    Example: marsupial bench sim lobby --strategy heuristic
     """
     from marsupial.bench.sim import SIZES, table, values
     from marsupial.cli.own_benches import MissionChoice, missions_of_bench, show, sights_of_bench
@@ -133,7 +133,7 @@ def planners(
 ) -> None:
     """Every planner on a fixed suite of situations, beside the best plans known.
 
-    Example: marsupial bench planners --engine anytime --instance 'rooms-*' --budget 1
+    Example: marsupial bench planners --engine anytime --instance 'rooms-*'
     """
     from marsupial.bench.planner_report import table
     from marsupial.cli.display.tables import print_report

@@ -42,7 +42,7 @@ def compare(
 
     All have the same maps, teams, starts and seeds; the rows, tables and figures are in the folder --out.
 
-    Example: marsupial compare office maze --carriers 1-3 --rovers 1-2 --runs 10 --out office-maze
+    Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
     """
     from marsupial.bench.compare.plan import Comparison
     from marsupial.cli import comparing

@@ -23,7 +23,7 @@ def export(
     From a log: that moment of the mission, and where a plan was made at it, what that plan was made for. From a
     scenario: the same after a mission up to that moment with the greedy planner.
 
-    Example: marsupial export office.jsonl --at 120 -o moment
+    Example: marsupial export lobby --at 10 -o moment
     """
     from marsupial.cli.display.messages import say
     from marsupial.cli.moments import moment_of

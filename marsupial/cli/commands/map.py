@@ -28,7 +28,7 @@ def describe_map(
     Size, shares of free, occupied and unknown, leaks to the border, islands, reach per robot type. A map without a
     scenario is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
 
-    Example: marsupial map office_map.yaml --out office_map.png
+    Example: marsupial map office --out office_map.png
     """
     from marsupial.cli.display.messages import warn
     from marsupial.cli.display.tables import print_json

@@ -26,7 +26,9 @@ def plan(
     comes how good it is: the makespan is optimal, or no plan ends before a lower bound, and the gap is what the
     makespan has above it, as a share of the makespan.
 
-    Example: marsupial plan situation.json --budget 5 -o plan.txt
+    Example: marsupial export lobby -o moment
+
+    marsupial plan moment/situation.json --budget 5 -o plan.txt
     """
     from marsupial.cli.display.tables import print_json, print_text
     from marsupial.cli.outputs import write_file

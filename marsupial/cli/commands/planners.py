@@ -30,4 +30,4 @@ def planners(json: JsonList = False) -> None:
         )
         for one in infos
     ]
-    print_table(("planner", "improves", "proves best", "counts steps", "objectives", "licence"), able)
+    print_table(("planner", "improves", "proves", "steps", "objectives", "licence"), able)

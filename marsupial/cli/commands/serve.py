@@ -119,7 +119,7 @@ def add(
 
     A name may have two good keys at a time: make the new one, give it to all clients, revoke the old one.
 
-    Example: marsupial serve keys add fleet --scope plan --scope mission --days 30 --data jobs
+    Example: marsupial serve keys add fleet --scope plan,mission --data jobs
     """
     from marsupial.cli.display.tables import print_text
 
@@ -153,7 +153,9 @@ def revoke(
 ) -> None:
     """Make keys useless at once.
 
-    Example: marsupial serve keys revoke fleet --data jobs
+    Example: marsupial serve keys add fleet --data jobs
+
+    marsupial serve keys revoke fleet --data jobs
     """
     with _keys(data, store) as kept:
         kept.revoke(which, time.time())
@@ -170,6 +172,8 @@ def _keys(data: Path, store: str | None) -> Iterator[Keys]:
             yield kept
     except StoreError as error:
         raise UsageError(str(error)) from error
+    except OSError as error:
+        raise UsageError(f"{error.filename or data}: {(error.strerror or str(error)).lower()}") from error
 
 
 def check_extra() -> None:

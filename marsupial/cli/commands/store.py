@@ -74,7 +74,9 @@ def restore(
 ) -> None:
     """Check a backup and make the store of a new folder of it.
 
-    Example: marsupial serve store restore monday.backup --data jobs-again
+    Example: marsupial serve store backup monday.backup --data jobs
+
+    marsupial serve store restore monday.backup --data jobs-again
     """
     from marsupial.cli.display.messages import say
 

@@ -21,7 +21,11 @@ def validate(
     planner has printed times rounded to hundredths of a second, the plan is
     retimed within these digits first, and that is said.
 
-    Example: marsupial validate domain.pddl problem.pddl plan.txt
+    Example: marsupial export lobby -o moment
+
+    marsupial plan moment/problem.pddl --budget 5 -o plan.txt
+
+    marsupial validate moment/domain.pddl moment/problem.pddl plan.txt
     """
     from marsupial.cli.display.tables import print_text
     from marsupial.errors import PlanTextError, SituationError

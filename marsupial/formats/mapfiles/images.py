@@ -2,7 +2,8 @@
 
 Colours become grey as in nav2's map server, which asks ImageMagick for a grey image: the Rec. 709 luma
 0.212656 R + 0.715158 G + 0.072186 B, rounded. (Releases of nav2 up to Jazzy took the mean of the channels; the two
-differ only in pixels that are really coloured, and those are counted.) 16-bit greys are divided by 257 and rounded.
+differ only in pixels that are really coloured, and those are counted, and where there is alpha: see `nav2`.) 16-bit
+greys are divided by 257 and rounded.
 The size in the header is checked before a pixel is decoded.
 """
 

@@ -78,6 +78,14 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         cells[transparent] = UNKNOWN
     counts = _grey_counts(image, transparent)
     hidden = image.grey.size - int(counts.sum())
+    warnings = (
+        *header.warnings,
+        *_image_warnings(image, hidden),
+        *_saved_unknown_warnings(header, counts, codes),
+        *_mixed_warnings(header, counts, codes),
+        *_between_warnings(counts, table),
+        *_alpha_warnings(header, image, counts, table),
+    )
     grid = Grid(
         cells=np.ascontiguousarray(np.flipud(cells)), resolution_m=header.resolution_m, origin_m=header.origin_m
     )
@@ -85,13 +93,7 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         grid=grid,
         format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
         legend=_legend(counts, codes, hidden),
-        warnings=(
-            *header.warnings,
-            *_image_warnings(image, hidden),
-            *_saved_unknown_warnings(header, counts, codes),
-            *_mixed_warnings(header, counts, codes),
-            *_between_warnings(counts, table),
-        ),
+        warnings=warnings,
     )
 
 
@@ -209,6 +211,27 @@ def _mixed_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: Ce
 def _between_warnings(counts: npt.NDArray[np.int64], table: OccupancyArray) -> list[str]:
     between = int(counts[(table > 0) & (table < 100)].sum())
     return [f"{between} cells have an occupancy between 1 and 99 and count as free"] if between else []
+
+
+def _alpha_warnings(
+    header: Nav2Header, image: GreyImage, counts: npt.NDArray[np.int64], table: OccupancyArray
+) -> list[str]:
+    """Say where releases of nav2 up to Jazzy read an image with alpha otherwise.
+
+    In mode trinary they take the mean of red, green, blue and alpha, so that opaque pixels are brighter.
+    """
+    if image.opaque is None or header.mode is not Mode.TRINARY:
+        return []
+    shade = (3 * np.arange(256) + 255) / (4 * 255)
+    p = shade if header.negate else 1 - shade
+    formerly = np.select([p > header.occupied_thresh, p < header.free_thresh], [100, 0], -1)
+    cells = int(counts[formerly != table].sum())
+    if not cells:
+        return []
+    return [
+        f"the image has an alpha channel: nav2 up to Jazzy counts it as a fourth colour and reads {cells} opaque "
+        "pixels otherwise; without the channel all releases agree"
+    ]
 
 
 def _names(greys: list[int]) -> str:
