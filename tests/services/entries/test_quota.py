@@ -121,7 +121,7 @@ def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budge
     desk.add("a", 0)
     desk.claim(0)
     desk.do(lambda tx: tx.execute("DELETE FROM servers"))
-    desk.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, QUOTA))
+    desk.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA))
     assert desk.left_s(50 * MINUTE_MS) == pytest.approx(40.0)
 
 
