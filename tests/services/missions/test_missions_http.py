@@ -103,7 +103,7 @@ def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:
     status, _, found = server.ask("GET", mission)[:3]
     assert (status, found["state"], found["n"], found["status"]) == (200, "running", 0, None)
     report = {"n": 1, "t_ms": 0, "revealed": [{"robot": "carrier1", "runs": [10, 5, 1, 70, 2, 0]}]}
-    assert server.ask("POST", f"{mission}/reports", report) == (
+    assert server.ask("POST", f"{mission}/reports", report)[:3] == (
         200,
         "application/json",
         {"n": 1, "t_ms": 0, "revision": 0},
