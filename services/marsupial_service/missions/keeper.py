@@ -33,7 +33,7 @@ from marsupial_service.missions.values import (
     Turns,
     WantsToPlan,
 )
-from marsupial_service.store import StoreError
+from marsupial_service.store import StoreError, kept
 from marsupial_service.store.engine import Connection
 
 _MOST_DEATHS = 3
@@ -213,7 +213,7 @@ class Keeper:
                 await (bell.wait() if self._driver is None else self._driver.wait(bell))
                 bell.clear()
         if self._driver is not None:
-            self._driver.reported(found)
+            self._driver.reported([kept.loads(one) for one in found])
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
     def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:
