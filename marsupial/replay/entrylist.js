@@ -36,7 +36,7 @@ export class EntryList {
     this.kind = kind;
     const { title, heads, none } = KINDS[kind];
     this.rows = make("tbody");
-    this.table = make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", text })))), this.rows);
+    this.table = make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", class: text, text })))), this.rows);
     this.none = make("p", { class: "dim", text: none });
     this.more = make("button", { type: "button", text: "Show older ones", onclick: () => { this.limit = Math.min(200, 4 * this.limit); this.refresh(); } });
     this.element = make("section", { class: "card list" }, make("h2", { text: title }), this.none, this.table, this.more);
@@ -78,7 +78,7 @@ export class EntryList {
   }
 
   row(one) {
-    const [first, ...rest] = KINDS[this.kind].cells(one), link = make("a", { href: `#/${this.kind}/${one.id}`, text: first });
-    return make("tr", {}, make("td", {}, link), ...rest.map((cell) => make("td", {}, cell)));
+    const { cells, heads } = KINDS[this.kind], [first, ...rest] = cells(one), link = make("a", { href: `#/${this.kind}/${one.id}`, text: first });
+    return make("tr", {}, make("td", {}, link), ...rest.map((cell, i) => make("td", { class: heads[i + 1] }, cell)));
   }
 }

@@ -32,10 +32,10 @@ export class JobMap {
     const { clientWidth: wide, clientHeight: high } = this.element, g = fitted(this.canvas, wide, high), ink = inks();
     g.fillStyle = ink.unknown;
     g.fillRect(0, 0, wide, high);
-    if (this.situation === null || this.places === null) {
+    if (this.places === null) {
       g.fillStyle = ink.ink;
       g.font = "13px system-ui, 'DejaVu Sans', sans-serif";
-      g.fillText(this.situation === null ? "The map is being analysed …" : "It was sent as a situation: there is no map to draw.", 14, 26);
+      g.fillText("The map is being analysed …", 14, 26);
       return;
     }
     this.fit(wide, high);

@@ -8,8 +8,6 @@ import { JobLanes, JobMap, MakespanPlot } from "./jobdrawing.js";
 import { get, post } from "./service.js";
 import { Stream } from "./stream.js";
 
-const AGAIN_MS = 1000;  // a map is analysed before there is a situation
-
 export class JobPage {
   constructor(id) {
     Object.assign(this, { path: `/v1/jobs/${id}`, plans: [], about: null, situation: null });
@@ -22,10 +20,12 @@ export class JobPage {
     this.figure = make("b", { class: "makespan" });
     this.told = make("span", { class: "dim" });
     this.cancel = make("button", { type: "button", text: "Cancel", hidden: true, onclick: async () => this.tell(await post(`${this.path}/cancel`)) });
+    this.ground = make("section", { class: "card job-map" }, make("h2", { text: "Situation and best plan" }), this.map.element,
+      make("p", { class: "dim", text: "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. Square and dot: where carrier and rover meet." }));
     this.element = make("div", { class: "job-page" },
       make("div", { class: "bar-of-missions" }, make("span", { class: "followed" }, this.name, this.state, this.cancel)), this.said,
       make("main", { class: "job" },
-        make("section", { class: "card job-map" }, make("h2", { text: "Situation and best plan" }), this.map.element),
+        this.ground,
         make("section", { class: "card" }, make("h2", { text: "Makespan" }), make("p", { class: "figure-line" }, this.figure, " ", this.told), this.plot.element),
         make("section", { class: "card job-lanes" }, make("h2", { text: "Who does what when" }), this.lanes.element)));
   }
@@ -42,22 +42,20 @@ export class JobPage {
       return;
     }
     this.stream = new Stream(`${this.path}/events`, (event) => this.take(event), (reason) => this.say(reason));
-    await this.readSituation();
   }
 
-  /** Read the situation, once the map has been analysed, and the map, if there is one. */
+  /** Read the situation, and the map, if there is one: there are both as soon as there is a plan. */
   async readSituation() {
-    while (!this.closed && this.situation === null) {
-      try {
-        const { situation, places } = await get(`${this.path}/situation`);
-        this.situation = situation;
-        const ground = places === null ? null : await get(`${this.path}/map`).catch(() => null);
-        this.map.setSituation(situation, places, ground);
-        this.draw();
-      } catch (error) {
-        if (error.status !== 404 || this.about.outcome) return;
-        await new Promise((resolve) => { setTimeout(resolve, AGAIN_MS); });
-      }
+    if (this.asked) return;
+    this.asked = true;
+    try {
+      const { situation, places } = await get(`${this.path}/situation`), ground = places === null ? null : await get(`${this.path}/map`);
+      this.situation = situation;
+      this.ground.hidden = places === null;  // a situation by itself says nothing of where its places are
+      this.map.setSituation(situation, places, ground);
+      this.draw();
+    } catch (error) {
+      this.say(error.message);
     }
   }
 
@@ -65,7 +63,7 @@ export class JobPage {
     const told = JSON.parse(data);
     if (type === "plan") {
       this.plans.push(told);
-      this.about.plans = told.revision;
+      this.readSituation();
     } else this.tell({ ...this.about, ...told });
     this.draw();
   }

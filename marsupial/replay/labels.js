@@ -1,6 +1,14 @@
 /* Names on the map, each beside its thing where it covers no other name and no robot. */
 
 const HIGH = 15;
+const BOLD = "600 11px system-ui, 'DejaVu Sans', sans-serif", PLAIN = "10.5px system-ui, 'DejaVu Sans', sans-serif";
+const widths = new Map();  // of names in bold and plain, which are asked for in every picture
+
+function widthOf(g, name) {
+  const key = `${g.font} ${name}`;
+  if (!widths.has(key)) widths.set(key, g.measureText(name).width);
+  return widths.get(key);
+}
 
 export class Labels {
   constructor(g, ink, size) { this.g = g; this.ink = ink; this.size = size; this.taken = []; }
@@ -12,8 +20,8 @@ export class Labels {
   write(name, x, y, r, must) {
     const { g, size } = this;
     if (x < -20 || y < -20 || x > size.width + 20 || y > size.height + 20) return;
-    g.font = must ? "600 11px system-ui, 'DejaVu Sans', sans-serif" : "10.5px system-ui, 'DejaVu Sans', sans-serif";
-    const wide = g.measureText(name).width + 6, gap = r + 3;
+    g.font = must ? BOLD : PLAIN;
+    const wide = widthOf(g, name) + 6, gap = r + 3;
     const spots = [[x + gap, y - HIGH / 2], [x + gap - 2, y - r - HIGH], [x + gap - 2, y + r], [x - gap - wide, y - HIGH / 2],
       [x - wide / 2, y - gap - HIGH], [x - wide / 2, y + gap], [x - gap + 2 - wide, y - r - HIGH], [x - gap + 2 - wide, y + r]];
     const free = ([left, top]) => left >= 2 && left + wide <= size.width - 2 && top >= 2 && top + HIGH <= size.height - 2

@@ -18,8 +18,8 @@ const byId = (id) => document.getElementById(id);
 function frame() {
   const said = make("p", { class: "problem", id: "key-said", role: "alert" }), key = make("input", { type: "password", id: "key-text", autocomplete: "off", required: true });
   return [
-    make("nav", { id: "bar" }, make("a", { href: "#/", text: "marsupial" }), make("span", { id: "connection", role: "status" }), make("span", { class: "spring" }),
-      make("a", { href: "docs", class: "plain", text: "HTTP interface" }),
+    make("nav", { id: "bar" }, make("a", { href: "#/", class: "home", text: "marsupial" }), make("span", { id: "connection", role: "status" }), make("span", { class: "spring" }),
+      make("a", { href: "docs", text: "HTTP interface" }),
       make("button", { type: "button", id: "leave", text: "Forget key", title: "Forget the API key of this tab", hidden: !hasKey(), onclick: () => { forgetKey(); location.reload(); } }),
       button("Light or dark", icon(HALF_FULL), () => setTheme(theme() === "dark" ? "light" : "dark"), { id: "theme" })),
     make("div", { id: "content" }),

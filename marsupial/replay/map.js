@@ -66,17 +66,22 @@ export class MapView {
     const all = this.painted !== version;
     if (!all && !changed.size) return;
     this.painted = version;
-    g.save();
-    if (!all) {
-      g.beginPath();
-      for (const key of changed) {
-        const [x, y, wide, high] = this.ground.place(key, left, top, scale), snap = (v) => Math.floor(v * ratio) / ratio;
-        g.rect(snap(x), snap(y), snap(wide + 2), snap(high + 2));
-      }
-      g.clip();
+    if (all) { this.drawPart(g, 0, 0, size.width, size.height, ratio); return; }
+    const snap = (v) => Math.floor(v * ratio) / ratio;  // to whole pixels, which are clipped without blending
+    for (const key of changed) {
+      const [x, y, wide, high] = this.ground.place(key, left, top, scale), px = snap(x), py = snap(y);
+      this.drawPart(g, px, py, snap(x + wide) + 1 - px, snap(y + high) + 1 - py, ratio);
     }
+  }
+
+  drawPart(g, x, y, wide, high, ratio) {
+    const { left, top, scale } = this.camera;
+    g.save();
+    g.beginPath();
+    g.rect(x, y, wide, high);
+    g.clip();
     g.fillStyle = this.ink.unknown;
-    g.fillRect(0, 0, size.width, size.height);
+    g.fillRect(x, y, wide, high);
     this.ground.draw(g, left, top, scale, ratio);
     g.restore();
   }

@@ -31,7 +31,7 @@ from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import READERS, Missions
 from marsupial_service.operations.keys import KeyFile, KeyRow
-from marsupial_service.operations.settings import ServiceSettings
+from marsupial_service.operations.settings import UNBOUNDED_S, ServiceSettings
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations, simulations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
@@ -48,6 +48,7 @@ _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
 def create_app(settings: ServiceSettings) -> FastAPI:
     """Return the application; it opens its store when it starts."""
+    settings = settings.in_force()
     app = FastAPI(
         title="marsupial",
         version=version("marsupial"),
@@ -93,19 +94,24 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
     slots = Slots(limits.slots)
+    of_both: dict[str, Any] = {
+        "memory_bytes": limits.memory_bytes,
+        "store_bytes": limits.store_bytes,
+        "key_bytes": limits.key_bytes,
+        "key_planning_s": limits.key_planning_s if limits.key_planning_s < UNBOUNDED_S else math.inf,
+        "steps_limit_s": limits.steps_s,
+        "retention_s": limits.retention_s,
+        "planned": state.metrics.planned,
+    }
     state.jobs = Jobs(
         store,
         JobSettings(
             slots=limits.slots,
             queue=limits.queue,
-            key_queue=limits.key_queue if state.settings.needs_keys else limits.queue,
-            retention_s=limits.retention_s,
+            key_queue=limits.key_queue,
             kept=limits.kept_jobs,
-            store_bytes=limits.store_bytes,
-            key_bytes=limits.key_bytes if state.settings.needs_keys else math.inf,
-            memory_bytes=limits.memory_bytes,
-            steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
+            **of_both,
         ),
         runner=state.runner,
         slots=slots,
@@ -114,7 +120,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         store,
         MissionSettings(
             missions=limits.missions,
-            key_missions=limits.key_missions if state.settings.needs_keys else limits.missions,
+            key_missions=limits.key_missions,
             simulations=limits.simulations,
             idle_s=limits.idle_s,
             lag=state.metrics.lag,
@@ -123,11 +129,8 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             ),
             cells=limits.cells,
             backlog=limits.backlog,
-            memory_bytes=limits.memory_bytes,
-            retention_s=limits.retention_s,
             kept=limits.kept_missions,
-            store_bytes=limits.store_bytes,
-            key_bytes=limits.key_bytes if state.settings.needs_keys else math.inf,
+            **of_both,
         ),
         runner=state.runner,
         slots=slots,

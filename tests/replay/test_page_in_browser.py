@@ -48,8 +48,7 @@ def drawn(browser: Browser) -> None:
     browser.wait("window.drawn")
 
 
-@pytest.mark.parametrize("view", [DESK, PHONE], ids=["desk", "phone"])
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize(("view", "dark"), [(DESK, False), (PHONE, True)], ids=["light, on a desk", "dark, on a phone"])
 def test_one_mission_and_two_are_drawn_without_a_word_on_the_console(
     browser: Browser, tmp_path: Path, view: View, dark: bool
 ) -> None:

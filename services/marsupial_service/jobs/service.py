@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +20,7 @@ from marsupial.errors import InternalError
 from marsupial.planning import engines
 from marsupial.processes.runner import LOCAL, Room, Runner
 from marsupial_service.entries.records import Created, UnknownEntry
-from marsupial_service.entries.service import Entries
+from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Place, Slots
 from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
@@ -76,6 +77,8 @@ class Jobs(Entries[JobRecord]):
         self._slots = slots or Slots(settings.slots)
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
+        self._ours: set[str] = set()
+        self._is_claiming = False
         self._storing = 0
         self._claiming = asyncio.Lock()
         self._asked: Room | None = None
@@ -113,7 +116,9 @@ class Jobs(Entries[JobRecord]):
         try:
             packed = request if isinstance(request, PackedRequest) else await asyncio.to_thread(pack, request)
             job = _new(packed, owner, idempotency_key)
-            submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._room))
+            submitted = await self.write(
+                lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._room, self.quota)
+            )
         finally:
             self._storing -= 1
         return submitted
@@ -136,7 +141,7 @@ class Jobs(Entries[JobRecord]):
 
     async def cancel(self, job: str) -> JobRecord:
         """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: the job goes on."""
-        return await self.write(lambda tx: table.cancel(tx, job, self.now_ms()))
+        return await self.write(lambda tx: table.cancel(tx, job, self.now_ms(), self.quota))
 
     async def wait(self, job: str, seconds: float) -> JobRecord:
         """Return the job once it is over, or as it is after so many seconds or at `stop`. Raises UnknownEntry."""
@@ -156,7 +161,8 @@ class Jobs(Entries[JobRecord]):
         return replace(found, slots=self._slots.count, slots_in_use=self._slots.in_use)
 
     async def _take_up(self) -> None:
-        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms()))
+        ours = None if self._is_claiming else frozenset(self._ours)
+        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
@@ -182,10 +188,21 @@ class Jobs(Entries[JobRecord]):
                     room = held.enter_context(closing(self._runner.room(_CPUS)))
                     if not await self._is_there(room, place):
                         continue
-                    claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+                    claim = await self._claim()
                     if claim is not None:
                         return _Claimed(claim, place, room, held.pop_all())
         return None
+
+    async def _claim(self) -> table.Claim | None:
+        """Take a job, if one waits; it is among ours from now on."""
+        self._is_claiming = True
+        try:
+            claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+            if claim is not None:
+                self._ours.add(claim.id)
+        finally:
+            self._is_claiming = False
+        return claim
 
     async def _is_queued(self) -> bool:
         with suppress(StoreError):
@@ -203,12 +220,16 @@ class Jobs(Entries[JobRecord]):
     async def _attend(self, claimed: _Claimed) -> None:
         """Do an attempt at a job and store how it ended."""
         claim = claimed.claim
+        begun_s = time.monotonic()
         end = await self._attempt(claimed)
+        self._settings.planned(claim.owner, time.monotonic() - begun_s)
         try:
             await self._settle(claim, end)
         except Exception as error:
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
             await self._settle(claim, _failed(error))
+        finally:
+            self._ours.discard(claim.id)
 
     async def _attempt(self, claimed: _Claimed) -> Closed | Lost:
         claim, place = claimed.claim, claimed.place
@@ -231,20 +252,31 @@ class Jobs(Entries[JobRecord]):
     async def _heed(self, attempt: Attempt) -> None:
         """End an attempt at a job that is cancelled, through whatever server."""
         job = attempt.claim.id
-        with self._bells.bell(table.cancelled(job)) as bell, suppress(StoreError, UnknownEntry):
-            while (await self._existing(job)).finished_at_ms is None:
+        with self._bells.bell(table.cancelled(job)) as bell:
+            while not await self._is_over(job):
                 await bell.wait()
                 bell.clear()
             attempt.cancel()
 
+    async def _is_over(self, job: str) -> bool:
+        while True:
+            try:
+                return (await self._existing(job)).finished_at_ms is not None
+            except UnknownEntry:
+                return True
+            except StoreError:  # it can't be cancelled then
+                await asyncio.sleep(RETRY_S)
+
     async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
         """Store how an attempt ended."""
         if isinstance(end, Closed):
-            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms()))
+            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms(), self.quota))
             if in_time:
                 log.info("job ended", extra={"job": claim.id, "outcome": end.outcome.value})
             return
-        again = await self.surely(lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms()))
+        again = await self.surely(
+            lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms(), self.quota)
+        )
         if again:
             log.warning(
                 "job interrupted",

@@ -14,6 +14,7 @@ from marsupial.model.strategy import Decision
 from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
 from marsupial_service.missions.values import Event, EventType, SimulatedBrief, Wish, planning_of
 from marsupial_service.missions.world import RobotCommand
+from marsupial_service.moments import timestamp
 
 
 def command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> dict[str, object]:
@@ -75,6 +76,13 @@ def simulation(brief: SimulatedBrief) -> str:
     roles = Counter(next(kind.role for kind in brief.kinds if kind.name == robot.type) for robot in brief.robots)
     team = {"carriers": roles[Role.CARRIER], "rovers": roles[Role.ROVER]}
     return line({"speed": brief.speed, "seed": brief.seed, **team, "warnings": brief.warnings})
+
+
+def quota(reason: str, room_at_ms: int, t_ms: int) -> str:
+    """Return that a mission waits until its owner may plan again, and when that may be, or that it goes on."""
+    if not reason:
+        return line({"state": "running", "t_ms": t_ms})
+    return line({"state": "waiting", "reason": reason, "room_at": timestamp(room_at_ms), "t_ms": t_ms})
 
 
 def end(status: Status, reason: str, t_ms: int) -> str:

@@ -13,7 +13,7 @@ from time import monotonic
 
 from marsupial_service.entries.records import TooMany
 from marsupial_service.entries.room import StoreFull
-from marsupial_service.missions.values import Input, Report, Told, Turn
+from marsupial_service.missions.values import Told, Turn
 
 CATCH_UP_S = 0.5
 """How far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are."""
@@ -59,14 +59,11 @@ class Driver:
         for turn in turns:
             self._next = turn.next or self._next
 
-    def reported(self, inputs: Sequence[Input]) -> None:
-        """Take note of what was reported."""
-        for one in inputs:
-            if isinstance(one, Report) and self._next is not None and one.n >= self._next.report.n:
-                self._next = None
-
     async def wait(self, bell: asyncio.Event) -> None:
-        """Wait until the bell rings, or the next report is due; then store it."""
+        """Wait until the bell rings, or the next report is due; then store it.
+
+        One that was stored before, by a keeper that is no more, is found to be and changes nothing.
+        """
         if self._next is None:
             await bell.wait()
             return
@@ -80,5 +77,6 @@ class Driver:
                 return
         try:
             await self._take(self._next)
+            self._next = None
         except (StoreFull, TooMany):
             await asyncio.sleep(_RETRY_S)

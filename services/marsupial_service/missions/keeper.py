@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Room, Runner
-from marsupial_service.entries.service import Entries
+from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import packed, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.host import fly
-from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import (
     Brief,
     Due,
@@ -33,7 +35,7 @@ from marsupial_service.missions.values import (
     Turns,
     WantsToPlan,
 )
-from marsupial_service.store import StoreError, kept
+from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
 _MOST_DEATHS = 3
@@ -48,10 +50,12 @@ _CPUS = 0.1
 _AT_A_TIME = 32
 """Inputs that a process is given at a time, where so many wait: their turns are stored together."""
 
+_LOOK_S = 1.0
+"""How often a mission that waits for its owner's quota looks: jobs that end may give some back."""
+
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
 _LAST_WORDS_S = 0.5
-_RETRY_S = 1.0
 
 log = logging.getLogger("marsupial.missions")
 
@@ -111,9 +115,9 @@ class Keeper:
             before = self._turns
             try:
                 ended = await self._live()
-            except StoreError as error:
-                log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
-                await asyncio.sleep(_RETRY_S)
+            except StoreError:
+                if not await self._is_still_ours():
+                    return None
                 continue
             except Dismissed:
                 return None
@@ -127,6 +131,19 @@ class Keeper:
             if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
                 return ended.detail
             await asyncio.sleep(_PAUSE_S * (deaths - 1))
+
+    async def _is_still_ours(self) -> bool:
+        """Wait until the store can be read again, and say whether the mission is still open and this server's.
+
+        What could not be stored may be there all the same: the database may have broken off right after the commit.
+        """
+        while True:
+            await asyncio.sleep(RETRY_S)
+            with suppress(StoreError):
+                record = await self._missions.read(lambda reader: table.of_term(reader, self.id, self._term))
+                if record is not None:
+                    self._turns = record.turns
+                return record is not None
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
@@ -177,11 +194,48 @@ class Keeper:
                     if number == asked:
                         asked += await self._ask(run, number)
                 case WantsToPlan():
-                    with self._slots.taken(await self._slots.for_mission(self._owner)):
-                        await self._send(run, MayPlan())
-                        assert isinstance(await told.get(), HasPlanned)
+                    await self._plan(run, told)
                 case other:
                     raise AssertionError(other)
+
+    async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
+        """Let the process plan once its owner may and a slot is free; however that ends, it is charged."""
+        await self._wait_for_quota()
+        with self._slots.taken(await self._slots.for_mission(self._owner)):
+            begun_s = time.monotonic()
+            try:
+                await self._send(run, MayPlan())
+                assert isinstance(await told.get(), HasPlanned)
+            finally:
+                self._missions.charge(self._owner, time.monotonic() - begun_s)
+
+    async def _wait_for_quota(self) -> None:
+        """Wait until the owner may plan again, and tell of it."""
+        missions = self._missions
+        if not missions.quota.is_bounded:
+            return
+        waited = False
+        while wait_s := await missions.read(self._quota_wait_s):
+            if not waited:
+                waited = True
+                await self._tell_quota(missions.quota.told(table.asked_s(self._brief), wait_s), wait_s)
+            await asyncio.sleep(min(wait_s, _LOOK_S))
+        if waited:
+            await self._tell_quota("", 0.0)
+
+    def _quota_wait_s(self, reader: Connection) -> float:
+        """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""
+        record = table.of_term(reader, self.id, self._term)
+        if record is None:
+            raise Dismissed
+        if record.state is MissionPhase.CANCELLING:
+            return 0.0
+        missions = self._missions
+        return missions.quota.wait_s(reader, self._owner, table.asked_s(self._brief), missions.now_ms())
+
+    async def _tell_quota(self, reason: str, wait_s: float) -> None:
+        id, term, now_ms = self.id, self._term, self._missions.now_ms()
+        await self._missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
 
     async def _ask(self, run: JobRun, number: int) -> int:
         """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
@@ -212,8 +266,6 @@ class Keeper:
             while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
                 await (bell.wait() if self._driver is None else self._driver.wait(bell))
                 bell.clear()
-        if self._driver is not None:
-            self._driver.reported([kept.loads(one) for one in found])
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
     def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:
@@ -228,7 +280,9 @@ class Keeper:
         return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
 
     async def _stored(self, number: int) -> tuple[Event, ...]:
-        return await self._missions.read(lambda source: packed.events_of_turn(source, self._number, number))
+        """Return what followed from an input, and was stored."""
+        events = await self._missions.read(lambda source: packed.events_of_turn(source, self._number, number))
+        return tuple(event for event in events if event.type is not EventType.QUOTA)
 
 
 def _start(room: Room, job: Job) -> JobRun | None:

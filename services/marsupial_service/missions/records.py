@@ -77,6 +77,15 @@ class MissionRecord(StoredEntry):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LastReports:
+    """Number of the last report of the team, the latest time of all, and the numbers of robots by their own counts."""
+
+    n: int
+    t_ms: int
+    robots: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionCounts:
     """Counts for operators: missions in the store by state, inputs that wait to be answered, open ones by owner."""
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import threading
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
+from typing import TypeVar
 
 from marsupial.errors import Problem
-from marsupial.model.grid import CellArray, Grid
+from marsupial.model.grid import Grid
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
@@ -20,11 +21,10 @@ from marsupial_service.entries.slots import Slots
 from marsupial_service.intake import analyses, jobs, simulations
 from marsupial_service.missions import host, reading, table, telling
 from marsupial_service.missions.driver import Driver
-from marsupial_service.missions.frames import Frame
 from marsupial_service.missions.keeper import Keeper
-from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.ledgers import Ledgers, brief
-from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
+from marsupial_service.missions.records import LastReports, MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Brief, Report, SimulatedBrief, Told, Wish
 from marsupial_service.moments import wall_clock_ms
@@ -36,6 +36,8 @@ READERS = (load_analysis, reading, telling, jobs, analyses, simulations)
 
 PRELOAD = (*READERS, host.load_missions)
 _AT_A_TIME = 4
+
+T = TypeVar("T")
 
 
 class Missions(Entries[MissionRecord]):
@@ -54,6 +56,7 @@ class Missions(Entries[MissionRecord]):
         self._slots = slots or Slots(settings.missions)
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
+        self._creating: set[str] = set()
         self._ledgers = Ledgers()
         self._shown, self._showing = Ledgers(), threading.Lock()  # of what is committed, for the threads that read
 
@@ -118,29 +121,47 @@ class Missions(Entries[MissionRecord]):
     async def known(self, record: MissionRecord) -> Grid:
         """Return the map after the last report."""
 
-        def found(reader: Connection) -> tuple[Frame, CellArray]:
-            with self._showing:
-                ledger = self._shown.ledger(reader, MISSIONS.existing(reader, record.id))
-                return ledger.frame, ledger.cells.copy()
-
-        frame, cells = await self.read(found)
+        frame, cells = await self._look(record, lambda ledger: (ledger.frame, ledger.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
+
+    async def last_reports(self, record: MissionRecord) -> LastReports:
+        """Return which reports were the last."""
+        return await self._look(record, lambda ledger: LastReports(n=ledger.n, t_ms=ledger.t_ms, robots=ledger.counts))
+
+    async def _look(self, record: MissionRecord, look: Callable[[Ledger], T]) -> T:
+        """Return what `look` finds in the ledger of a mission, after its last report."""
+
+        def found(reader: Connection) -> T:
+            with self._showing:
+                return look(self._shown.ledger(reader, MISSIONS.existing(reader, record.id)))
+
+        return await self.read(found)
 
     async def counts(self) -> MissionCounts:
         """Return counts for operators."""
         return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
-        created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room))
-        if not created.replayed:
-            self._open(created.record, new.brief)
+        self._creating.add(new.id)
+        try:
+            created = await self.write(
+                lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
+            )
+            if not created.replayed:
+                self._open(created.record, new.brief)
+        finally:
+            self._creating.discard(new.id)
         return created
 
     async def _take_up(self) -> None:
         await self._call_off()
-        while found := await self.write(lambda tx: table.take_up(tx, _AT_A_TIME)):
+        while found := await self._taken():
             for record in found:
                 self._open(record, await self.brief(record))
+
+    def _taken(self) -> Awaitable[tuple[MissionRecord, ...]]:
+        ours = frozenset(self._keepers) | self._creating
+        return self.write(lambda tx: table.take_up(tx, _AT_A_TIME, ours))
 
     async def _call_off(self) -> None:
         """Cancel missions that nobody reports to any more, or nobody may."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import islice
@@ -11,6 +11,7 @@ from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
+from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import EntryTable, Reader, made_of
@@ -43,6 +44,8 @@ from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
 _SIMULATED_S = 10
 """When to ask again where too many are simulated: such a mission takes a minute or more."""
+
+_LEAST_PLANNING_S = 0.1
 
 
 def _record(row: Row) -> MissionRecord:
@@ -87,7 +90,12 @@ class NewMission(NewEntry):
 
 
 def insert(
-    tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int, room: Room = BOUNDLESS
+    tx: Transaction,
+    new: NewMission,
+    settings: MissionSettings,
+    now_ms: int,
+    room: Room = BOUNDLESS,
+    quota: Quota = NO_QUOTA,
 ) -> Created[MissionRecord]:
     """Store a mission, which is this server's, or find the one that the same request made before.
 
@@ -108,6 +116,7 @@ def insert(
             (count,) = tx.execute(f"{sql} AND simulation IS NOT NULL").fetchone()
             if count >= settings.simulations:
                 raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
+        quota.check(tx, new.owner, asked_s(brief), now_ms)
         simulation = documents.simulation(brief) if isinstance(brief, SimulatedBrief) else None
         described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner, "simulation": simulation}
         size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
@@ -116,6 +125,19 @@ def insert(
         MISSIONS.take_over(tx, number)
 
     return MISSIONS.create(tx, new, add)
+
+
+def asked_s(brief: Brief) -> float:
+    """Return how many seconds a mission wants to be left before it plans; where it counts steps nobody knows."""
+    return _LEAST_PLANNING_S if brief.budget.seconds is None else brief.budget.seconds
+
+
+def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:
+    """Tell that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
+    record = _held(tx, mission, term)
+    if record is not None:
+        data = documents.quota(reason, now_ms + round(1000 * wait_s), record.t_ms)
+        MISSIONS.tell(tx, record.number, EventType.QUOTA, data, now_ms, turn=record.turns)
 
 
 def add_reports(
@@ -258,12 +280,17 @@ def _held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
     return of_term(tx, mission, term)
 
 
-def take_up(tx: Transaction, most: int) -> tuple[MissionRecord, ...]:
-    """Make missions this server's that no server holds that is alive, at most so many."""
+def take_up(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionRecord, ...]:
+    """Make missions this server's that no server holds that is alive, at most so many.
+
+    Also those that are this server's and not among `ours`: it was never told that it got them, as the database broke
+    off right after that.
+    """
+    unknown = "".join(", ?" for _ in ours)
     rows = tx.execute(
-        f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live}))"
-        f" ORDER BY number LIMIT ?{tx.skip_locked}",
-        (most,),
+        f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live})"
+        f" OR (holder = ? AND id NOT IN (''{unknown}))) ORDER BY number LIMIT ?{tx.skip_locked}",
+        (tx.server, *ours, most),
     ).fetchall()
     for number, _ in rows:
         MISSIONS.take_over(tx, number)

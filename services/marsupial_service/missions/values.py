@@ -169,7 +169,10 @@ Input = Report | Wish
 
 
 class EventType(StrEnum):
-    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown."""
+    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown.
+
+    All of it follows from the inputs, but for `QUOTA`: that the mission waits as its owner may not plan now.
+    """
 
     LOG = "log"
     DECISION = "decision"
@@ -177,6 +180,7 @@ class EventType(StrEnum):
     STATE = "state"
     END = "end"
     FRAME = "frame"
+    QUOTA = "quota"
 
 
 @dataclass(frozen=True, slots=True)

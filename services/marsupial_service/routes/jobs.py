@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Response
 from fastapi.responses import StreamingResponse
 
-from marsupial_service.http.answers import UNKEPT, job_answer, job_path, json_answer, summary_answer, text_answer
+from marsupial_service.http.answers import UNKEPT, job_path, job_text, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
@@ -62,7 +62,7 @@ async def submit_job(
     if seconds is not None:
         job = await state.running().wait(job.id, seconds)
         headers["Preference-Applied"] = f"wait={seconds:g}"
-    return json_answer(job_answer(job), 202 if job.finished_at_ms is None else 200, headers)
+    return await _answer(state.running(), job, 202 if job.finished_at_ms is None else 200, headers)
 
 
 @router.get("", response_model=answers.JobListAnswer, responses=errors())
@@ -81,15 +81,20 @@ async def list_jobs(
 
 
 @router.get("/{job}", response_model=answers.JobAnswer, responses=errors("not-found"))
-async def get_job(job: JobOfPath) -> Response:
+async def get_job(state: Service, job: JobOfPath) -> Response:
     """Return a job with its best plan so far."""
-    return json_answer(job_answer(job))
+    return await _answer(state.running(), job)
 
 
 @router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
 async def cancel_job(state: Service, job: JobOfPath) -> Response:
     """End a job early; it keeps its best plan. A job that has ended does not change."""
-    return json_answer(job_answer(await state.running().cancel(job.id)))
+    return await _answer(state.running(), await state.running().cancel(job.id))
+
+
+async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    best = await jobs.plan_text(job.id, job.plans) if job.plans else "null"
+    return text_answer(job_text(job, best), status, headers)
 
 
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))

@@ -114,6 +114,12 @@ async def report(
     return json_answer(answers.AllTakenAnswer(reports=told) if is_batch else told[0])
 
 
+@router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
+async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
+    """Return which reports were the last: where to go on counting."""
+    return json_answer(answers.LastReportsAnswer.of(await state.flying().last_reports(mission)))
+
+
 @router.post(
     "/{mission}/pause", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
 )
@@ -144,7 +150,9 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     responses={
         **errors("not-found", "too-many"),
         204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
-        200: {"description": "Events `log`, `decision`, `commands`, `state` and `end`, with ids from 1."},
+        200: {
+            "description": "Events `log`, `decision`, `commands`, `state`, `frame`, `quota` and `end`, with ids from 1."
+        },
     },
 )
 async def follow_mission(

@@ -345,6 +345,14 @@ class AllTakenAnswer(Answer):
     reports: list[TakenAnswer]
 
 
+class LastReportsAnswer(Answer):
+    """The last report of the team (0: none yet), the latest time of all, the last of each robot by its own count."""
+
+    n: int
+    t_ms: int
+    robots: dict[str, int]
+
+
 class KnownMapAnswer(Answer):
     """What is known of the map: (start, length, terrain code) three by three."""
 

@@ -151,7 +151,7 @@ def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission:
                 server.ask("POST", f"{mission}/cancel")
             else:
                 server.ask("POST", f"{mission}/reports", report)
-    assert seen == set(EventType)
+    assert seen == set(EventType) - {EventType.QUOTA}  # which only keys have
     assert parse_log("".join(f"{line}\n" for line in lines).encode()).ended is not None
 
 
