@@ -143,6 +143,16 @@ ATTACKS: dict[str, Attack] = {
 }
 
 
+REPORTS: dict[str, tuple[Any, int]] = {
+    "a report in which each of 200 robots sees 4 million cells": (
+        {"n": 1, "t_ms": 0, "revealed": [{"robot": f"m{i}", "runs": ALL} for i in range(200)]},
+        413,
+    ),
+    "one in which one of them does": ({"n": 1, "t_ms": 0, "revealed": [{"robot": "m0", "runs": ALL}]}, 200),
+}
+"""Reports of `mission()`, one after the other, and the status each is answered with."""
+
+
 class Cost(NamedTuple):
     """What a request cost the server's process: seconds of a processor, growth of the most memory it had at a time."""
 

@@ -18,12 +18,24 @@ BUSY = (429, 503)
 HOST = "127.0.0.1"
 
 
+class Refusal(OSError):
+    """A stream that is asked for is answered by a `status` of failure."""
+
+    def __init__(self, status: int) -> None:
+        super().__init__(f"the stream answers {status}")
+        self.status = status
+
+
 class Reply(NamedTuple):
-    """What a request is answered: status, media type, and the document, or the text of what is not JSON."""
+    """What a request is answered: status, media type, and the document, or the text of what is not JSON.
+
+    `retry_after` is the header of that name.
+    """
 
     status: int
     kind: str
     document: Any
+    retry_after: str | None = None
 
 
 class Frame(NamedTuple):
@@ -51,10 +63,11 @@ class Talk:
             self._connection.request(method, path, sent, headers)
             answer = self._connection.getresponse()
             text, kind = answer.read().decode(), answer.headers.get_content_type()
+            retry_after = answer.headers.get("Retry-After")
         except BROKEN:
             self._connection.close()
             raise
-        return Reply(answer.status, kind, json.loads(text) if kind.endswith("json") else text)
+        return Reply(answer.status, kind, json.loads(text) if kind.endswith("json") else text, retry_after)
 
     def close(self) -> None:
         """Let go of the connection."""
@@ -75,7 +88,7 @@ def frames(port: int, path: str, after: int = 0, timeout_s: float = 60.0) -> Ite
         connection.request("GET", path, headers={"Last-Event-ID": str(after), "Accept": "text/event-stream"})
         answer = connection.getresponse()
         if answer.status != 200:
-            raise OSError(f"the stream answers {answer.status}")
+            raise Refusal(answer.status)
         yield from _read(answer)
 
 

@@ -58,7 +58,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 APART = ("compare", "reproduce", "demo", "ros", "serve", *STORES, *(f"bench {name}" for name in BENCHES))
-"""Commands whose examples take minutes, have no end, or need a fleet or a server's store: they have tests of their own."""
+"""Commands whose examples take minutes, have no end, or need a fleet or a store: they have tests of their own."""
 
 
 @pytest.mark.parametrize("command", ALL_COMMANDS)

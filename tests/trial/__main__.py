@@ -12,7 +12,7 @@ import typer
 from marsupial.cli.display.messages import say
 from marsupial.cli.display.tables import print_text
 from marsupial.cli.outputs import write_file
-from trial.parts import FULL, QUICK, Extent, trial
+from trial.parts import FULL, QUICK, Extent, Stores, kill_rows, trial
 from trial.rows import Judgement, table
 
 
@@ -37,6 +37,10 @@ def command(
     ] = FULL.fuzz_minutes,
     seed: Annotated[int, typer.Option(min=0, help="Draws the moments of kills, and what is fuzzed.")] = FULL.seed,
     quick: Annotated[bool, typer.Option("--quick", help="A little of everything but fuzzing.")] = False,
+    store: Annotated[
+        Stores | None,
+        typer.Option(help="Only kill: on SQLite, on PostgreSQL with two servers (and it), half of the kills on each."),
+    ] = None,
     json: Annotated[Path | None, typer.Option("--json", help="Write a row per requirement there.")] = None,
 ) -> None:
     """Servers on trial: killed, given hostile planners, timed, ended, fuzzed.
@@ -60,7 +64,8 @@ def command(
     )
     rows = []
     before = os.getloadavg()[0]
-    for row in trial(QUICK if quick else wanted, say):
+    found = trial(QUICK if quick else wanted, say) if store is None else kill_rows(kills, seed, store, say)
+    for row in found:
         rows.append(row)
         if json is not None:
             write_file(json, json_text.dumps([one.document() for one in rows], indent=1) + "\n")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import random
 import threading
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import httpx2
 import talk
 from undisturbed import STEPS, LogLines, undisturbed
 
@@ -18,19 +21,40 @@ from trial.rows import TrialRow, none_of
 SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
 SEEDS = 5
 _UNREACHED = "can't be reached"
-_PATIENCE_S = 30.0
+_PATIENCE_S = 60.0
+_URL = f"http://{talk.HOST}"
+
+
+class AnyServer(httpx2.HTTPTransport):
+    """Sends each request to any of the servers at `ports`."""
+
+    def __init__(self, ports: Sequence[int]) -> None:
+        super().__init__()
+        self._ports = ports
+
+    def handle_request(self, request: httpx2.Request) -> httpx2.Response:
+        """Send it."""
+        request.url = request.url.copy_with(port=random.choice(self._ports))
+        return super().handle_request(request)
+
+
+def client_of(ports: Sequence[int]) -> httpx2.Client:
+    """Return a client that speaks to any of the servers, and by that to another one when that is dead."""
+    return httpx2.Client(transport=AnyServer(ports), trust_env=False)
 
 
 class Reporter(Client):
-    """A client that remembers its missions, and with them what was acknowledged."""
+    """A client that remembers its missions, and with them what was acknowledged; `begun` is given their ids."""
 
-    def __init__(self, url: str) -> None:
-        super().__init__(url, patience_s=_PATIENCE_S)
+    def __init__(self, ports: Sequence[int], begun: Callable[[str], None]) -> None:
+        super().__init__(_URL, patience_s=_PATIENCE_S, http=client_of(ports))
         self.missions: list[Mission] = []
+        self._begun = begun
 
     def begin(self, brief: Brief, idempotency_key: str | None = None) -> Mission:
         """Begin a mission and remember it."""
         self.missions.append(super().begin(brief, idempotency_key))
+        self._begun(self.missions[-1].id)
         return self.missions[-1]
 
 
@@ -67,9 +91,11 @@ class Journeys:
 class Explorer:
     """Carries out one mission after the other until told to stop."""
 
-    def __init__(self, port: int, journeys: Journeys) -> None:
-        self._url = f"http://{talk.HOST}:{port}"
+    def __init__(self, ports: Sequence[int], journeys: Journeys, begun: Callable[[str], None], first: int = 0) -> None:
+        self._ports = ports
         self._journeys = journeys
+        self._begun = begun
+        self._first = first
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._go, daemon=True)
         self._thread.start()
@@ -82,7 +108,7 @@ class Explorer:
             self._journeys.odd.append("it does not end")
 
     def _go(self) -> None:
-        number = 0
+        number = self._first
         while not self._over.is_set():
             number += 1
             try:
@@ -93,7 +119,7 @@ class Explorer:
 
     def _explore(self, seed: int) -> None:
         expected, seen = undisturbed_mission(seed), LogLines()
-        client = Reporter(self._url)
+        client = Reporter(self._ports, self._begun)
         self._journeys.missions += 1
         try:
             simulate_by(
@@ -110,7 +136,7 @@ class Explorer:
             if _UNREACHED in str(error):
                 self._journeys.missions -= 1
             raise
-        with Client(self._url) as afterwards:
+        with Client(_URL, patience_s=_PATIENCE_S, http=client_of(self._ports)) as afterwards:
             for mission in client.missions:
                 self._journeys.reports += mission.n
                 self._journeys.lost += max(0, mission.n - afterwards.mission(mission.id).n)

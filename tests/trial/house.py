@@ -10,7 +10,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -71,13 +71,13 @@ class House(Server):
         """Return the memory that the server process has to itself."""
         return reaper.resident_bytes([self.process.pid])
 
-    def close(self) -> None:
-        """End it and everything below it."""
+    def close(self, keep: Collection[int] = ()) -> None:
+        """End it and everything below it, and all else below this process but what is in `keep`."""
         if self.runs:
             self.terminate()
         if self.runs:
             self.kill()
-        end_strays()
+        end_strays(keep)
 
 
 @contextmanager
@@ -100,20 +100,31 @@ def unopened(options: Sequence[str] = ()) -> Iterator[House]:
             house.close()
 
 
-def strays(within_s: float = 0.0) -> list[int]:
-    """Return what still runs below this process though no server does, once it had so many seconds to end."""
+def strays(within_s: float = 0.0, keep: Collection[int] = ()) -> list[int]:
+    """Return what still runs below this process though no server does, once it had so many seconds to end.
+
+    The processes in `keep`, children of this one, may run, with all that is below them.
+    """
     until = time.monotonic() + within_s
     while True:
-        reaper.reap()
-        left = [pid for pid in reaper.descendants(os.getpid()) if is_alive(pid)]
+        left = [pid for child in _others(keep) for pid in (child, *reaper.descendants(child)) if is_alive(pid)]
         if not left or time.monotonic() >= until:
             return left
         time.sleep(_POLL_S)
 
 
-def end_strays() -> None:
+def _others(keep: Collection[int]) -> list[int]:
+    """Return the children of this process that are not in `keep`; those that have ended are collected."""
+    others = [child for child in reaper.children(os.getpid()) if child not in keep]
+    for child in others:
+        with suppress(ChildProcessError):
+            os.waitpid(child, os.WNOHANG)
+    return others
+
+
+def end_strays(keep: Collection[int] = ()) -> None:
     """Kill what was left behind, and collect what has ended."""
-    for pid in strays():
+    for pid in strays(keep=keep):
         with suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
-    reaper.reap()
+    _others(keep)

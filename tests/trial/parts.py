@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from enum import StrEnum
 
-from trial import attack, fair, fuzz, hostile, kills, loads, shrinking, speed
+from trial import attack, fair, fuzz, hostile, kills, loads, shared_kills, shrinking, speed
 from trial.rows import TrialRow
+
+
+class Stores(StrEnum):
+    """In what databases servers are killed."""
+
+    SQLITE = "sqlite"
+    POSTGRESQL = "postgresql"
+    BOTH = "both"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +89,14 @@ def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[TrialRow]:
     if extent.hostile:
         yield from hostile.rows(extent.hostile, say)
     if extent.kills:
-        yield from kills.rows(extent.kills, extent.seed, say)
+        yield from kill_rows(extent.kills, extent.seed, Stores.SQLITE, say)
     if extent.fuzz_minutes:
         yield from fuzz.rows(extent.fuzz_minutes, extent.seed, say)
+
+
+def kill_rows(count: int, seed: int, stores: Stores, say: Callable[[str], None]) -> Iterator[TrialRow]:
+    """Kill so many; of both kinds half of them in each."""
+    parts = {Stores.SQLITE: kills.rows, Stores.POSTGRESQL: shared_kills.rows}
+    wanted = list(parts) if stores is Stores.BOTH else [stores]
+    for store in wanted:
+        yield from parts[store](-(-count // len(wanted)), seed, say)

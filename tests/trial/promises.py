@@ -7,12 +7,12 @@ import random
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import cycle, islice, pairwise
 from typing import Any
 
-from talk import ACCEPTED, BUSY, Frame, Reply, Talk, frames
+from talk import ACCEPTED, BUSY, Frame, Reply, ask, frames
 
 from marsupial.model.objective import Value
 from marsupial.model.situation import Situation
@@ -34,8 +34,14 @@ class Promises:
         Ids of acknowledged jobs by the key of their request.
     ends
         The first final state, outcome and moment that anybody was told of a job.
+    plans
+        The makespan of every improvement that anybody was told of, in ms, by job and revision.
+    missions
+        Ids of acknowledged missions.
     streams
-        What those who followed a job through all breaks were told.
+        What those who followed a job or mission through all breaks were told, by the path of the stream.
+    resumed
+        How often a stream was taken up again, and how often of that with another server than before.
     made_twice, ended_again
         Keys that got a second job, and jobs that ended a second time.
     odd
@@ -44,7 +50,10 @@ class Promises:
 
     jobs: dict[str, str] = field(default_factory=dict)
     ends: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    plans: dict[tuple[str, int], int] = field(default_factory=dict)
+    missions: list[str] = field(default_factory=list)
     streams: dict[str, list[Frame]] = field(default_factory=dict)
+    resumed: Counter[str] = field(default_factory=Counter)
     made_twice: int = 0
     ended_again: int = 0
     odd: Counter[str] = field(default_factory=Counter)
@@ -52,27 +61,39 @@ class Promises:
 
     def acknowledge(self, key: str, answer: Reply) -> None:
         """Enter what a request for a job was answered."""
-        if answer.status not in ACCEPTED:
-            self.note_odd(f"status {answer.status} for a job")
-            return
-        job = answer.document["id"]
-        with self.lock:
-            self.made_twice += self.jobs.setdefault(key, job) != job
-        self.see(answer.document)
-
-    def look(self, answer: Reply) -> None:
-        """Enter what the request to cancel a job was answered."""
-        if answer.status in ACCEPTED:
+        if self._is_done(answer, "a job"):
+            job = answer.document["id"]
+            with self.lock:
+                self.made_twice += self.jobs.setdefault(key, job) != job
             self.see(answer.document)
-        elif answer.status not in BUSY:
-            self.note_odd(f"status {answer.status} for a cancellation")
+
+    def look(self, answer: Reply, what: str) -> None:
+        """Enter what another request for `what`, of which a job is the answer, was answered."""
+        if self._is_done(answer, what):
+            self.see(answer.document)
+
+    def _is_done(self, answer: Reply, what: str) -> bool:
+        """Say whether a request was granted; it may only be put off, and then the answer says until when."""
+        if answer.status in BUSY and answer.retry_after is None:
+            self.note_odd(f"status {answer.status} for {what} without Retry-After")
+        elif answer.status not in (*BUSY, *ACCEPTED):
+            self.note_odd(f"status {answer.status} for {what}")
+        return answer.status in ACCEPTED
 
     def see(self, document: Any) -> None:
-        """Enter a job document; one that is over may not change any more."""
+        """Enter a job document: its best plan is never lost again, and if it is over it changes no more."""
+        best = document["best"]
+        if best is not None:
+            self.see_plan(document["id"], best)
         if document["state"] not in FINAL:
             return
         with self.lock:
             self.ended_again += self.ends.setdefault(document["id"], _end(document)) != _end(document)
+
+    def see_plan(self, job: str, plan: Any) -> None:
+        """Enter a revision of a job's plan."""
+        with self.lock:
+            self.plans[job, plan["revision"]] = plan["makespan_ms"]
 
     def note_odd(self, what: str) -> None:
         """Count what should not have come."""
@@ -84,6 +105,13 @@ class Promises:
         with self.lock:
             known = list(self.jobs.values())
         return draw.choice(known) if known else None
+
+    def any_stream(self, draw: random.Random) -> str | None:
+        """Return the path of the events of some job or of the last mission."""
+        job = self.any_job(draw)
+        paths = [f"/v1/jobs/{job}/events"] if job is not None else []
+        paths += [f"/v1/missions/{mission}/events" for mission in self.missions[-1:]]
+        return draw.choice(paths) if paths else None
 
 
 @dataclass(slots=True)
@@ -99,24 +127,26 @@ class Findings:
     not_better: int = 0
     streams_differ: int = 0
     plans: int = 0
+    plans_lost: int = 0
     outcomes: Counter[str] = field(default_factory=Counter)
 
 
-def audit(port: int, promises: Promises, within_s: float) -> Findings:
-    """Wait until every acknowledged job is over, at most `within_s`, and look at all of them."""
+def audit(ports: Sequence[int], promises: Promises, within_s: float) -> Findings:
+    """Wait until every acknowledged job is over, at most `within_s`, and look at all of them, through any server."""
     found = Findings(ended_again=promises.ended_again, made_twice=promises.made_twice)
-    talk = Talk(port)
     until = time.monotonic() + within_s
     known = set(promises.jobs.values())
-    for job in known:
-        _audit_job(talk, port, job, promises, until, found)
-    found.made_twice += len(set(_all_ids(talk)) - known)
-    talk.close()
+    for job, port in zip(known, cycle(ports), strict=False):
+        _audit_job(port, job, promises, until, found)
+    for path, told in promises.streams.items():
+        found.streams_differ += any(told != list(islice(frames(port, path), len(told))) for port in ports)
+    for port in ports:
+        found.made_twice += len(set(_all_ids(port)) - known)
     return found
 
 
-def _audit_job(talk: Talk, port: int, job: str, promises: Promises, until: float, found: Findings) -> None:
-    document = _final(talk, job, until)
+def _audit_job(port: int, job: str, promises: Promises, until: float, found: Findings) -> None:
+    document = _final(port, job, until)
     if document is None:
         found.lost += 1
         return
@@ -127,14 +157,24 @@ def _audit_job(talk: Talk, port: int, job: str, promises: Promises, until: float
     found.outcomes[_how(document)] += 1
     events = list(frames(port, f"/v1/jobs/{job}/events"))
     found.bad_events += not in_order(events, document)
-    followed = promises.streams.get(job)
-    found.streams_differ += followed is not None and followed != events[: len(followed)]
+    found.plans_lost += _lost_plans(job, events, promises)
     if document["plans"]:
-        situation = read_situation(talk.ask("GET", f"/v1/jobs/{job}/situation").document["situation"])
+        situation = read_situation(ask(port, "GET", f"/v1/jobs/{job}/situation").document["situation"])
         scores = list(_scores(situation, events))
         found.plans += len(scores)
         found.bad_plans += sum(one is None for one in scores)
         found.not_better += not improving(scores)
+
+
+def _lost_plans(job: str, events: Sequence[Frame], promises: Promises) -> int:
+    """Return how many improvements that anybody was told of are not there any more, or others."""
+    kept = {plan["revision"]: plan["makespan_ms"] for plan in map(_read, events) if "revision" in plan}
+    told = {revision: makespan for (of, revision), makespan in promises.plans.items() if of == job}
+    return sum(kept.get(revision) != makespan for revision, makespan in told.items())
+
+
+def _read(event: Frame) -> Any:
+    return json.loads(event.data)
 
 
 def _end(document: Any) -> tuple[str, str, str]:
@@ -146,10 +186,10 @@ def _how(document: Any) -> str:
     return "given up" if document["detail"].startswith(GIVEN_UP) else document["outcome"]
 
 
-def _final(talk: Talk, job: str, until: float) -> Any:
+def _final(port: int, job: str, until: float) -> Any:
     """Return the document of a job once it is over or time is up; None if there is no such job."""
     while True:
-        answer = talk.ask("GET", f"/v1/jobs/{job}")
+        answer = ask(port, "GET", f"/v1/jobs/{job}")
         if answer.status != 200:
             return None
         if answer.document["state"] in FINAL or time.monotonic() > until:
@@ -181,9 +221,9 @@ def improving(scores: Iterable[Value | None]) -> bool:
     return all(later < earlier for earlier, later in pairwise(one for one in scores if one is not None))
 
 
-def _all_ids(talk: Talk) -> Iterator[str]:
+def _all_ids(port: int) -> Iterator[str]:
     following: str | None = f"/v1/jobs?limit={_PAGE}"
     while following:
-        page = talk.ask("GET", following).document
+        page = ask(port, "GET", following).document
         yield from (job["id"] for job in page["jobs"])
         following = page["next"]

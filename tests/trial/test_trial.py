@@ -32,6 +32,20 @@ def test_short_jobs_are_requests_of_both_forms() -> None:
 
 
 @pytest.mark.slow
+def test_nothing_is_lost_where_a_database_that_servers_share_is_killed_too(tmp_path: Path) -> None:
+    file = tmp_path / "rows.json"
+    few = ["--store=postgresql", "--kills=8", f"--json={file}"]
+    subprocess.run([*TRIAL, *few], cwd=TESTS, check=False, timeout=600, stdout=subprocess.DEVNULL)
+    rows = {row["requirement"]: row for row in json.loads(file.read_text())}
+    if any(row["judgement"] == "not run" for row in rows.values()):
+        pytest.skip("no PostgreSQL server is installed (Debian: apt-get install postgresql)")
+    counted = [row for row in rows.values() if row["goal"] == "0"]
+    assert len(counted) >= 15
+    assert [row for row in counted if row["judgement"] != "held"] == []
+    assert rows["killed at random moments"]["values"]["database"] >= 1
+
+
+@pytest.mark.slow
 def test_nothing_is_lost_in_a_short_trial(tmp_path: Path) -> None:
     file = tmp_path / "rows.json"
     few = ["--kills=6", "--hostile=12", "--clients=4", "--posts=5", "--plans=4", "--half-open=50", "--fuzz-minutes=0"]

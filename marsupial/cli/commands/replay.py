@@ -34,7 +34,7 @@ def replay(
 ) -> None:
     """Play a mission log, or write it as a page, film or figure.
 
-    Two logs make a page with both side by side. Without --html and --export it is played in the terminal. A recording
+    Without --html and --export it is played in the terminal. Two logs make a page with both side by side. A recording
     (MCAP) is for Foxglove, Lichtblick and other viewers of robots' data. MP4 needs the extra marsupial[video], MCAP the
     extra marsupial[mcap].
 

@@ -23,7 +23,9 @@ from marsupial_service.store.engine import Connection
 _BATCH = 64
 _SWEEP_S = 30.0
 _WATCH_S = 3.0
-_RETRY_S = 1.0
+
+RETRY_S = 1.0
+"""After what pause something is stored or read again that has to be; the store itself logs that it can't be used."""
 
 T = TypeVar("T")
 log = logging.getLogger("marsupial.entries")
@@ -153,9 +155,8 @@ class Entries(Generic[E]):
                 pause_s = _WATCH_S
                 try:
                     await self._take_up()
-                except StoreError as error:
-                    log.error("the store can't be written", extra={"reason": str(error)})
-                    pause_s = _RETRY_S
+                except StoreError:
+                    pause_s = RETRY_S
                 with suppress(TimeoutError):
                     async with asyncio.timeout(pause_s):
                         await bell.wait()
@@ -170,18 +171,16 @@ class Entries(Generic[E]):
             if removed or more:
                 continue
             settled = settled or await asyncio.to_thread(self._store.settle)
-            await self._pause(_SWEEP_S if settled else _RETRY_S)
+            await self._pause(_SWEEP_S if settled else RETRY_S)
 
     async def surely(self, write: Callable[[Transaction], T]) -> T | None:
         """Write, again and again while the disk refuses; None if that goes on until `stop`."""
         while True:
-            try:
+            with suppress(StoreError):
                 return await self.write(write)
-            except StoreError as error:
-                log.error("the store can't be written", extra={"reason": str(error)})
             if self.stopping:
                 return None
-            await self._pause(_RETRY_S)
+            await self._pause(RETRY_S)
 
     async def _pause(self, seconds: float) -> None:
         with suppress(TimeoutError):

@@ -17,6 +17,7 @@ from starlette.types import Receive, Scope, Send
 from marsupial_service.entries.records import E, EventRecord, TooMany
 from marsupial_service.entries.service import Entries
 from marsupial_service.state import State
+from marsupial_service.store import StoreError
 
 KEEP_ALIVE_S = 15.0
 KEY_S = 2.0
@@ -24,6 +25,7 @@ KEY_S = 2.0
 
 NO_KEY = b": the key has expired or was revoked\n\n"
 BYE = b": the service is ending; take this stream up again later\n\n"
+NO_STORE = b": the store can't be read; take this stream up again later\n\n"
 
 
 class EventStream(StreamingResponse):
@@ -91,7 +93,12 @@ async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[
                     yield b": still there\n\n"
                 continue
             told_s = now_s
-            event, coming = coming.result(), None
+            done, coming = coming, None
+            try:
+                event = done.result()
+            except StoreError:
+                yield NO_STORE
+                return
             if event is None:
                 break
             yield frame(event)

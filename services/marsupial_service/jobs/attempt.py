@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from marsupial.errors import InternalError
 from marsupial.planning.engines import PROCESSES
@@ -17,12 +18,14 @@ from marsupial_service.jobs import table
 from marsupial_service.jobs.messages import Analysed, Closed, Found, WorkerTask
 from marsupial_service.jobs.records import JobOutcome, JobSettings
 from marsupial_service.jobs.work import GAVE_UP, solve
-from marsupial_service.store import Store, StoreError
+from marsupial_service.store import Store, StoreError, Transaction
 
 _SLACK_S, _COMMAND_SLACK_S = 1.0, 0.5
 """What a planner that keeps its budget by itself may take longer before it is stopped; ours, and an operator's."""
 
 _MOST_UNSTORED = 16
+_AGAIN_S = 1.0
+"""After what pause it is tried again to store what the store did not take."""
 
 _OUTCOMES: Mapping[Ending, JobOutcome] = {
     Ending.FINISHED: JobOutcome.ENGINE_FAILED,
@@ -39,6 +42,13 @@ class Lost:
     reason: str
 
 
+class _Storing(NamedTuple):
+    """A write under way, and whether it was in time."""
+
+    write: Callable[[Transaction], bool]
+    told: Future[bool]
+
+
 class Attempt:
     """An attempt at the job of `claim`, in `room`. `cancel` may be called from any thread, at any time."""
 
@@ -52,15 +62,15 @@ class Attempt:
         self._now_ms = now_ms
         self._lock = threading.Lock()
         self._run: JobRun | None = None
-        self._cancelled = False
-        self._unstored: deque[Future[bool]] = deque()
+        self._cancelled = threading.Event()
+        self._unstored: deque[_Storing] = deque()
         self._has_plan = claim.start is not None
         self._closed: Closed | None = None
 
     def cancel(self) -> None:
         """Have it ended; returns at once."""
         with self._lock:
-            self._cancelled = True
+            self._cancelled.set()
             if self._run is not None:
                 self._run.cancel()
 
@@ -73,7 +83,7 @@ class Attempt:
         try:
             with self._lock:
                 self._run = run
-                if self._cancelled:
+                if self._cancelled.is_set():
                     run.cancel()
             ended = run.follow(self._take)
             self._wait_stored(0)
@@ -101,20 +111,28 @@ class Attempt:
         match value:
             case Found() as found:
                 self._has_plan = True
-                self._unstored.append(self._store.write(lambda tx: table.add_plan(tx, claim, found, now_ms)))
+                self._keep(lambda tx: table.add_plan(tx, claim, found, now_ms))
             case Analysed() as analysed:
-                self._unstored.append(self._store.write(lambda tx: table.add_analysis(tx, claim, analysed)))
+                self._keep(lambda tx: table.add_analysis(tx, claim, analysed))
             case Closed() as closed:
                 self._closed = closed
         self._wait_stored(_MOST_UNSTORED)
 
+    def _keep(self, write: Callable[[Transaction], bool]) -> None:
+        self._unstored.append(_Storing(write, self._store.write(write)))
+
     def _wait_stored(self, at_most: int) -> None:
+        """Wait until all but so many writes are stored, however long the store is away: planning goes on meanwhile."""
         while len(self._unstored) > at_most:
-            self._unstored.popleft().result()
+            write, told = self._unstored.popleft()
+            while (error := told.exception()) is not None:
+                if not isinstance(error, StoreError) or self._cancelled.wait(_AGAIN_S):
+                    raise error
+                told = self._store.write(write)
 
     def _judge(self, ended: Ended) -> Closed | Lost:
         """Put the end of the processes into the words of jobs."""
-        if self._cancelled or ended.ending in (Ending.KILLED, Ending.CANCELLED):
+        if self._cancelled.is_set() or ended.ending in (Ending.KILLED, Ending.CANCELLED):
             return self._lost(ended.detail)
         closed = Closed(outcome=_OUTCOMES[ended.ending], detail=ended.detail)
         if self._has_plan and closed.outcome in GAVE_UP:
@@ -122,4 +140,4 @@ class Attempt:
         return closed
 
     def _lost(self, reason: str) -> Lost:
-        return Lost(reason="" if self._cancelled else reason)
+        return Lost(reason="" if self._cancelled.is_set() else reason)

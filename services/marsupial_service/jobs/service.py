@@ -20,7 +20,7 @@ from marsupial.errors import InternalError
 from marsupial.planning import engines
 from marsupial.processes.runner import LOCAL, Room, Runner
 from marsupial_service.entries.records import Created, UnknownEntry
-from marsupial_service.entries.service import Entries
+from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Place, Slots
 from marsupial_service.jobs import lookup, table, work
 from marsupial_service.jobs.attempt import Attempt, Lost
@@ -77,6 +77,8 @@ class Jobs(Entries[JobRecord]):
         self._slots = slots or Slots(settings.slots)
         self._threads = ThreadPoolExecutor(settings.slots, "job")
         self._attempts: dict[str, Attempt] = {}
+        self._ours: set[str] = set()
+        self._is_claiming = False
         self._storing = 0
         self._claiming = asyncio.Lock()
         self._asked: Room | None = None
@@ -159,7 +161,8 @@ class Jobs(Entries[JobRecord]):
         return replace(found, slots=self._slots.count, slots_in_use=self._slots.in_use)
 
     async def _take_up(self) -> None:
-        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), self.quota))
+        ours = None if self._is_claiming else frozenset(self._ours)
+        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
@@ -185,10 +188,21 @@ class Jobs(Entries[JobRecord]):
                     room = held.enter_context(closing(self._runner.room(_CPUS)))
                     if not await self._is_there(room, place):
                         continue
-                    claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+                    claim = await self._claim()
                     if claim is not None:
                         return _Claimed(claim, place, room, held.pop_all())
         return None
+
+    async def _claim(self) -> table.Claim | None:
+        """Take a job, if one waits; it is among ours from now on."""
+        self._is_claiming = True
+        try:
+            claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+            if claim is not None:
+                self._ours.add(claim.id)
+        finally:
+            self._is_claiming = False
+        return claim
 
     async def _is_queued(self) -> bool:
         with suppress(StoreError):
@@ -214,6 +228,8 @@ class Jobs(Entries[JobRecord]):
         except Exception as error:
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
             await self._settle(claim, _failed(error))
+        finally:
+            self._ours.discard(claim.id)
 
     async def _attempt(self, claimed: _Claimed) -> Closed | Lost:
         claim, place = claimed.claim, claimed.place
@@ -236,11 +252,20 @@ class Jobs(Entries[JobRecord]):
     async def _heed(self, attempt: Attempt) -> None:
         """End an attempt at a job that is cancelled, through whatever server."""
         job = attempt.claim.id
-        with self._bells.bell(table.cancelled(job)) as bell, suppress(StoreError, UnknownEntry):
-            while (await self._existing(job)).finished_at_ms is None:
+        with self._bells.bell(table.cancelled(job)) as bell:
+            while not await self._is_over(job):
                 await bell.wait()
                 bell.clear()
             attempt.cancel()
+
+    async def _is_over(self, job: str) -> bool:
+        while True:
+            try:
+                return (await self._existing(job)).finished_at_ms is not None
+            except UnknownEntry:
+                return True
+            except StoreError:  # it can't be cancelled then
+                await asyncio.sleep(RETRY_S)
 
     async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
         """Store how an attempt ended."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from marsupial.model.objective import Value
@@ -248,15 +248,27 @@ def give_back(
     return _is_running(tx, claim) and _try_again(tx, claim.number, reason, settings, now_ms, quota)
 
 
-def recover(tx: Transaction, settings: JobSettings, now_ms: int, quota: Quota = NO_QUOTA) -> None:
-    """Put jobs that were running when their server died into the queue again, as `give_back` does."""
-    rows = tx.execute(
-        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL"
-        f" AND (holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}",
-        (JobState.RUNNING,),
-    ).fetchall()
-    for (number,) in rows:
-        _try_again(tx, number, "the server ended while it ran", settings, now_ms, quota)
+def recover(
+    tx: Transaction,
+    settings: JobSettings,
+    now_ms: int,
+    ours: Collection[str] | None = None,
+    quota: Quota = NO_QUOTA,
+) -> None:
+    """Put jobs that were running when their server died into the queue again, as `give_back` does.
+
+    Also those of this server that are not among `ours`: it was never told that it got them, as the database broke off
+    right after that. They were not begun.
+    """
+    sql = "SELECT number, id FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
+    orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
+    for row in tx.execute(orphaned, (JobState.RUNNING,)).fetchall():
+        _try_again(tx, row["number"], "the server ended while it ran", settings, now_ms, quota)
+    if ours is not None:
+        for row in tx.execute(f"{sql}holder = ?{tx.skip_locked}", (JobState.RUNNING, tx.server)).fetchall():
+            if row["id"] not in ours:
+                tx.execute("UPDATE jobs SET claimed_ms = NULL WHERE number = ?", (row["number"],))
+                _try_again(tx, row["number"], "", settings, now_ms, quota)
 
 
 def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:

@@ -12,13 +12,14 @@ import logging
 import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Room, Runner
-from marsupial_service.entries.service import Entries
+from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.missions import packed, table
+from marsupial_service.missions import documents, packed, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
@@ -55,7 +56,6 @@ _LOOK_S = 1.0
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
 _LAST_WORDS_S = 0.5
-_RETRY_S = 1.0
 
 log = logging.getLogger("marsupial.missions")
 
@@ -115,9 +115,9 @@ class Keeper:
             before = self._turns
             try:
                 ended = await self._live()
-            except StoreError as error:
-                log.error("the store can't be used", extra={"mission": self.id, "reason": str(error)})
-                await asyncio.sleep(_RETRY_S)
+            except StoreError:
+                if not await self._is_still_ours():
+                    return None
                 continue
             except Dismissed:
                 return None
@@ -131,6 +131,19 @@ class Keeper:
             if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
                 return ended.detail
             await asyncio.sleep(_PAUSE_S * (deaths - 1))
+
+    async def _is_still_ours(self) -> bool:
+        """Wait until the store can be read again, and say whether the mission is still open and this server's.
+
+        What could not be stored may be there all the same: the database may have broken off right after the commit.
+        """
+        while True:
+            await asyncio.sleep(RETRY_S)
+            with suppress(StoreError):
+                record = await self._missions.read(lambda reader: table.of_term(reader, self.id, self._term))
+                if record is not None:
+                    self._turns = record.turns
+                return record is not None
 
     async def _live(self) -> Ended | None:
         """Follow one process to its end; return None if it was the mission's end too."""
@@ -201,7 +214,7 @@ class Keeper:
         missions = self._missions
         if not missions.quota.is_bounded:
             return
-        waited = False
+        waited = await missions.read(self._is_told_to_wait)
         while wait_s := await missions.read(self._quota_wait_s):
             if not waited:
                 waited = True
@@ -209,6 +222,11 @@ class Keeper:
             await asyncio.sleep(min(wait_s, _LOOK_S))
         if waited:
             await self._tell_quota("", 0.0)
+
+    def _is_told_to_wait(self, reader: Connection) -> bool:
+        """Say whether it was told last that the mission waits: perhaps by a server that is no more."""
+        told = [e for e in packed.events_of_turn(reader, self._number, self._turns) if e.type is EventType.QUOTA]
+        return bool(told) and documents.is_waiting(told[-1].data)
 
     def _quota_wait_s(self, reader: Connection) -> float:
         """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
@@ -56,6 +56,7 @@ class Missions(Entries[MissionRecord]):
         self._slots = slots or Slots(settings.missions)
         self._threads = ThreadPoolExecutor(2 * settings.missions, "mission")  # one listens, one talks
         self._keepers: dict[str, Keeper] = {}
+        self._creating: set[str] = set()
         self._ledgers = Ledgers()
         self._shown, self._showing = Ledgers(), threading.Lock()  # of what is committed, for the threads that read
 
@@ -141,18 +142,26 @@ class Missions(Entries[MissionRecord]):
         return await self.read(table.counts)
 
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
-        created = await self.write(
-            lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
-        )
-        if not created.replayed:
-            self._open(created.record, new.brief)
+        self._creating.add(new.id)
+        try:
+            created = await self.write(
+                lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
+            )
+            if not created.replayed:
+                self._open(created.record, new.brief)
+        finally:
+            self._creating.discard(new.id)
         return created
 
     async def _take_up(self) -> None:
         await self._call_off()
-        while found := await self.write(lambda tx: table.take_up(tx, _AT_A_TIME)):
+        while found := await self._taken():
             for record in found:
                 self._open(record, await self.brief(record))
+
+    def _taken(self) -> Awaitable[tuple[MissionRecord, ...]]:
+        ours = frozenset(self._keepers) | self._creating
+        return self.write(lambda tx: table.take_up(tx, _AT_A_TIME, ours))
 
     async def _call_off(self) -> None:
         """Cancel missions that nobody reports to any more, or nobody may."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import islice
@@ -280,12 +280,17 @@ def _held(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
     return of_term(tx, mission, term)
 
 
-def take_up(tx: Transaction, most: int) -> tuple[MissionRecord, ...]:
-    """Make missions this server's that no server holds that is alive, at most so many."""
+def take_up(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionRecord, ...]:
+    """Make missions this server's that no server holds that is alive, at most so many.
+
+    Also those that are this server's and not among `ours`: it was never told that it got them, as the database broke
+    off right after that.
+    """
+    unknown = "".join(", ?" for _ in ours)
     rows = tx.execute(
-        f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live}))"
-        f" ORDER BY number LIMIT ?{tx.skip_locked}",
-        (most,),
+        f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live})"
+        f" OR (holder = ? AND id NOT IN (''{unknown}))) ORDER BY number LIMIT ?{tx.skip_locked}",
+        (tx.server, *ours, most),
     ).fetchall()
     for number, _ in rows:
         MISSIONS.take_over(tx, number)

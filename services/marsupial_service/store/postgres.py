@@ -25,6 +25,7 @@ from psycopg.conninfo import conninfo_to_dict
 from marsupial_service.store import tables
 from marsupial_service.store.engine import Connection
 from marsupial_service.store.errors import StoreError
+from marsupial_service.store.outage import Outage
 
 LEASE_S = 10.0
 """A server that has not been heard of for so long is dead to the others."""
@@ -52,7 +53,9 @@ _BEAT = (
     "INSERT INTO servers VALUES (%s, extract(epoch FROM clock_timestamp()))"
     " ON CONFLICT (id) DO UPDATE SET beat_s = excluded.beat_s"
 )
-_DEAD = f"beat_s < extract(epoch FROM clock_timestamp()) - {LEASE_S}"
+_SINCE_S = "greatest(beat_s, extract(epoch FROM pg_postmaster_start_time()))"
+_DEAD = f"{_SINCE_S} < extract(epoch FROM clock_timestamp()) - {LEASE_S}"
+"""Nobody could be heard of while the database was away."""
 
 log = logging.getLogger("marsupial.store")
 
@@ -226,11 +229,13 @@ class Postgres:
             raise StoreError(f"{self.place}: servers of an earlier version use it ({others}); end them first")
 
     def _listen(self, heard: Callable[[frozenset[str] | None], None]) -> None:
+        outage = Outage("the database can't be heard")
         while not self._ended.is_set():
             try:
                 with self._connect() as connection:
                     connection.execute(f"LISTEN {_CHANNEL}")
                     heard(None)
+                    outage.over()
                     beat_s = -math.inf
                     while not self._ended.is_set():
                         if time.monotonic() - beat_s > _BEAT_S:
@@ -240,8 +245,8 @@ class Postgres:
                             sender, *topics = letter.payload.split(" ")
                             if sender != self.server:
                                 heard(frozenset(topics))
-            except psycopg.Error as error:
-                log.error("the database can't be heard", extra={"reason": _said(error)})
+            except (psycopg.Error, StoreError) as error:  # what is missed meanwhile is heard of after the next LISTEN
+                outage.met(_said(error))
                 self._ended.wait(_RETRY_S)
 
 

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from marsupial_service.store.engine import Connection, Engine
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.failpoints import failpoints
+from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 from marsupial_service.store.writer import Writer
 
@@ -38,6 +39,7 @@ class Store:
         self._readers = ThreadPoolExecutor(_READERS, "store-reader")
         self._own = threading.local()
         self._connections: list[Connection] = []
+        self._outage = Outage("the store can't be read")
         engine.listen(self._tell)
 
     @property
@@ -88,15 +90,28 @@ class Store:
 
     def _read(self, read: Callable[[Connection], Any]) -> Any:
         try:
-            connection = self._connection()
-            connection.execute(self._engine.begin_reading)
+            connection = self._begun()
             try:
-                return read(connection)
+                found = read(connection)
             finally:
                 connection.execute("COMMIT")
         except self._engine.errors as error:
             self._forget()
+            self._outage.met(str(error))
             raise StoreError(f"nothing can be read: {error}") from error
+        self._outage.over()
+        return found
+
+    def _begun(self) -> Connection:
+        """Begin to read, over another connection if the last one is broken: the database may have been away."""
+        with suppress(*self._engine.errors):
+            connection = self._connection()
+            connection.execute(self._engine.begin_reading)
+            return connection
+        self._forget()
+        connection = self._connection()
+        connection.execute(self._engine.begin_reading)
+        return connection
 
     def _connection(self) -> Connection:
         found: Connection | None = getattr(self._own, "connection", None)

@@ -20,6 +20,8 @@ class Transaction:
         Called if nothing of the transaction is stored.
     server
         The name of the server whose write it is.
+    is_begun
+        Whether it was begun.
     is_broken
         Whether it could not even be taken back: its connection is of no more use.
     """
@@ -33,7 +35,7 @@ class Transaction:
         self.live = engine.live
         self.news: set[str] = set()
         self.undone: list[Callable[[], None]] = []
-        self.is_broken = False
+        self.is_begun = self.is_broken = False
 
     @contextmanager
     def committed(self, before_commit: Callable[[], None] = lambda: None) -> Iterator[None]:
@@ -41,6 +43,7 @@ class Transaction:
         engine, connection = self._engine, self._connection
         try:
             connection.execute(engine.begin)
+            self.is_begun = True
             yield
             if self.news:
                 engine.tell(connection, frozenset(self.news))

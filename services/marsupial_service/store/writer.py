@@ -18,6 +18,7 @@ from typing import Any
 from marsupial_service.store import failpoints
 from marsupial_service.store.engine import Connection, Engine
 from marsupial_service.store.errors import StoreError
+from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 
 _LARGEST_GROUP = 256
@@ -53,14 +54,20 @@ class _Errand:
 
 
 class Writer:
-    """The thread; `tell` is called in it after every commit, with the topics that have news. Raises StoreError."""
+    """The thread; `tell` is called in it after every commit, with the topics that have news. Raises StoreError.
 
-    def __init__(self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str]], None]) -> None:
+    None stands for any topic.
+    """
+
+    def __init__(
+        self, engine: Engine, points: failpoints.Failpoints, tell: Callable[[frozenset[str] | None], None]
+    ) -> None:
         self._engine = engine
         self._connection: Connection | None = engine.writer()
         self._points = points
         self._tell = tell
         self._errands: queue.SimpleQueue[_Errand | None] = queue.SimpleQueue()
+        self._outage = Outage("the store can't be written")
         self._lock = threading.Lock()
         self._closed = False
         self._thread = threading.Thread(target=self._run, name="store-writer")
@@ -104,7 +111,7 @@ class Writer:
 
     def _done(self, group: list[_Errand], last_try: bool = False) -> bool:
         """Do a group of errands and tell how that ended; say no if it is to be tried again."""
-        transaction = None
+        transaction, is_new = None, self._connection is None
         try:
             connection = self._connection = self._connection or self._engine.writer()
             transaction = Transaction(self._engine, connection)
@@ -114,6 +121,8 @@ class Writer:
         except BaseException as error:
             if transaction is not None and transaction.is_broken:
                 self._disconnect()
+                if not (transaction.is_begun or is_new):  # the database may have been away
+                    return self._done(group, last_try)
             if self._engine.clashed(error) and not last_try:
                 return False
             self._fail(group, error)
@@ -121,7 +130,9 @@ class Writer:
         self._points.reach(failpoints.AFTER_COMMIT)
         for errand in group:
             errand.tell()
-        if transaction.news:
+        if self._outage.over():
+            self._tell(None)  # what failed last may be stored all the same
+        elif transaction.news:
             self._tell(frozenset(transaction.news))
         return True
 
@@ -132,6 +143,7 @@ class Writer:
             self._connection = None
 
     def _fail(self, group: list[_Errand], error: BaseException) -> None:
+        self._outage.met(str(error))
         for errand in group:
             told = StoreError(f"nothing was stored: {error}")
             told.__cause__ = error

@@ -264,8 +264,8 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"map": {"fil": "a.map"}},
         [
             "map: needs one of file, generator, rows, got none",
-            "map.fil: unknown field, did you mean 'file'?; the fields here are file, generator, rows, mask, keepout, speed, width_m, "
-            "height_m, resolution_m, seed, origin_m, legend",
+            "map.fil: unknown field, did you mean 'file'?; the fields here are file, generator, rows, mask, keepout, "
+            "speed, width_m, height_m, resolution_m, seed, origin_m, legend",
         ],
     ),
     "a map from two places": (

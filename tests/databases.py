@@ -1,4 +1,4 @@
-"""A PostgreSQL server for tests, from the system's package; every test has a database of its own in it."""
+"""A PostgreSQL server for tests and the trial, from the system's package; each has a database of its own in it."""
 
 from __future__ import annotations
 
@@ -8,24 +8,32 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from typing import Any
 
+import psutil
 import psycopg
 import pytest
 
 DATABASES = ("sqlite", "postgres")
 _NUMBERS = count(1)
+_START_S = 60.0
+_POLL_S = 0.02
+
+
+class NoPostgres(Exception):
+    """No server is installed."""
 
 
 class PostgresServer:
-    """A server in a folder, which only listens there."""
+    """A server in a folder, which only listens there. Raises NoPostgres."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.home = _programs()
+        self._settings: tuple[str, ...] = ()
         self._user = "postgres" if os.geteuid() == 0 else None  # it refuses to be run by root
         if self._user is not None:
             shutil.chown(folder, self._user)
@@ -35,26 +43,47 @@ class PostgresServer:
         words = ("--pgdata", f"{folder}/data", "--username", "marsupial", "--auth", "trust", "--no-sync")
         subprocess.run([self.home / "initdb", *words], check=True, capture_output=True, timeout=120, **self._how())
 
+    @property
+    def pid(self) -> int:
+        """The process that all others of the server are below."""
+        return self._process.pid
+
     def start(self, *settings: str) -> None:
-        """Start it, and wait until it answers."""
-        words = ["-D", f"{self.folder}/data", "-c", "listen_addresses=", "-c", f"unix_socket_directories={self.folder}"]
-        for setting in settings:
-            words += ["-c", setting]
-        with open(self.folder / "log", "ab") as log:
-            self._process = subprocess.Popen([self.home / "postgres", *words], stdout=log, stderr=log, **self._how())
-        until = time.monotonic() + 60
+        """Start it, with the settings of the last time if none are given, and wait until it answers."""
+        self._settings = settings or self._settings
+        self._launch()
+        until = time.monotonic() + _START_S
         while True:
             try:
                 psycopg.connect(self.url()).close()
                 return
             except psycopg.OperationalError:
                 assert time.monotonic() < until, (self.folder / "log").read_text()
-                time.sleep(0.02)
+                time.sleep(_POLL_S)
+            if self._process.poll() is not None:  # what a crash has left behind was in its way
+                self._launch()
+
+    def _launch(self) -> None:
+        words = ["-D", f"{self.folder}/data", "-c", "listen_addresses=", "-c", f"unix_socket_directories={self.folder}"]
+        for setting in self._settings:
+            words += ["-c", setting]
+        with open(self.folder / "log", "ab") as log:
+            self._process = subprocess.Popen([self.home / "postgres", *words], stdout=log, stderr=log, **self._how())
 
     def stop(self, how: signal.Signals = signal.SIGQUIT) -> None:
         """End it: at once, as in a crash, unless told otherwise."""
         self._process.send_signal(how)
         self._process.wait(60)
+
+    def crash(self) -> None:
+        """Kill it with all its processes, as by ``kill -9``: none of them writes another word."""
+        below = psutil.Process(self.pid).children(recursive=True)
+        self._process.kill()
+        self._process.wait()
+        for process in below:
+            with suppress(psutil.NoSuchProcess):
+                process.kill()
+        psutil.wait_procs(below, timeout=_START_S)
 
     def _how(self) -> dict[str, Any]:
         return {
@@ -77,17 +106,21 @@ class PostgresServer:
 
 
 def _programs() -> Path:
-    """Return the folder of the newest server that is installed; tests that need one are skipped where there is none."""
+    """Return the folder of the newest server that is installed. Raises NoPostgres."""
     found = sorted(Path("/usr/lib/postgresql").glob("*/bin/initdb"), key=lambda path: int(path.parts[-3]))
     on_path = shutil.which("initdb")
     if not found and on_path is None:
-        pytest.skip("no PostgreSQL server is installed (Debian: apt-get install postgresql)")
+        raise NoPostgres("no PostgreSQL server is installed (Debian: apt-get install postgresql)")
     return found[-1].parent if found else Path(str(on_path)).resolve().parent
 
 
 @contextmanager
 def postgres_server(folder: Path, *settings: str) -> Iterator[PostgresServer]:
-    server = PostgresServer(folder)
+    """Give a server that runs; a test is skipped where none is installed."""
+    try:
+        server = PostgresServer(folder)
+    except NoPostgres as error:
+        pytest.skip(str(error))
     server.start(*settings)
     try:
         yield server

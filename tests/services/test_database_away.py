@@ -1,0 +1,134 @@
+"""A database that is killed and comes back: what servers do meanwhile, and that they miss nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import cast
+
+import pytest
+from databases import PostgresServer, postgres_server
+from mission_house import run
+from servers import Server
+from service_house import client, problem
+
+from marsupial_service.entries.records import EventRecord
+from marsupial_service.http.events import NO_STORE, _frames
+from marsupial_service.jobs.records import JobEventType
+from marsupial_service.jobs.service import Jobs
+from marsupial_service.operations.keys import KeyRow
+from marsupial_service.store import Store, StoreError, open_store
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Iterator[PostgresServer]:
+    """One that may be killed."""
+    with postgres_server(tmp_path, "fsync=off") as found:
+        yield found
+
+
+@pytest.fixture
+def shared(postgres: PostgresServer) -> str:
+    return postgres.database()
+
+
+def broken(store: Store) -> None:
+    """Have the database end all connections of a store."""
+    sql = (
+        "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = ? AND pid != pg_backend_pid()"
+    )
+    store.write(lambda tx: tx.execute(sql, (f"marsupial {store.server[:8]}",)).fetchall()).result()
+
+
+def test_who_only_finds_connections_broken_connects_again_and_is_served(shared: str) -> None:
+    store = open_store(shared)
+    try:
+        store.read(lambda reader: reader.execute("SELECT 1").fetchone()).result()
+        broken(store)
+        assert store.read(lambda reader: reader.execute("SELECT 2").fetchone()[0]).result() == 2
+        assert store.write(lambda tx: tx.execute("SELECT 3").fetchone()[0]).result() == 3
+    finally:
+        store.close()
+
+
+def test_a_server_hears_of_keys_and_says_that_it_lives_though_a_read_fails_meanwhile(
+    shared: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, other = open_store(shared), open_store(shared)
+    try:
+        keys, theirs = KeyRow(store), KeyRow(other)
+        failures = [StoreError("away")]
+        read = KeyRow._read
+
+        def fails_once(self: KeyRow) -> None:
+            if self is keys and failures:
+                raise failures.pop()
+            read(self)
+
+        monkeypatch.setattr(KeyRow, "_read", fails_once)
+        secret = theirs.add("fleet", ["plan"], 1.0, 1000.0)
+
+        async def heard() -> None:
+            async with asyncio.timeout(10):
+                while keys.find(secret, 1001.0) is None:
+                    await asyncio.sleep(0.02)
+
+        run(heard())
+        assert not failures
+    finally:
+        store.close()
+        other.close()
+
+
+def test_nobody_is_dead_because_the_database_was(database: PostgresServer) -> None:
+    store = open_store(database.database())
+    try:
+        store.write(lambda tx: tx.execute("INSERT INTO servers VALUES ('unheard', 0)")).result()
+        live = store.write(lambda tx: {row["id"] for row in tx.execute(tx.live)}).result()
+        assert live == {"unheard", store.server}
+    finally:
+        store.close()
+
+
+def test_a_stream_that_can_not_be_read_on_ends_and_says_so() -> None:
+    class Broken:
+        stopping = False
+
+        async def follow(self, entry: str, after: int) -> AsyncIterator[EventRecord]:
+            yield EventRecord(seq=after + 1, type=JobEventType.STATE, data="{}")
+            raise StoreError("away")
+
+    async def told() -> list[bytes]:
+        return [part async for part in _frames(cast("Jobs", Broken()), "job", 4, lambda: True)]
+
+    assert run(told())[1:] == [b"id: 5\nevent: state\ndata: {}\n\n", NO_STORE]
+
+
+def test_while_the_database_is_away_requests_are_put_off_and_streams_end_and_then_all_goes_on(
+    database: PostgresServer, tmp_path: Path
+) -> None:
+    with Server(tmp_path / "data", "--store", database.database()) as server, client(server) as http:
+        job = {**http.get("/v1/demo-data/yard").json(), "planner": "anytime", "budget": {"seconds": 2}}
+        made = http.post("/v1/jobs", json=job).json()["links"]
+        while http.get(made["self"]).json()["best"] is None:
+            time.sleep(0.05)
+        with http.stream("GET", made["events"]) as stream:
+            lines = stream.iter_lines()
+            next(lines)
+            database.crash()
+            for answer in (http.get(made["self"]), http.post("/v1/jobs", json=job), http.get(made["events"])):
+                problem(answer, 503, "not-ready")
+                assert int(answer.headers["retry-after"]) >= 1
+            database.start()
+            said = set(lines)
+        while (now := http.get(made["self"])).status_code == 503 or now.json()["outcome"] is None:
+            time.sleep(0.05)
+        assert (now.json()["outcome"], now.json()["attempts"]) == ("satisficing", 1)
+        assert said & {"event: end", NO_STORE.decode().strip()}
+    records = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
+    assert [record for record in records if "traceback" in record] == []
+    errors = [record["message"] for record in records if record["level"] == "error"]
+    assert len(errors) <= 6, errors
