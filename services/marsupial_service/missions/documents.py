@@ -85,6 +85,11 @@ def quota(reason: str, room_at_ms: int, t_ms: int) -> str:
     return line({"state": "waiting", "reason": reason, "room_at": timestamp(room_at_ms), "t_ms": t_ms})
 
 
+def is_waiting(text: str) -> bool:
+    """Say whether that is what such a document tells."""
+    return bool(json.loads(text)["state"] == "waiting")
+
+
 def end(status: Status, reason: str, t_ms: int) -> str:
     """Return how a mission ended."""
     return line({"status": status, "reason": reason, "t_ms": t_ms})

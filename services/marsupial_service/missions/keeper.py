@@ -19,7 +19,7 @@ from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Room, Runner
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.missions import packed, table
+from marsupial_service.missions import documents, packed, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.host import fly
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
@@ -214,7 +214,7 @@ class Keeper:
         missions = self._missions
         if not missions.quota.is_bounded:
             return
-        waited = False
+        waited = await missions.read(self._is_told_to_wait)
         while wait_s := await missions.read(self._quota_wait_s):
             if not waited:
                 waited = True
@@ -222,6 +222,11 @@ class Keeper:
             await asyncio.sleep(min(wait_s, _LOOK_S))
         if waited:
             await self._tell_quota("", 0.0)
+
+    def _is_told_to_wait(self, reader: Connection) -> bool:
+        """Say whether it was told last that the mission waits: perhaps by a server that is no more."""
+        told = [e for e in packed.events_of_turn(reader, self._number, self._turns) if e.type is EventType.QUOTA]
+        return bool(told) and documents.is_waiting(told[-1].data)
 
     def _quota_wait_s(self, reader: Connection) -> float:
         """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""
