@@ -41,7 +41,7 @@ export class EntryList {
     this.more = make("button", { type: "button", text: "Show older ones", onclick: () => { this.limit = Math.min(200, 4 * this.limit); this.refresh(); } });
     this.element = make("section", { class: "card list" }, make("h2", { text: title }), this.none, this.table, this.more);
     this.limit = 12;
-    this.table.hidden = this.more.hidden = true;
+    this.none.hidden = this.table.hidden = this.more.hidden = true;
     this.shown = "";
     this.run();
   }
@@ -65,7 +65,7 @@ export class EntryList {
       mark(this, false);
     } catch (error) {
       mark(this, error instanceof Unreachable && !this.closed);
-      if (error.status === 403) { this.none.textContent = error.message; this.close(); }
+      if (error.status === 403) { this.none.textContent = error.message; this.none.hidden = false; this.close(); }
       return;
     }
     const entries = found[this.kind], told = JSON.stringify(found);

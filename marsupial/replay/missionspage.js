@@ -13,15 +13,17 @@ const WAITING = "waiting for the first look around …";
 class Followed {
   constructor(id, news) {
     Object.assign(this, { path: `/v1/missions/${id}`, news, model: new Mission(), lines: 0, about: null, said: "" });
-    this.buttons = { pause: this.button("Pause", "pause"), resume: this.button("Resume", "resume"), cancel: this.button("Cancel", "cancel") };
+    this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
+    this.cancel = this.button(() => "cancel");
+    this.cancel.textContent = "Cancel";
     this.name = make("b");
     this.state = make("span");
-    this.element = make("span", { class: "followed" }, this.name, this.state, ...Object.values(this.buttons));
+    this.element = make("span", { class: "followed" }, this.name, this.state, this.pause, this.cancel);
   }
 
-  button(text, wish) {
-    return make("button", { type: "button", text, hidden: true, onclick: async () => {
-      try { this.tell(await post(`${this.path}/${wish}`)); } catch (error) { this.say(error.message); }
+  button(wish) {
+    return make("button", { type: "button", hidden: true, onclick: async () => {
+      try { this.tell(await post(`${this.path}/${wish()}`)); } catch (error) { this.say(error.message); }
     } });
   }
 
@@ -42,13 +44,21 @@ class Followed {
       this.model.append(JSON.parse(data));
       this.lines++;
     } else if (type === "state") {
-      const { state, reason } = JSON.parse(data);
-      this.tell({ ...this.about, state: state === "waiting" ? "running" : state });
-      this.say(reason || "");
+      this.say(JSON.parse(data).reason || "");
+      this.look();
     } else if (type === "end") {
       this.tell({ ...this.about, ...JSON.parse(data), state: "ended" });
     } else return;
     this.news();
+  }
+
+  /** Ask how the mission stands: what its stream tells of that may be older than what was asked for here. */
+  async look() {
+    const before = this.about;
+    try {
+      const about = await get(this.path);
+      if (this.about === before) this.tell(about); else if (!this.isOver) this.look();
+    } catch { /* the stream says when the service is back */ }
   }
 
   over(reason) { if (reason) this.say(reason); }
@@ -61,9 +71,8 @@ class Followed {
     setText(this.name, about.strategy);
     this.name.title = [about.name, about.planner, robots(about), ...(simulation ? simulation.warnings : [])].join("\n");
     this.state.replaceChildren(badge(status || state));
-    this.buttons.pause.hidden = state !== "running";
-    this.buttons.resume.hidden = state !== "paused";
-    this.buttons.cancel.hidden = state === "ended" || state === "cancelling";
+    setText(this.pause, state === "paused" ? "Resume" : "Pause");
+    this.pause.hidden = this.cancel.hidden = state === "ended" || state === "cancelling";
   }
 
   get isOver() { return this.about !== null && this.about.state === "ended"; }

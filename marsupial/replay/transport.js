@@ -10,7 +10,8 @@ const LONGEST_MS = 250;  // between two pictures; a page that was hidden goes on
 const PLAY = "M4 2v12l9-6z", PAUSE = "M4 2h3v12H4zM9 2h3v12H9z", BACK = "M3 3h2v10H3zM13 3v10L6 8z", ON = "M11 3h2v10h-2zM3 3v10l7-5z";
 
 export class Transport {
-  /** `span()` gives [first, last] moment, `newest()` the one that is gone with live; `moved()` is called after each change of `t`; `step(d)` goes to plans. */
+  /** `span()` gives [first, last] moment, `newest()` the one that live goes with; `moved()` is called after each change
+      of `t`; `step(d)` goes to plans. */
   constructor(span, moved, step, { live = false, rate = null, newest = () => span()[1] } = {}) {
     Object.assign(this, { span, moved, live, rate, newest, playing: false, stamp: 0, follows: live, hasLive: live });
     const [from, to] = span();
@@ -28,7 +29,8 @@ export class Transport {
       this.scrub, this.badge, this.output, make("label", { class: "speed" }, "speed ", this.select));
   }
 
-  clamped(t) { const [from, to] = this.span(); return Math.min(to, Math.max(from, t)); }
+  /** A moment that can be shown; live, that is also what is ahead of the newest line and has been shown already. */
+  clamped(t) { const [from, to] = this.span(); return Math.min(this.live ? Math.max(to, this.t) : to, Math.max(from, t)); }
 
   go(t) { this.follows = false; this.t = this.clamped(t); this.moved(); }
 

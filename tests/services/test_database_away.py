@@ -83,6 +83,16 @@ def test_a_server_hears_of_keys_and_says_that_it_lives_though_a_read_fails_meanw
         other.close()
 
 
+def test_nobody_is_dead_because_the_database_was(database: PostgresServer) -> None:
+    store = open_store(database.database())
+    try:
+        store.write(lambda tx: tx.execute("INSERT INTO servers VALUES ('unheard', 0)")).result()
+        live = store.write(lambda tx: {row["id"] for row in tx.execute(tx.live)}).result()
+        assert live == {"unheard", store.server}
+    finally:
+        store.close()
+
+
 def test_a_stream_that_can_not_be_read_on_ends_and_says_so() -> None:
     class Broken:
         stopping = False
