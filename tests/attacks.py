@@ -82,6 +82,13 @@ def yaml(text: str) -> dict[str, Any]:
     return map_state(map={"nav2": {"yaml": text, "image": white(10)["image"]}})
 
 
+def simulation(side: int, resolution: str = "1.0") -> dict[str, Any]:
+    """Return a large map to be explored in the simulator, by as many robots as there may be."""
+    yaml = f"image: m\nresolution: {resolution}\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.6\nfree_thresh: 0.2\n"
+    uploaded = {"yaml": yaml, "image_base64": white(side)["image"]}
+    return {"map": uploaded, "carriers": 100, "rovers": 1, "planner": "greedy", "budget": {"steps": 1}, "speed": 0.1}
+
+
 def mission(side: int = SIDE, resolution_m: float = 1.0, **changes: Any) -> dict[str, Any]:
     frame = {"width": side, "height": side, "resolution_m": resolution_m}
     team = [{"name": f"m{i}", "type": "carrier", "cell": [5, 5]} for i in range(200)]
@@ -126,8 +133,24 @@ ATTACKS: dict[str, Attack] = {
         },
         (422,),
     ),
+    "4 million cells to be explored": Attack("/v1/simulations", lambda: simulation(SIDE), (201,)),
+    "fine cells to be explored": Attack("/v1/simulations", lambda: simulation(SIDE, "0.001"), (422,)),
+    "36 million to be explored": Attack("/v1/simulations", lambda: simulation(6000), (413,)),
+    "a million robots to be simulated": Attack(
+        "/v1/simulations", lambda: {"scenario": "maze", "carriers": 1000, "rovers": 1000}, (413,)
+    ),
     "a map of 4 million cells": Attack("/v1/missions", lambda: mission(), (201,)),
 }
+
+
+REPORTS: dict[str, tuple[Any, int]] = {
+    "a report in which each of 200 robots sees 4 million cells": (
+        {"n": 1, "t_ms": 0, "revealed": [{"robot": f"m{i}", "runs": ALL} for i in range(200)]},
+        413,
+    ),
+    "one in which one of them does": ({"n": 1, "t_ms": 0, "revealed": [{"robot": "m0", "runs": ALL}]}, 200),
+}
+"""Reports of `mission()`, one after the other, and the status each is answered with."""
 
 
 class Cost(NamedTuple):

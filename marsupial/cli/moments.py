@@ -8,6 +8,7 @@ from pathlib import Path
 
 from marsupial.cli.missions import warn_of
 from marsupial.errors import UsageError
+from marsupial.formats.files import file_fault
 from marsupial.formats.loglines import FORMAT
 from marsupial.formats.missionlog import read_log
 from marsupial.generators.builtin import SCENARIOS
@@ -36,7 +37,7 @@ def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | N
 
 def _is_log(source: str) -> bool:
     path = Path(source)
-    if source in SCENARIOS or not path.is_file():
+    if source in SCENARIOS or file_fault(path) is not None:
         return False
     if path.suffix.lower() == ".jsonl":
         return True

@@ -15,6 +15,8 @@ from pathlib import Path
 
 from marsupial.errors import InputError
 
+NO_SUCH_FILE = "no such file"
+
 MOST_BYTES = 256 * 1024 * 1024
 
 
@@ -23,7 +25,7 @@ def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
     try:
         status = path.stat()
     except (FileNotFoundError, NotADirectoryError):
-        return "no such file"
+        return NO_SUCH_FILE
     except (OSError, ValueError) as error:
         return f"can't be read ({_reason(error)})"
     if stat.S_ISDIR(status.st_mode):

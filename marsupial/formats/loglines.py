@@ -226,6 +226,9 @@ class LogDecoder:
 def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:
     try:
         value = load(line)
+    except UnicodeDecodeError:
+        problems.append(Problem("", "is not UTF-8 text"))
+        return None
     except (ValueError, RecursionError) as error:
         problems.append(Problem("", f"is not JSON: {error}"))
         return None

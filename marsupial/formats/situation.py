@@ -70,6 +70,8 @@ def situation_from_json(text: str) -> Situation:
     SituationError
         With every problem found and its path, or the line where the text is no JSON.
     """
+    if not text.strip():
+        raise SituationError("is empty")
     try:
         data = json.loads(text, object_pairs_hook=_unique)
     except SituationError:

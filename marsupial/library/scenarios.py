@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
 from marsupial.errors import ScenarioError
+from marsupial.formats.files import NO_SUCH_FILE, file_fault
 from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
 from marsupial.formats.scenario import is_scenario_file, understand_scenario, with_team
 from marsupial.generators.builtin import (
@@ -76,8 +78,9 @@ def load_scenario(source: str, carriers: int | None = None, rovers: int | None =
     path = Path(source)
     if source in SCENARIOS:
         return LoadedScenario(source=source, scenario=builtin_scenario(source, *_team(carriers, rovers)))
-    if not path.exists() and not names_recording(path):
-        raise ScenarioError(_unknown(source))
+    fault = None if names_recording(path) else file_fault(path)
+    if fault is not None:
+        raise ScenarioError(_unknown(source)) if fault == NO_SUCH_FILE else ScenarioError(fault, source=source)
     if is_scenario_file(path):
         written, reading = understand_scenario(path)
         return LoadedScenario(source=source, scenario=with_team(written, carriers, rovers), reading=reading)
@@ -92,7 +95,9 @@ def _team(carriers: int | None, rovers: int | None) -> tuple[int, int]:
 
 def _unknown(source: str) -> str:
     path = Path(source)
-    siblings = [] if not path.parent.is_dir() else sorted(path.parent.iterdir())
+    siblings: list[Path] = []
+    with suppress(OSError):
+        siblings = sorted(path.parent.iterdir())
     files = {str(entry) for entry in siblings if entry.suffix.lower() in (*READERS, ".json")}
     close = difflib.get_close_matches(source, sorted({*SCENARIOS, *files}), n=3)
     hint = f"; did you mean {' or '.join(close)}?" if close else f"; built in: {', '.join(SCENARIOS)}"

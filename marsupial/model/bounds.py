@@ -68,6 +68,7 @@ BOUNDS: Mapping[str, Bound] = {
     "carriers": Bound(1, 1000, "robots"),
     "rovers_per_carrier": Bound(0, 1000, "robots"),
     "seed": Bound(0, 10**12),
+    "simulation_speed": Bound(0.1, 10_000, "s of mission time a second"),
     "time_s": Bound(0, _LONGEST_S, "s", above=True),
     "time_limit_ms": Bound(1, 1000 * _LONGEST_S, "ms"),
     "budget_s": Bound(0, 1e6, "s", above=True),

@@ -30,7 +30,7 @@ class View {
     Object.assign(this, { container, missions, options, over: new AbortController(), drawing: false, styled: 0, from: Math.min(...missions.map((one) => one.from)) });
     this.names = sideNames(missions);
     this.tip = new Tip();
-    this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), options);
+    this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest() });
     this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], missions.length > 1, () => this.draw(), this.tip));
     this.lanes = new Lanes(missions, this.names);
     this.build();
@@ -42,6 +42,12 @@ class View {
   }
 
   span() { return [this.from, Math.max(...this.missions.map((mission) => mission.to))]; }
+
+  /** The newest moment that is known of all missions: of two that go on, the slower one is waited for. */
+  newest() {
+    const open = this.missions.filter((mission) => !mission.ended);
+    return open.length ? Math.min(...open.map((mission) => mission.to)) : this.span()[1];
+  }
 
   build() {
     const two = this.missions.length > 1, { tools = [] } = this.options;
@@ -65,7 +71,7 @@ class View {
   head(tools) {
     const [{ start, robots, resolution }] = this.missions, carriers = robots.filter((robot) => robot.carrier).length, two = this.missions.length > 1;
     const told = [...(two ? [this.names.join(" and ")] : [decider(this.missions[0])]), `seed ${start.seed}`, `${count(carriers, "carrier")}, ${count(robots.length - carriers, "rover")}`,
-      `${metres(start.width * resolution)} x ${metres(start.height * resolution)} at ${resolution} m a cell`];
+      `${metres(start.width * resolution)} x ${metres(start.height * resolution)} at ${Number(resolution.toPrecision(3))} m a cell`];
     const { save } = this.options, buttons = [...tools];
     if (save) buttons.push(make("button", { type: "button", text: save[0], title: "Save the mission log as JSON lines", onclick: save[1] }));
     buttons.push(button("Keys", "?", () => this.dialog.showModal()), button("Switch between light and dark", icon(HALF_FULL), () => this.setTheme(this.theme === "dark" ? "light" : "dark")));
@@ -105,7 +111,7 @@ class View {
   /** Play; or where motion is not wanted, or the address names a moment, stand still there. */
   open() {
     const { transport } = this, still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    transport.t = this.options.live ? this.span()[1] : still ? tellingMoment(this.missions[0]) : this.from;
+    transport.t = this.options.live ? this.newest() : still ? tellingMoment(this.missions[0]) : this.from;
     const given = this.readHash();
     if (this.options.live) transport.grew();
     else if (!still && !given.has("t") && given.get("play") !== "0") transport.play();
@@ -141,7 +147,7 @@ class View {
   resize() {
     for (const pane of this.panes) pane.map.resize();
     this.lanes.restyle();
-    this.draw();
+    this.drawNow();  // at once: a canvas of another size is empty
   }
 
   stepPlan(direction) {

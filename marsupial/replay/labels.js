@@ -1,27 +1,35 @@
 /* Names on the map, each beside its thing where it covers no other name and no robot. */
 
 const HIGH = 15;
+const BOLD = "600 11px system-ui, 'DejaVu Sans', sans-serif", PLAIN = "10.5px system-ui, 'DejaVu Sans', sans-serif";
+const widths = new Map();  // of names in bold and plain, which are asked for in every picture
+
+function widthOf(g, name) {
+  const key = `${g.font} ${name}`;
+  if (!widths.has(key)) widths.set(key, g.measureText(name).width);
+  return widths.get(key);
+}
 
 export class Labels {
-  constructor(g, ink, size) { this.g = g; this.ink = ink; this.size = size; this.taken = []; }
+  constructor(g, ink, size) { Object.assign(this, { g, ink, size, taken: [], loose: [] }); }  // boxes: left, top, width, height
 
   /** No name shall lie on what is within r of a point. */
   keepFree(x, y, r) { this.taken.push([x - r, y - r, 2 * r, 2 * r]); }
 
-  /** Write a name beside a point, at the first of some places that is free; `must`: at the first one if none is. */
-  write(name, x, y, r, must) {
+  /** Write a name beside a point where there is room, `strong` ones over `loose` names if need be; else it is left out. */
+  write(name, x, y, r, strong) {
     const { g, size } = this;
     if (x < -20 || y < -20 || x > size.width + 20 || y > size.height + 20) return;
-    g.font = must ? "600 11px system-ui, 'DejaVu Sans', sans-serif" : "10.5px system-ui, 'DejaVu Sans', sans-serif";
-    const wide = g.measureText(name).width + 6, gap = r + 3;
+    g.font = strong ? BOLD : PLAIN;
+    const wide = widthOf(g, name) + 6, gap = r + 3;
     const spots = [[x + gap, y - HIGH / 2], [x + gap - 2, y - r - HIGH], [x + gap - 2, y + r], [x - gap - wide, y - HIGH / 2],
       [x - wide / 2, y - gap - HIGH], [x - wide / 2, y + gap], [x - gap + 2 - wide, y - r - HIGH], [x - gap + 2 - wide, y + r]];
-    const free = ([left, top]) => left >= 2 && left + wide <= size.width - 2 && top >= 2 && top + HIGH <= size.height - 2
-      && this.taken.every(([l, t, w, h]) => left >= l + w || left + wide <= l || top >= t + h || top + HIGH <= t);
-    const spot = spots.find(free) || (must ? spots[1] : null);
+    const clear = ([left, top], boxes) => boxes.every(([l, t, w, h]) => left >= l + w || left + wide <= l || top >= t + h || top + HIGH <= t);
+    const free = (spot) => spot[0] >= 2 && spot[0] + wide <= size.width - 2 && spot[1] >= 2 && spot[1] + HIGH <= size.height - 2 && clear(spot, this.taken);
+    const spot = spots.find((one) => free(one) && clear(one, this.loose)) || (strong ? spots.find(free) : null);
     if (!spot) return;
     this.taken.push([spot[0], spot[1], wide, HIGH]);
-    g.globalAlpha = must ? 0.88 : 0.7;
+    g.globalAlpha = strong ? 0.88 : 0.7;
     g.fillStyle = this.ink.card;
     g.beginPath();
     g.roundRect(spot[0], spot[1], wide, HIGH, 4);

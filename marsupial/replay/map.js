@@ -8,8 +8,9 @@ import { Ground } from "./ground.js";
 import { UNKNOWN } from "./knownmap.js";
 import { Labels } from "./labels.js";
 import { along } from "./legs.js";
-import { plannedWays, trail } from "./routes.js";
-import { cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
+import { PlanLayer } from "./planlayer.js";
+import { trail } from "./routes.js";
+import { cross, line, rover, vehicle } from "./shapes.js";
 import { onlyFor } from "./why.js";
 
 const SMALLEST = { carrier: 9, rover: 6 };  // points of the page; however far away, robots can be seen
@@ -23,6 +24,7 @@ export class MapView {
     this.element = make("div", { class: "canvases" }, this.floor, this.canvas);
     this.camera = new Camera(mission);
     this.ground = new Ground(mission);
+    this.layer = new PlanLayer(mission);
     this.painted = -1;
     this.followed = null;
     this.hits = [];
@@ -37,6 +39,7 @@ export class MapView {
     palette[UNKNOWN] = packed(this.ink.unknown);
     this.colours = robotColours(this.mission);
     this.ground.restyle(palette);
+    this.layer.forget();
     this.painted = -1;
   }
 
@@ -46,6 +49,7 @@ export class MapView {
     this.camera.resize(clientWidth, clientHeight);
     fitted(this.floor, clientWidth, clientHeight);
     fitted(this.canvas, clientWidth, clientHeight);
+    this.layer.forget();
     this.painted = -1;
   }
 
@@ -66,17 +70,22 @@ export class MapView {
     const all = this.painted !== version;
     if (!all && !changed.size) return;
     this.painted = version;
-    g.save();
-    if (!all) {
-      g.beginPath();
-      for (const key of changed) {
-        const [x, y, wide, high] = this.ground.place(key, left, top, scale), snap = (v) => Math.floor(v * ratio) / ratio;
-        g.rect(snap(x), snap(y), snap(wide + 2), snap(high + 2));
-      }
-      g.clip();
+    if (all) { this.drawPart(g, 0, 0, size.width, size.height, ratio); return; }
+    const snap = (v) => Math.floor(v * ratio) / ratio;  // to whole pixels, which are clipped without blending
+    for (const key of changed) {
+      const [x, y, wide, high] = this.ground.place(key, left, top, scale), px = snap(x), py = snap(y);
+      this.drawPart(g, px, py, snap(x + wide) + 1 - px, snap(y + high) + 1 - py, ratio);
     }
+  }
+
+  drawPart(g, x, y, wide, high, ratio) {
+    const { left, top, scale } = this.camera;
+    g.save();
+    g.beginPath();
+    g.rect(x, y, wide, high);
+    g.clip();
     g.fillStyle = this.ink.unknown;
-    g.fillRect(0, 0, size.width, size.height);
+    g.fillRect(x, y, wide, high);
     this.ground.draw(g, left, top, scale, ratio);
     g.restore();
   }
@@ -90,14 +99,13 @@ export class MapView {
     const labels = new Labels(g, this.ink, size);
     if (show.sensors) for (const view of views) this.drawRange(view);
     if (show.trails) this.drawTrails(views, t);
-    if (show.plan && plan) this.drawPlan(plan, views, t);
+    if (show.plan && plan) this.drawPlan(plan, views, t, show.labels, labels);
     for (const view of views) if (!view.carrier && !view.lost) this.drawRoute(view, t);
     if (over) this.drawRemaining();
     const outside = views.filter((view) => !view.carrier).sort((a, b) => Number(b.robot.carrier) - Number(a.robot.carrier));
     for (const view of outside) this.drawRobot(view, views, t, labels);
     if (show.labels) {
       for (const view of outside) labels.write(view.robot.name, ...this.point(view.x, view.y), this.radius(view.robot), true);
-      if (show.plan && plan) this.drawPlaceNames(plan, labels);
     }
     this.drawScaleBar();
   }
@@ -123,30 +131,13 @@ export class MapView {
     line(this.g, points, this.colours.get(view.robot.name), 2.25, [6, 5]);
   }
 
-  drawPlan(plan, views, t) {
-    for (const view of views) {
-      for (const way of plannedWays(this.mission, plan, view, t)) {
-        line(this.g, way.map(([x, y]) => this.point(x, y)), this.colours.get(view.robot.name), 1.75, [1, 5]);
-      }
-    }
-    for (const one of plan.meetings) {
-      const [cx, cy] = this.point(...one.carrier_cell), [rx, ry] = this.point(...one.rover_cell);
-      meeting(this.g, cx, cy, rx, ry, this.ink);
-      this.hits.push({ x: cx, y: cy, r: 9, meeting: one.name }, { x: rx, y: ry, r: 7, meeting: one.name });
-    }
-    for (const target of plan.targets) {
-      const [x, y] = this.point(...target.cell);
-      const roles = this.mission.start.types.filter((type) => target.explorers.includes(type.name)).map((type) => type.role);
-      diamond(this.g, x, y, 6, this.ink, roles.includes("carrier"));
-      this.hits.push({ x, y, r: 10, target: target.name });
-    }
-  }
-
-  drawPlaceNames(plan, labels) {
-    const name = (thing, [x, y]) => labels.write(this.mission.places.label(thing.name), ...this.point(x, y), 7, false);
-    const wanted = new Set(plan.actions.map((action) => action.place));
-    for (const target of plan.targets) name(target, target.cell);
-    for (const one of plan.meetings) if (wanted.has(one.name)) name(one, one.carrier_cell);
+  /** Lay the plan over the map. Robots' names keep clear of its own where they can. */
+  drawPlan(plan, views, t, named, labels) {
+    const { layer, camera: { size } } = this;
+    layer.draw(plan, views, t, { camera: this.camera, ink: this.ink, colours: this.colours, named });
+    this.g.drawImage(layer.canvas, 0, 0, size.width, size.height);
+    this.hits.push(...layer.hits);
+    labels.loose.push(...layer.taken);
   }
 
   drawRange(view) {

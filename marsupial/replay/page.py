@@ -1,9 +1,9 @@
 """Missions as one HTML page that needs nothing else: no network, no server, no library.
 
-The page is put together from ``page.html``, the palette, the style and the modules, and holds mission logs in script
-script elements, packed: the browser plays them from there, and they can be saved again from the page. All that follows from a
-log, such as who is where and on whom, the page works out itself (`model.js`). Whatever stands in a log, it can neither
-end an element nor be taken for markup.
+The page is put together from ``page.html``, the palette, the style and the modules, and holds the mission logs in
+script elements, packed: the browser plays them from there, and they can be saved again from the page. All that follows
+from a log, such as who is where and on whom, the page works out itself (`model.js`). Whatever stands in a log, it can
+neither end an element nor be taken for markup.
 """
 
 from __future__ import annotations
@@ -22,10 +22,13 @@ from marsupial.replay.palette import DARK, LIGHT, Palette
 
 MODULES = (
     *("format", "history", "strips", "legs", "places", "knownmap", "model", "ground"),
-    *("dom", "colours", "shapes", "why", "routes", "labels", "frontier", "camera", "map", "pointer"),
+    *("dom", "colours", "shapes", "why", "routes", "labels", "frontier", "camera", "planlayer", "map", "pointer"),
     *("panels", "pane", "lanes", "legend", "difference", "telling", "tip", "keys", "transport", "app"),
 )
 """The page's modules, ``NAME.js``, each after those that it imports."""
+
+LIVE_MODULES = ("service", "stream", "startform", "entrylist", "missionspage", "jobdrawing", "jobpage", "live")
+"""Those that only the page of the service has, which loads all as they are."""
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -91,5 +94,5 @@ def _variables(palette: Palette) -> str:
     families = {
         f"family-{i}-{k}": colour for i, family in enumerate(palette.families) for k, colour in enumerate(family)
     }
-    plain = {f.name: getattr(palette, f.name) for f in fields(palette) if f.name not in {"families", "actions"}}
+    plain = {f.name: value for f in fields(palette) if isinstance(value := getattr(palette, f.name), str)}
     return " ".join(f"--{name}: {colour};" for name, colour in {**families, **plain, **palette.actions}.items())

@@ -20,7 +20,7 @@ export class Pane {
     this.known = make("p", { class: "known" });
     this.where = make("p", { class: "where", "aria-hidden": "true" });
     this.card = make("div", { class: "picked", role: "status", hidden: true });
-    this.following = make("button", { type: "button", class: "following", hidden: true, onclick: () => this.follow(null) });
+    this.following = make("button", { type: "button", class: "following", text: "following", hidden: true, onclick: () => this.follow(null) });
     this.element = make("section", { class: "pane", "aria-label": `Map of ${name}` },
       ...(headed ? [make("h2", { class: "pane-head" }, make("span", { text: name }), this.state)] : []),
       make("div", { class: "stage" }, this.map.element, make("div", { class: "zoom", role: "group", "aria-label": "Zoom" },
@@ -53,6 +53,7 @@ export class Pane {
   pick(x, y) {
     const hit = this.map.hit(x, y), cell = this.map.camera.cell(x, y), plan = this.mission.planAt(this.t);
     const target = hit ? undefined : targetAt(this.map.ground, plan, cell);
+    this.tip.hide();
     this.picked = hit || (target === undefined ? null : target === null ? { unplanned: cell } : { target });
     this.changed();
   }

@@ -70,10 +70,10 @@ export function diamond(g, x, y, r, ink, filled) {
   g.lineTo(x - r, y);
   g.closePath();
   g.lineJoin = "round";
-  g.lineWidth = 4.5;
+  g.lineWidth = 0.75 * r;
   g.strokeStyle = ink.ink;
   g.stroke();
-  g.lineWidth = 2.5;
+  g.lineWidth = 0.42 * r;
   g.strokeStyle = ink.frontier;
   g.stroke();
   g.fillStyle = filled ? ink.frontier : ink.page;
@@ -81,7 +81,7 @@ export function diamond(g, x, y, r, ink, filled) {
 }
 
 /** A meeting point: a square where the carrier stands, a dot where the rover does. */
-export function meeting(g, cx, cy, rx, ry, ink) {
+export function meeting(g, cx, cy, rx, ry, ink, size = 1) {
   g.lineWidth = 1.75;
   g.strokeStyle = ink.ink;
   g.beginPath();
@@ -89,10 +89,10 @@ export function meeting(g, cx, cy, rx, ry, ink) {
   g.lineTo(rx, ry);
   g.stroke();
   g.fillStyle = ink.page;
-  g.fillRect(cx - 4, cy - 4, 8, 8);
-  g.strokeRect(cx - 4, cy - 4, 8, 8);
+  g.fillRect(cx - 4 * size, cy - 4 * size, 8 * size, 8 * size);
+  g.strokeRect(cx - 4 * size, cy - 4 * size, 8 * size, 8 * size);
   g.beginPath();
-  g.arc(rx, ry, 3, 0, 7);
+  g.arc(rx, ry, 3 * size, 0, 7);
   g.fillStyle = ink.ink;
   g.fill();
 }

@@ -8,7 +8,7 @@ export function tellingMoment(mission) {
     const t = Math.min(plan.t_ms + 2000, mission.to - 1), views = mission.views(t);
     const busy = views.filter((view) => !view.carrier && view.action).length / views.length;
     const out = views.filter((view) => !view.carrier).length / views.length;
-    const worth = busy + out - 2 * Math.abs(mission.openArea(t) / whole - 0.5);
+    const worth = busy + 1.5 * out - Math.abs(mission.openArea(t) / whole - 0.5);
     if (worth > most) { most = worth; best = t; }
   }
   return best;

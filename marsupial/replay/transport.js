@@ -5,13 +5,15 @@ import { clock } from "./format.js";
 
 const SPEEDS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
 const WHOLE_MS = 45000;  // in which a mission is played at the speed it opens with
+const AHEAD_MS = 5000;  // of mission time, that a live mission may be shown further than it has been told
 const LONGEST_MS = 250;  // between two pictures; a page that was hidden goes on where it was
 const PLAY = "M4 2v12l9-6z", PAUSE = "M4 2h3v12H4zM9 2h3v12H9z", BACK = "M3 3h2v10H3zM13 3v10L6 8z", ON = "M11 3h2v10h-2zM3 3v10l7-5z";
 
 export class Transport {
-  /** `span()` gives [first, last] moment; `moved()` is called after each change of `t`; `step(d)` goes to plans. */
-  constructor(span, moved, step, { live = false, rate = null } = {}) {
-    Object.assign(this, { span, moved, live, rate, playing: false, stamp: 0, follows: live, hasLive: live });
+  /** `span()` gives [first, last] moment, `newest()` the one that live goes with; `moved()` is called after each change
+      of `t`; `step(d)` goes to plans. */
+  constructor(span, moved, step, { live = false, rate = null, newest = () => span()[1] } = {}) {
+    Object.assign(this, { span, moved, live, rate, newest, playing: false, stamp: 0, follows: live, hasLive: live });
     const [from, to] = span();
     this.t = from;
     this.speed = SPEEDS.find((speed) => speed >= (to - from) / WHOLE_MS) || SPEEDS[SPEEDS.length - 1];
@@ -27,7 +29,8 @@ export class Transport {
       this.scrub, this.badge, this.output, make("label", { class: "speed" }, "speed ", this.select));
   }
 
-  clamped(t) { const [from, to] = this.span(); return Math.min(to, Math.max(from, t)); }
+  /** A moment that can be shown; live, that is also what is ahead of the newest line and has been shown already. */
+  clamped(t) { const [from, to] = this.span(); return Math.min(this.live ? Math.max(to, this.t) : to, Math.max(from, t)); }
 
   go(t) { this.follows = false; this.t = this.clamped(t); this.moved(); }
 
@@ -37,7 +40,7 @@ export class Transport {
   grew(over = false) {
     if (over) { this.live = false; this.badge.hidden = true; }
     if (this.follows) {
-      const [, to] = this.span();
+      const to = this.newest();
       this.t = this.rate && !over ? Math.max(this.t, to) : to;
       if (this.rate && !over && !this.ticking) this.tick();
       if (over) this.follows = false;
@@ -51,8 +54,7 @@ export class Transport {
     let last = performance.now();
     const next = (now) => {
       if (!this.follows || this.closed) { this.ticking = false; return; }
-      const [, to] = this.span();
-      this.t = Math.min(to + 5000, this.t + Math.min(now - last, LONGEST_MS) * this.rate);
+      this.t = Math.min(this.newest() + AHEAD_MS, this.t + Math.min(now - last, LONGEST_MS) * this.rate);
       last = now;
       this.moved();
       requestAnimationFrame(next);

@@ -34,7 +34,7 @@ function because(mission, plan, cause, names) {
   const labels = listed(names.map((name) => mission.places.label(name)));
   const by = () => { const who = seers(mission, plan, names); return who.length ? ` seen by ${listed(who)}` : ""; };
   const told = {
-    start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace("seen", ": seen")}`,
+    start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
     lost: `${labels} was lost`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
     "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Generator, Mapping
+from collections.abc import AsyncGenerator, Generator, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
@@ -81,8 +81,13 @@ class Mission:
 
     @property
     def n(self) -> int:
-        """Number of the last report that was acknowledged."""
+        """Number of the last report of the team that was acknowledged."""
         return self._mission.n
+
+    @property
+    def robots(self) -> dict[str, int]:
+        """The same of each robot that reports by its own count, as far as that was asked for."""
+        return self._mission.robots
 
     def events(self, after: int = 0) -> Generator[MissionEvent, None, None]:
         """Yield the events after number `after`, each once and in order, until the mission is over."""
@@ -91,6 +96,10 @@ class Mission:
     def report(self, news: News) -> Taken | None:
         """Number a report and send it until it is acknowledged; None if the mission takes no more, being over."""
         return finish(self._mission.report(news))
+
+    def reports(self, batch: Sequence[News]) -> list[Taken] | None:
+        """Send several reports in one request, of the team and of robots: all of them are taken, or none."""
+        return finish(self._mission.reports(batch))
 
     def pause(self) -> MissionDocument:
         """Have all drives stopped, and nothing begun until `resume`."""

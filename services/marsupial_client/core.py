@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import aclosing
 from typing import Any, cast
 
@@ -22,7 +22,16 @@ from marsupial_client.documents import (
 )
 from marsupial_client.errors import Busy, Conflict, Refused
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, Event, JobEvent, MissionEvent, Readers
-from marsupial_client.mission_documents import Brief, KnownMap, MissionDocument, News, Taken
+from marsupial_client.mission_documents import (
+    Batch,
+    Brief,
+    KnownMap,
+    LastReports,
+    MissionDocument,
+    News,
+    Report,
+    Taken,
+)
 from marsupial_client.transports import Transport
 
 
@@ -83,15 +92,18 @@ class AsyncMission:
     document
         The mission as it was when it was last asked for.
     n
-        Number of the last report that was acknowledged.
+        Number of the last report of the team that was acknowledged.
+    robots
+        The same of each robot that reports by its own count, as far as that was asked for.
     """
 
     def __init__(self, conversation: Conversation, document: MissionDocument) -> None:
         self._conversation = conversation
         self._lock = conversation.transport.lock()
-        self._unacknowledged: News | None = None
+        self._unacknowledged: Report | Batch | None = None
         self.document = document
         self.n = document["n"]
+        self.robots: dict[str, int] = {}
 
     @property
     def id(self) -> str:
@@ -114,7 +126,7 @@ class AsyncMission:
         Parameters
         ----------
         news
-            May have an `n` of its own, which is sent as it is.
+            With a `robot` it is numbered by that robot's own count. May have an `n` of its own, which is sent as it is.
 
         Returns
         -------
@@ -126,9 +138,21 @@ class AsyncMission:
         Refused, Unreachable
         """
         async with self._lock:
-            if self._unacknowledged is not None:
-                await self._send(self._unacknowledged)
-            return await self._send(cast(News, {"n": self.n + 1, **news}))
+            await self._send_again()
+            (report,) = await self._numbered((news,))
+            taken = await self._send(report)
+            return None if taken is None else taken[0]
+
+    async def reports(self, batch: Sequence[News]) -> list[Taken] | None:
+        """Send several reports, of the team and of robots, in one request, as `report` sends one.
+
+        All of them are taken, in their order, or, if one is refused, none. The service takes up to 1000 at a time.
+        Without any, only what may not have arrived is sent again.
+        """
+        async with self._lock:
+            await self._send_again()
+            reports = await self._numbered(batch)
+            return await self._send({"reports": reports}) if reports else []
 
     async def pause(self) -> MissionDocument:
         """Have all drives stopped, and nothing begun until `resume`."""
@@ -155,10 +179,30 @@ class AsyncMission:
         """Return what is known of the map after the last report."""
         return cast(KnownMap, await self._conversation.document("GET", self.document["links"]["map"]))
 
-    async def _send(self, report: News) -> Taken | None:
-        self._unacknowledged = report
+    async def _numbered(self, batch: Sequence[News]) -> list[Report]:
+        """Return reports that go on from the last ones; those of robots that nobody has counted here are asked for."""
+        if any("robot" in news and news["robot"] not in self.robots for news in batch):
+            last: LastReports = await self._conversation.document("GET", self.document["links"]["reports"])
+            self.robots = {**last["robots"], **self.robots}
+        counts: dict[str | None, int] = {None: self.n}
+        counts.update(self.robots)
+        reports = []
+        for news in batch:
+            robot = news.get("robot")
+            report = cast(Report, {"n": counts.get(robot, 0) + 1, **news})
+            counts[robot] = report["n"]
+            reports.append(report)
+        return reports
+
+    async def _send_again(self) -> None:
+        """Send again what may have arrived, or not."""
+        if self._unacknowledged is not None:
+            await self._send(self._unacknowledged)
+
+    async def _send(self, sent: Report | Batch) -> list[Taken] | None:
+        self._unacknowledged = sent
         try:
-            taken: Taken = await self._conversation.document("POST", self.document["links"]["reports"], report)
+            told: Any = await self._conversation.document("POST", self.document["links"]["reports"], sent)
         except Busy:
             raise
         except Refused as error:
@@ -167,7 +211,12 @@ class AsyncMission:
                 return None
             raise
         self._unacknowledged = None
-        self.n = taken["n"]
+        taken: list[Taken] = told["reports"] if "reports" in sent else [told]
+        for one in taken:
+            if "robot" in one:
+                self.robots[one["robot"]] = one["n"]
+            else:
+                self.n = one["n"]
         return taken
 
     async def _wish(self, word: str) -> MissionDocument:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Generic, Literal, NamedTuple, TypeAlias, TypeVar
 
 from marsupial_client.documents import JobEnded, JobMoved, PlanFound
-from marsupial_client.mission_documents import Commands, Decision, FrameGrown, MissionEnded, MissionMoved
+from marsupial_client.mission_documents import Commands, Decision, FrameGrown, MissionEnded, MissionMoved, QuotaTold
 
 K = TypeVar("K")
 D = TypeVar("D")
@@ -36,6 +36,7 @@ MissionEvent: TypeAlias = (
     | Event[Literal["commands"], Commands]
     | Event[Literal["state"], MissionMoved]
     | Event[Literal["frame"], FrameGrown]
+    | Event[Literal["quota"], QuotaTold]
     | Event[Literal["end"], MissionEnded]
 )
 
@@ -50,6 +51,7 @@ MISSION_EVENTS: Readers = {
     "commands": json.loads,
     "state": json.loads,
     "frame": json.loads,
+    "quota": json.loads,
     END: json.loads,
 }
 """How the data of each event is read."""

@@ -114,8 +114,21 @@ class MissionLinks(TypedDict):
     cancel: str
 
 
+class SimulationDocument(TypedDict):
+    """How the robots of a mission are simulated: `speed` seconds of mission time a second, or as fast as may be."""
+
+    speed: NotRequired[float]
+    seed: int
+    carriers: int
+    rovers: int
+    warnings: list[str]
+
+
 class MissionDocument(TypedDict):
-    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last."""
+    """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last.
+
+    It has a `simulation` where the service simulates its robots.
+    """
 
     id: str
     name: str
@@ -129,6 +142,7 @@ class MissionDocument(TypedDict):
     revision: int
     created_at: str
     finished_at: str | None
+    simulation: NotRequired[SimulationDocument]
     links: MissionLinks
 
 
@@ -180,9 +194,13 @@ class ReportFrame(TypedDict):
 
 
 class News(TypedDict):
-    """What has happened up to a moment of mission time (ms): a report before it is numbered."""
+    """What has happened up to a moment of mission time (ms): a report before it is numbered.
+
+    With `robot` it is that robot's own, and numbered by its own count.
+    """
 
     t_ms: int
+    robot: NotRequired[str]
     frame: NotRequired[ReportFrame]
     revealed: NotRequired[Sequence[Revealed]]
     map: NotRequired[MapRuns]
@@ -196,7 +214,20 @@ class Report(News):
     """A report; `n` counts those of a mission from 1, or those of a `robot` that reports for itself."""
 
     n: int
-    robot: NotRequired[str]
+
+
+class Batch(TypedDict):
+    """Reports in their order: all are taken, or none."""
+
+    reports: Sequence[Report]
+
+
+class LastReports(TypedDict):
+    """Number of the last report of the team, the latest time of all, and the numbers of robots by their own counts."""
+
+    n: int
+    t_ms: int
+    robots: dict[str, int]
 
 
 class Taken(TypedDict):
@@ -269,6 +300,15 @@ class MissionMoved(TypedDict):
     state: Literal["paused", "running", "waiting"]
     t_ms: int
     reason: NotRequired[str]
+
+
+class QuotaTold(TypedDict):
+    """The event `quota`: the planning time of the key is used up, so the mission waits; or it goes on."""
+
+    state: Literal["waiting", "running"]
+    t_ms: int
+    reason: NotRequired[str]
+    room_at: NotRequired[str]
 
 
 class FrameGrown(TypedDict):

@@ -21,7 +21,7 @@ from marsupial.processes.runner import LOCAL
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.entries.room import RETRY_AFTER_S, StoreFull
 from marsupial_service.entries.slots import Slots
-from marsupial_service.http import docspage, openapi
+from marsupial_service.http import docspage, livepage, openapi
 from marsupial_service.http.edge import Edge
 from marsupial_service.http.problems import HttpProblem, answer, problem_of, problem_of_all
 from marsupial_service.http.routing import LOCAL_OWNER
@@ -31,8 +31,8 @@ from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import READERS, Missions
 from marsupial_service.operations.keys import KeyFile, KeyRow
-from marsupial_service.operations.settings import ServiceSettings
-from marsupial_service.routes import analyses, catalogue, jobs, missions, operations
+from marsupial_service.operations.settings import UNBOUNDED_S, ServiceSettings
+from marsupial_service.routes import analyses, catalogue, jobs, missions, operations, simulations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State, state_of
 from marsupial_service.store import Store, StoreError, open_store
@@ -48,6 +48,7 @@ _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
 
 def create_app(settings: ServiceSettings) -> FastAPI:
     """Return the application; it opens its store when it starts."""
+    settings = settings.in_force()
     app = FastAPI(
         title="marsupial",
         version=version("marsupial"),
@@ -66,7 +67,11 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         analyses=asyncio.Semaphore(limits.analyses),
         readers=asyncio.Semaphore(limits.readers),
     )
-    for router in (*(room.router for room in (jobs, missions, analyses, catalogue, operations)), operations.admin):
+    for router in (
+        *(room.router for room in (jobs, missions, simulations, analyses, catalogue, operations)),
+        operations.admin,
+        livepage.router,
+    ):
         app.include_router(router)
     document = openapi.document(app, needs_keys=settings.needs_keys)
     app.openapi = lambda: document  # type: ignore[method-assign]
@@ -89,19 +94,24 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     if state.settings.store is not None:
         state.keys = await asyncio.to_thread(KeyRow, store)
     slots = Slots(limits.slots)
+    of_both: dict[str, Any] = {
+        "memory_bytes": limits.memory_bytes,
+        "store_bytes": limits.store_bytes,
+        "key_bytes": limits.key_bytes,
+        "key_planning_s": limits.key_planning_s if limits.key_planning_s < UNBOUNDED_S else math.inf,
+        "steps_limit_s": limits.steps_s,
+        "retention_s": limits.retention_s,
+        "planned": state.metrics.planned,
+    }
     state.jobs = Jobs(
         store,
         JobSettings(
             slots=limits.slots,
             queue=limits.queue,
-            key_queue=limits.key_queue if state.settings.needs_keys else limits.queue,
-            retention_s=limits.retention_s,
+            key_queue=limits.key_queue,
             kept=limits.kept_jobs,
-            store_bytes=limits.store_bytes,
-            key_bytes=limits.key_bytes if state.settings.needs_keys else math.inf,
-            memory_bytes=limits.memory_bytes,
-            steps_limit_s=limits.steps_s,
             commands=state.settings.planners,
+            **of_both,
         ),
         runner=state.runner,
         slots=slots,
@@ -110,7 +120,8 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         store,
         MissionSettings(
             missions=limits.missions,
-            key_missions=limits.key_missions if state.settings.needs_keys else limits.missions,
+            key_missions=limits.key_missions,
+            simulations=limits.simulations,
             idle_s=limits.idle_s,
             lag=state.metrics.lag,
             may_go_on=lambda owner: (
@@ -118,11 +129,8 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             ),
             cells=limits.cells,
             backlog=limits.backlog,
-            memory_bytes=limits.memory_bytes,
-            retention_s=limits.retention_s,
             kept=limits.kept_missions,
-            store_bytes=limits.store_bytes,
-            key_bytes=limits.key_bytes if state.settings.needs_keys else math.inf,
+            **of_both,
         ),
         runner=state.runner,
         slots=slots,

@@ -134,7 +134,8 @@ def _opened(settings: ServiceSettings) -> Store:
     try:
         return open_store(settings.place)
     except StoreError as error:
-        raise UsageError(f"{settings.data}: {error}" if settings.store is None else str(error)) from error
+        place = "" if settings.store is not None or str(error).startswith(str(settings.data)) else f"{settings.data}: "
+        raise UsageError(f"{place}{error}") from error
 
 
 def _listening(settings: ServiceSettings) -> socket.socket:

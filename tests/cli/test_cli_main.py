@@ -57,8 +57,8 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert not [line for line in out.splitlines()[1:] if line.endswith("...")]
 
 
-APART = ("compare", "reproduce", "demo", "serve", *STORES, *(f"bench {name}" for name in BENCHES))
-"""Commands whose examples take minutes, have no end or need a server's store: they have tests of their own."""
+APART = ("compare", "reproduce", "demo", "ros", "serve", *STORES, *(f"bench {name}" for name in BENCHES))
+"""Commands whose examples take minutes, have no end, or need a fleet or a store: they have tests of their own."""
 
 
 @pytest.mark.parametrize("command", ALL_COMMANDS)

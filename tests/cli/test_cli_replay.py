@@ -29,6 +29,17 @@ def test_a_page_is_written(log: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert page.read_text().lstrip().lower().startswith("<!doctype html>")
 
 
+def test_two_logs_make_a_page_with_both_and_nothing_else(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "both.html"
+    assert main(["replay", str(log), str(log), "--html", str(page)]) == 0
+    assert page.read_text().count('class="log"') == 2
+    capsys.readouterr()
+    assert main(["replay", str(log), str(log)]) == 2
+    assert "two logs are played on a page only: add --html FILE" in capsys.readouterr().err
+
+
 def test_a_log_that_was_cut_off_is_replayed_as_far_as_it_goes(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from marsupial.cli import comparing
 from marsupial.cli.main import main
 from marsupial.formats.missionlog import read_log
 from marsupial.model.mission import Status
@@ -258,3 +259,25 @@ def test_routes_of_least_energy_are_asked_for_by_an_option(tmp_path: Path, capsy
     capsys.readouterr()
     assert main(["run", "lobby", *QUICK, "--routes", "scenic"]) == 2
     assert "--routes: must be shortest or energy, got 'scenic'" in capsys.readouterr().err
+
+
+OPEN_YARD = "type octile\nheight 4\nwidth 7\nmap\n.......\n.......\n.......\n.......\n"
+
+
+@pytest.mark.parametrize("command", [("run", "--steps", "1"), ("export", "-o", "OUT"), ("compare",)])
+def test_what_map_warns_of_is_warned_of_once_by_all_that_load_it(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, command: tuple[str, ...]
+) -> None:
+    path = tmp_path / "yard.map"
+    path.write_text(OPEN_YARD)
+    assert main(["map", str(path)]) == 0
+    warned = [line for line in capsys.readouterr().err.splitlines() if line.startswith("warning: ")]
+    assert len(warned) == 3
+    name, *options = (str(tmp_path / "out") if word == "OUT" else word for word in command)
+    if name == "compare":
+        comparing.cases([str(path)], (1, 2), None, None)
+    else:
+        main([name, str(path), *options])
+    told = capsys.readouterr().err.splitlines()
+    for line in warned:
+        assert told.count(line.replace("warning: ", f"warning: {path}: ")) == 1

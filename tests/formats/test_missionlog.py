@@ -367,7 +367,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
     ("data", "message"),
     [
         (b"", "holds no mission"),
-        (b"\x89PNG\r\n\x1a\n", "line 1: is not JSON"),
+        (b"\x89PNG\r\n\x1a\n", "line 1: is not UTF-8 text"),
         (b"[1,2]\n", r"line 1: must be a JSON object, got \[1, 2\]"),
         (b"{}\n", "line 1: event: must be one of mission, reveal, .*, got null"),
         (b"[" * 100_000 + b"\n", "line 1: is not JSON"),

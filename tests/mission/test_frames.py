@@ -17,7 +17,6 @@ from marsupial.mission.playback import Playback
 from marsupial.mission.state import MissionTracker
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Changed, FrameGrown
-from marsupial.replay.page import replay_page
 
 GROWN = growing_mission()
 
@@ -67,7 +66,3 @@ def test_cells_that_change_count_once_in_what_is_known() -> None:
 )
 def test_places_are_called_after_their_cells(name: str, called: str) -> None:
     assert SHIFT.place(name) == called
-
-
-def test_the_page_holds_the_log_as_it_was_written() -> None:
-    assert '"event":"frame","version":3' in replay_page(GROWN)

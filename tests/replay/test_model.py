@@ -36,7 +36,8 @@ const ask = (known, t, [width, height, dx, dy]) => {
   const cells = [];
   for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) cells.push(known.at(x - dx, y - dy));
   return {
-    robots: mission.views(t).map((v) => [v.x + dx, v.y + dy, v.carrier && v.carrier.name, v.action && v.action.name, v.lost]),
+    robots: mission.views(t).map(({ x, y, carrier, action, lost }) => (
+      [x + dx, y + dy, carrier && carrier.name, action && action.name, lost])),
     cells, area: mission.openArea(t), plan: mission.planIndex(t),
   };
 };
@@ -115,8 +116,9 @@ def test_places_have_short_names_that_stay_when_the_frame_grows() -> None:
     )
     assert asked(question, EVENTS) == [["t1", "T1", 0], ["m1", "M1", 0], ["t2", "T2", 12_502]]
     rename = (
-        'import("%s").then(({ firstName }) => '
-        'answer([firstName("t_12_9", [3, 2]), firstName("m_5_6_7_8_1", [3, 2]), firstName("t_1_2", [0, 0]), firstName("s_x", [1, 1])]));'
+        'import("%s").then(({ firstName }) => answer(['
+        '  ["t_12_9", 3, 2], ["m_5_6_7_8_1", 3, 2], ["t_1_2", 0, 0], ["s_x", 1, 1],'
+        "].map(([name, x, y]) => firstName(name, [x, y]))));"
     )
     places = files("marsupial.replay").joinpath("places.js")
     assert asked(rename % places, EVENTS) == ["t_9_7", "m_2_4_4_6_1", "t_1_2", "s_x"]

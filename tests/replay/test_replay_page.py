@@ -1,16 +1,23 @@
 from __future__ import annotations
 
+import gzip
 import re
+import shutil
+import subprocess
+from base64 import b64decode
 from dataclasses import replace
 from html.parser import HTMLParser
+from importlib.resources import files
+from pathlib import Path
 
 import pytest
+from eyes import contrast
 from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.triggers import read_triggers
 from marsupial.model.mission import MissionEvent, Planned
-from marsupial.replay.page import replay_page
+from marsupial.replay.page import LIVE_MODULES, MODULES, joined_modules, module_text, page_style, replay_page
 
 EVENTS = synthetic_mission()
 NASTY = "</script><script>alert(1)</script><!--<script> {{style}} & \" ' \u2028 \\"
@@ -44,9 +51,10 @@ class Outline(HTMLParser):
         return [attributes for name, attributes in self.elements if name == tag]
 
 
-def logged(page: str) -> tuple[MissionEvent, ...]:
-    """Return the events that stand in the page."""
-    return parse_log(Outline(page).texts["log"].strip().encode("ascii")).events
+def logged(page: str) -> list[tuple[MissionEvent, ...]]:
+    """Return the events of each mission that stands in the page."""
+    logs = re.findall(r'<script type="application/gzip" class="log">(.*?)</script>', page, re.DOTALL)
+    return [parse_log(gzip.decompress(b64decode(log))).events for log in logs]
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +63,7 @@ def page() -> str:
 
 
 def test_the_log_in_the_page_is_the_mission(page: str) -> None:
-    assert logged(page) == EVENTS
+    assert logged(page) == [EVENTS]
 
 
 def test_every_slot_of_the_template_is_filled(page: str) -> None:
@@ -66,7 +74,8 @@ def test_the_page_needs_nothing_from_elsewhere(page: str) -> None:
     outline = Outline(page)
     sources = [attributes.get(name) for _, attributes in outline.elements for name in ("src", "href", "action")]
     assert [source for source in sources if source is not None] == ["data:,"]
-    assert not re.search(r"https?://|@import|url\(", page)
+    names = page.replace('"http://www.w3.org/2000/svg"', "")  # which names a language, and is not loaded
+    assert not re.search(r"https?://|@import|url\(", names)
     assert not re.search(r"\b(fetch|XMLHttpRequest|WebSocket|EventSource|importScripts)\b", page)
 
 
@@ -76,40 +85,82 @@ def test_the_page_forbids_the_browser_to_load_anything(page: str) -> None:
     assert policy.startswith("default-src 'none';")
 
 
-def test_the_page_is_made_of_one_style_one_log_and_one_script(page: str) -> None:
-    outline = Outline(page)
-    assert len(outline.all("style")) == 1
-    assert [script.get("id") for script in outline.all("script")] == ["log", None]
+def test_the_page_is_made_of_one_style_one_script_and_a_log_for_each_mission(page: str) -> None:
+    for made, logs in ((page, 1), (replay_page(EVENTS, EVENTS[:7]), 2)):
+        outline = Outline(made)
+        assert len(outline.all("style")) == 1
+        assert [script.get("class") for script in outline.all("script")] == ["log"] * logs + [None]
+        assert outline.all("html")[0]["lang"] == "en"
 
 
-def test_every_control_has_a_name_for_those_who_do_not_see_it(page: str) -> None:
-    outline = Outline(page)
-    for button in outline.all("button"):
-        assert button.get("aria-label") or button.get("id") == "save"
-    for canvas in outline.all("canvas"):
-        assert canvas.get("role") == "img"
-        assert canvas.get("aria-label")
-    assert Outline(page).all("html")[0]["lang"] == "en"
+def test_two_missions_are_both_in_the_page_and_in_its_title() -> None:
+    other = (replace(mission_started(), strategy="heuristic"), *EVENTS[1:])
+    page = replay_page(EVENTS, other)
+    assert logged(page) == [EVENTS, other]
+    assert "<title>two halves: temporal, seed 1 and two halves: heuristic, seed 1</title>" in page
 
 
-def test_every_element_the_script_asks_for_is_there(page: str) -> None:
-    outline = Outline(page)
-    ids = [attributes["id"] for _, attributes in outline.elements if "id" in attributes]
-    assert len(ids) == len(set(ids))
-    assert set(re.findall(r'byId\("([\w-]+)"\)', page)) <= set(ids)
+def exported(name: str) -> list[str]:
+    text = module_text(f"{name}.js")
+    return re.findall(r"^export (?:async )?(?:class|const|function) (\w+)", text, re.MULTILINE)
+
+
+def test_every_module_is_listed_behind_those_that_it_imports() -> None:
+    there = {
+        entry.name.removesuffix(".js") for entry in files("marsupial.replay").iterdir() if entry.name.endswith(".js")
+    }
+    assert {*MODULES, *LIVE_MODULES, "file"} == there
+    for number, name in enumerate((*MODULES, "file")):
+        for names, source in re.findall(
+            r'^import \{ ([^}]*) \} from "./(\w+).js";$', module_text(f"{name}.js"), re.MULTILINE
+        ):
+            assert source in MODULES[:number], f"{name} imports {source}"
+            assert {one.split(" as ")[0] for one in names.split(", ")} <= set(exported(source))
+
+
+def test_the_modules_can_share_one_scope(tmp_path: Path) -> None:
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no JavaScript engine (node) is installed here")
+    script = tmp_path / "joined.js"
+    script.write_text(joined_modules())
+    checked = subprocess.run([node, "--check", script], capture_output=True, text=True, timeout=60, check=False)
+    assert checked.returncode == 0, checked.stderr
+    assert not re.search(r"^(import|export)\b", script.read_text(), re.MULTILINE)
 
 
 def test_every_colour_the_script_asks_for_has_a_light_and_a_dark_side(page: str) -> None:
-    light, dark = (set(re.findall(r"--([\w-]+):", part)) for part in re.findall(r":root[^{]*\{([^}]*)\}", page)[:2])
-    assert light - dark == {"target", "meeting"}  # the same on both
-    assert set(re.findall(r'themeColour\("([\w-]+)"\)', page)) <= light
+    style = page_style()
+    light, dark = (
+        {name for part in re.findall(selector + r" \{([^}]*)\}", style) for name in re.findall(r"--([\w-]+):", part)}
+        for selector in (":root", r':root\[data-theme="dark"\]')
+    )
+    assert light == dark
+    used = set(re.findall(r"var\(--([a-z][\w-]*)\)", page)) | set(re.findall(r'colour\("([\w-]+)"\)', page))
+    assert used <= light
+    listed = re.search(r"const names = \[(.*?)\]", module_text("colours.js"), re.DOTALL)
+    assert listed is not None
+    assert set(re.findall(r'"(\w+)"', listed[1])) <= light
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_text_can_be_read_on_whatever_it_stands_on(dark: bool) -> None:
+    selector = r':root\[data-theme="dark"\]' if dark else ":root"
+    parts = re.findall(selector + r" \{([^}]*)\}", page_style())
+    of = dict(re.findall(r"--([\w-]+): (#\w{6})", " ".join(parts)))
+    for ground in ("card", "back"):
+        assert min(contrast(of["ink"], of[ground]), contrast(of["dim"], of[ground])) >= 4.5
+    assert contrast(of["on-accent"], of["accent"]) >= 4.5
+    assert min(contrast("#ffffff", of[badge]) for badge in ("good", "warn", "bad")) >= 4.5
+    assert contrast("#ffffff", "#57606c") >= 4.5  # the badge of a mission under way
+    assert min(contrast("#0b0d10", of[bar]) for bar in ("drive", "explore")) >= 4.5  # names in the lanes
 
 
 @pytest.mark.parametrize("field", ["scenario", "strategy", "planner"])
 def test_no_text_in_the_log_can_become_markup(field: str) -> None:
     events = (replace(mission_started(), **{field: NASTY}), *EVENTS[1:])
     page = replay_page(events)
-    assert logged(page) == events
+    assert logged(page) == [events]
     assert Outline(page).all("script") == Outline(replay_page(EVENTS)).all("script")
 
 
@@ -121,11 +172,15 @@ def test_the_title_is_escaped() -> None:
 def test_a_reason_in_the_log_can_hold_anything() -> None:
     plan = next(event for event in EVENTS if isinstance(event, Planned))
     events = (mission_started(), replace(plan, trigger=read_triggers(NASTY)))
-    assert logged(replay_page(events)) == events
+    assert logged(replay_page(events)) == [events]
 
 
 def test_a_log_without_an_end_makes_a_page() -> None:
-    assert logged(replay_page(EVENTS[:7])) == EVENTS[:7]
+    assert logged(replay_page(EVENTS[:7])) == [EVENTS[:7]]
+
+
+def test_the_page_without_its_log_takes_little_room() -> None:
+    assert len(replay_page(EVENTS[:1]).encode()) < 150_000
 
 
 def test_the_same_events_make_the_same_page(page: str) -> None:

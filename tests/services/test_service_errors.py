@@ -33,7 +33,6 @@ def test_every_exception_of_the_library_has_a_kind() -> None:
 @pytest.mark.parametrize(
     ("method", "path", "status", "kind"),
     [
-        ("GET", "/", 404, "not-found"),
         ("GET", "/v1/jobs/none", 404, "not-found"),
         ("GET", "/v1/jobs/", 404, "not-found"),
         ("GET", "/v1/jobs/none/events", 404, "not-found"),

@@ -23,7 +23,7 @@ def test_the_document_says_which_events_there_are(http: httpx.Client) -> None:
     }
     assert found == {
         "jobs": {"state", "plan", "end"},
-        "missions": {"state", "commands", "decision", "log", "frame", "end"},
+        "missions": {"state", "commands", "decision", "log", "frame", "quota", "end"},
     }
 
 

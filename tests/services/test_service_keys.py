@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -111,6 +113,35 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path
         lines = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
         assert any(line["message"] == "job taken" and line["owner"] == "ann" for line in lines)
         assert not any(secret in server.log for secret in made.values())
+
+
+def test_a_key_that_has_used_up_its_planning_time_is_told_when_there_is_room(tmp_path: Path) -> None:
+    made = {
+        name: run("keys", "add", name, "--scope", scope, "--data", str(tmp_path)).stdout.strip()
+        for name, scope in (("ann", "plan"), ("bob", "plan"), ("ops", "admin"))
+    }
+    bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in made.items()}
+    with Server(tmp_path, "--require-keys", "--limit", "key_planning_s=3") as server, client(server) as http:
+        demo = http.get("/v1/demo-data/yard", headers=bearer["ann"]).json()
+        job = {**demo, "planner": "anytime", "budget": {"seconds": 2}}
+        too_long = http.post("/v1/jobs", json={**job, "budget": {"seconds": 4}}, headers=bearer["ann"])
+        assert "must be at most 3" in problem(too_long, 422, "invalid")["detail"]
+        assert http.post("/v1/jobs", json=job, headers=bearer["ann"]).status_code == 202
+        refused = http.post("/v1/jobs", json=job, headers=bearer["ann"])
+        assert "key_planning_s" in problem(refused, 429, "too-many")["detail"]
+        assert 1 <= int(refused.headers["Retry-After"]) <= 1200
+        assert http.post("/v1/jobs", json=job, headers=bearer["bob"]).status_code == 202
+        metrics = http.get("/metrics", headers={**bearer["ops"], "accept": "text/plain"}).text
+        assert re.search(r'^marsupial_planning_seconds_left\{owner="ann"\} [01]\.', metrics, re.MULTILINE)
+
+
+def test_limits_of_one_key_hold_only_where_keys_are_asked_for(tmp_path: Path) -> None:
+    limits = ServiceLimits(key_queue=1, key_missions=1, key_bytes=1, key_planning_s=9.0)
+    alone = ServiceSettings(data=tmp_path, limits=limits).in_force().limits
+    keyed = ServiceSettings(data=tmp_path, keys=True, limits=limits).in_force().limits
+    assert (alone.key_queue, alone.key_missions, alone.key_bytes) == (limits.queue, limits.missions, limits.store_bytes)
+    assert (alone.key_planning_s, alone.budget_s) == (ServiceLimits().key_planning_s, limits.budget_s)
+    assert keyed == replace(limits, budget_s=9.0, steps_s=9.0)
 
 
 def test_a_limit_of_the_environment_holds() -> None:

@@ -53,13 +53,13 @@ class Load:
     hz
         Reports a second of each fleet, or of each of its robots.
     seconds
-        For so long, from the first one on.
+        For so long once the last fleet has begun.
     carriers, rovers
         Of a fleet, and aboard each carrier.
     budget_s
         Of the planner; None for one step.
     apart_s
-        One fleet begins so long after the other.
+        One fleet begins so long after the other: its process has to be started; and fleets don't report in step.
     """
 
     port: int
@@ -72,7 +72,7 @@ class Load:
     carriers: int = 8
     rovers: int = 2
     budget_s: float | None = None
-    apart_s: float = 0.1
+    apart_s: float = 0.49
 
     @property
     def robots(self) -> int:
@@ -111,11 +111,6 @@ class Outcome:
     seconds: float = 0.0
     cpu_s: float = 0.0
     odd: dict[str, int]
-
-    @property
-    def unanswered(self) -> int:
-        """How many reports got no commands."""
-        return self.sent - len(self.lags_s)
 
 
 class TickingTeam(SimulatedTeam):
@@ -180,8 +175,9 @@ class Fleet:
         self._unanswered: dict[tuple[str | None, int], float] = {}
         self._over = False
 
-    async def run(self, begins_s: float) -> None:
-        """Report from a moment of the loop's clock on."""
+    async def run(self, begins_s: float, ends_s: float) -> None:
+        """Begin a mission at a moment of the loop's clock, and report until another one."""
+        await asyncio.sleep(begins_s - asyncio.get_running_loop().time())
         first = await Line.to(self._load.port)
         made = await first.post("/v1/missions", self.brief)
         assert made.status == 201, made.body
@@ -189,7 +185,7 @@ class Fleet:
         following = asyncio.create_task(self._follow())
         others = self._load.robots - 1 if self._load.speaker is Speaker.ROBOTS else 0
         lines = [first, *[await Line.to(self._load.port) for _ in range(others)]]
-        await self._report(lines, begins_s)
+        await self._report(lines, ends_s)
         with suppress(TimeoutError):
             async with asyncio.timeout(_LAST_S):
                 while self._unanswered and not following.done():
@@ -200,10 +196,9 @@ class Fleet:
         for line in lines:
             line.writer.close()
 
-    async def _report(self, lines: list[Line], begins_s: float) -> None:
+    async def _report(self, lines: list[Line], ends_s: float) -> None:
         loop, period_s = asyncio.get_running_loop(), 1 / self._load.hz
-        ends_s = begins_s + self._load.seconds
-        due_s = begins_s
+        begins_s = due_s = loop.time()
         while due_s < ends_s and not self._over:
             await asyncio.sleep(due_s - loop.time())
             self._count += 1
@@ -264,8 +259,9 @@ async def carry_out(load: Load) -> Outcome:
     world = replace(world, planning_time=PlanningTime.CHARGED if load.budget_s else PlanningTime.INSTANT)
     fleets = [Fleet(load, world, number, outcome) for number in range(1, load.fleets + 1)]
     begun_s, cpu_s = asyncio.get_running_loop().time(), time.process_time()
-    await asyncio.gather(*(fleet.run(begun_s + 1 + i * load.apart_s) for i, fleet in enumerate(fleets)))
-    outcome.seconds, outcome.cpu_s = load.seconds, time.process_time() - cpu_s
+    ends_s = begun_s + load.seconds + (load.fleets - 1) * load.apart_s
+    await asyncio.gather(*(fleet.run(begun_s + i * load.apart_s, ends_s) for i, fleet in enumerate(fleets)))
+    outcome.seconds, outcome.cpu_s = ends_s - begun_s, time.process_time() - cpu_s
     return outcome
 
 

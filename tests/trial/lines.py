@@ -23,17 +23,25 @@ class Answer(NamedTuple):
 class Line:
     """A connection that is kept open."""
 
-    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def __init__(self, port: int, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._port = port
         self._reader = reader
         self.writer = writer
 
     @classmethod
     async def to(cls, port: int) -> Line:
         """Connect."""
-        return cls(*await asyncio.open_connection(HOST, port, limit=_LONGEST_LINE))
+        return cls(port, *await asyncio.open_connection(HOST, port, limit=_LONGEST_LINE))
 
     async def post(self, path: str, body: bytes) -> Answer:
-        """Send JSON, and return what is answered."""
+        """Send JSON, and return what is answered; again if the server has closed the connection, as nobody used it."""
+        try:
+            return await self._post(path, body)
+        except (ConnectionError, asyncio.IncompleteReadError):
+            self._reader, self.writer = await asyncio.open_connection(HOST, self._port, limit=_LONGEST_LINE)
+            return await self._post(path, body)
+
+    async def _post(self, path: str, body: bytes) -> Answer:
         head = f"POST {path} HTTP/1.1\r\nHost: {HOST}\r\nContent-Type: application/json\r\nContent-Length: {len(body)}"
         self.writer.write(head.encode() + b"\r\n\r\n" + body)
         told = (await self._reader.readuntil(b"\r\n\r\n")).lower()

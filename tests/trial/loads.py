@@ -53,8 +53,9 @@ class Used:
     def told(self, reports: int, by_load_s: float, seconds: float) -> str:
         """Return what each report has cost, and how many processors were busy."""
         a_report = f"{1000 * self.server / reports:.2f} + {1000 * self.below / reports:.2f} ms of a processor each"
-        busy = (self.server + self.below + by_load_s) / seconds
-        return f"{a_report}; {busy:.2f} of {os.cpu_count()} processors busy, {by_load_s / seconds:.2f} with sending"
+        busy, load = (self.server + self.below + by_load_s) / seconds, os.getloadavg()[0]
+        with_sending = f"{by_load_s / seconds:.2f} with sending"
+        return f"{a_report}; {busy:.2f} of {os.cpu_count()} processors busy, {with_sending}; load {load:.1f}"
 
 
 def used(house: House) -> Used:

@@ -49,7 +49,8 @@ class Press:
         return json.dumps(asdict(self))
 
 
-def _brief() -> bytes:
+def brief() -> bytes:
+    """Return the body that asks for a mission of robots on a bare floor."""
     kind: dict[str, Any] = {"name": "carrier", "role": "carrier", "terrains": ["floor"], "capacity": 0}
     kind |= {"speed_mps": 1.0, "sensor_range_m": 6.0, "radius_m": 0.4}
     team = [{"name": name, "type": "carrier", "cell": at} for name, at in zip(_NAMES, _PLACES, strict=True)]
@@ -77,7 +78,7 @@ def reports(of_team: bool) -> Iterator[dict[str, Any]]:
 
 async def begun(line: Line) -> str:
     """Begin a mission and return its path."""
-    made = await line.post("/v1/missions", _brief())
+    made = await line.post("/v1/missions", brief())
     assert made.status == 201, made.body
     path: str = json.loads(made.body)["links"]["self"]
     return path

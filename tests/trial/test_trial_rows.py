@@ -17,7 +17,15 @@ def frame(number: int, kind: str, **data: object) -> Frame:
 
 def job(state: str = "succeeded", finished_at: str | None = "12:00") -> dict[str, object]:
     outcome = "optimal" if finished_at else None
-    return {"id": "j", "state": state, "outcome": outcome, "finished_at": finished_at, "plans": 1, "detail": ""}
+    return {
+        "id": "j",
+        "state": state,
+        "outcome": outcome,
+        "finished_at": finished_at,
+        "best": None,
+        "plans": 1,
+        "detail": "",
+    }
 
 
 @pytest.mark.parametrize(("share", "expected"), [(0.5, 5), (0.99, 10), (1.0, 10), (0.01, 1)])

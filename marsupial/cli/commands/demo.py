@@ -24,7 +24,7 @@ def demo(
     seed: Seed = 1,
     budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
 ) -> None:
-    """Run a whole mission beside the baseline, and write a replay of both.
+    """Run a mission beside the baseline, with a replay of both.
 
     2 carriers with 2 rovers each explore the office, once with the temporal planner and once with the heuristic
     baseline, from the same starts.

@@ -5,12 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from marsupial.errors import UsageError
-from marsupial.model.mission import MissionEvent
+
+if TYPE_CHECKING:
+    from marsupial.model.mission import MissionEvent
 
 TERMINAL_SPEED = 20.0
 
@@ -30,10 +32,11 @@ def replay(
     at: Annotated[float | None, typer.Option(min=0, help="The second that a figure shows [default: the end].")] = None,
     dark: Annotated[bool, typer.Option("--dark", help="Films and figures on a dark ground.")] = False,
 ) -> None:
-    """Play a mission log in the terminal, or write it as a page, a film, a figure or a recording.
+    """Play a mission log, or write it as a page, film or figure.
 
-    Two logs make a page with both side by side. A recording (MCAP) is for Foxglove, Lichtblick and other viewers of
-    robots' data. MP4 needs the extra marsupial[video], MCAP the extra marsupial[mcap].
+    Without --html and --export it is played in the terminal. Two logs make a page with both side by side. A recording
+    (MCAP) is for Foxglove, Lichtblick and other viewers of robots' data. MP4 needs the extra marsupial[video], MCAP the
+    extra marsupial[mcap].
 
     Example: marsupial run lobby --log lobby.jsonl
 

@@ -45,7 +45,7 @@ def ros(
 
     Maps and poses come in and paths and dockings go out over rosbridge: docs/ros.md.
 
-    Example: marsupial ros fleet.yaml --server http://127.0.0.1:8080 --state fleet.state
+    Example: marsupial ros fleet.yaml --state fleet.state
     """
     check_extra()
     from dataclasses import replace

@@ -172,6 +172,8 @@ def _keys(data: Path, store: str | None) -> Iterator[Keys]:
             yield kept
     except StoreError as error:
         raise UsageError(str(error)) from error
+    except OSError as error:
+        raise UsageError(f"{error.filename or data}: {(error.strerror or str(error)).lower()}") from error
 
 
 def check_extra() -> None:

@@ -47,6 +47,12 @@ def understand_movingai(path: Path | str, resolution_m: float | None = None) -> 
         Naming the line of every fault.
     """
     lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
+    if not lines:
+        raise MapError("is empty", source=str(path))
+    if not lines[0].startswith(b"type"):
+        raise MapError(
+            f"is no MovingAI map: line 1 must be `type octile`, got {_shown(lines[0][:40])}", source=str(path)
+        )
     width, height = _size(lines, str(path))
     rows = lines[4:]
     _check_rows(rows, width, height, str(path))

@@ -143,6 +143,8 @@ def _load(data: bytes, source: str) -> Mapping[str, Any]:
         fields = yaml.safe_load(data)
     except (yaml.YAMLError, ValueError) as error:
         raise MapError(f"is not valid YAML ({' '.join(str(error).split())})", source=source) from error
+    if fields is None:
+        raise MapError("is empty", source=source)
     if not isinstance(fields, dict):
         raise MapError("must hold `key: value` lines (image, resolution, ...)", source=source)
     return {key: _as_map_server(str(key), value) for key, value in fields.items()}

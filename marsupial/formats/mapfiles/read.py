@@ -71,6 +71,8 @@ def _kind_fault(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix == ".scen":
         return f"holds MovingAI path problems for single agents, not a map: give the map they are for, {_map_of(path)}"
+    if suffix == ".jsonl":
+        return "is a mission log, not a map: `marsupial replay` and `marsupial export` take it"
     kinds = (
         "must be a nav2 map (.yaml, .yml), a MovingAI map (.map) or a recording of ROS 2 (.mcap, .db3, or its folder)"
     )

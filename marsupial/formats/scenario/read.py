@@ -81,14 +81,17 @@ def understand_scenario(path: Path | str) -> tuple[Scenario, MapReading | None]:
 
 
 def is_scenario_file(path: Path | str) -> bool:
-    """Say whether a file is meant as a scenario file, be it right or wrong: it names its format or has a team."""
+    """Say whether a file is meant as a scenario file, be it right or wrong: it names its format or has a team.
+
+    Maps are YAML too, but never JSON.
+    """
     path = Path(path)
-    if path.suffix.lower() not in (".yaml", ".yml", ".json"):
-        return False
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        return path.suffix.lower() == ".json"
     try:
         data, _ = parse(path)
     except ScenarioError:
-        return path.suffix.lower() == ".json"
+        return False
     return isinstance(data, Mapping) and not {"format", "team", "robot_types"}.isdisjoint(data)
 
 

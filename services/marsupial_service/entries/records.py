@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Generic, NamedTuple, TypeVar
@@ -73,11 +74,21 @@ class EntrySettings:
     """What entries of one kind may use; those that ended are removed at the age of `retention_s`, or beyond `kept`.
 
     Beyond `store_bytes` of all kinds, or `key_bytes` of one owner, no more are made.
+
+    Parameters
+    ----------
+    key_planning_s, steps_limit_s
+        Seconds of planning of one owner in an hour, and those that a job with a budget in steps can take.
+    planned
+        Is told whose planning took so long, in s.
     """
 
     memory_bytes: int = 2 << 30
     store_bytes: float = math.inf
     key_bytes: float = math.inf
+    key_planning_s: float = math.inf
+    steps_limit_s: float = 60.0
+    planned: Callable[[str, float], None] = lambda owner, seconds: None
     retention_s: float = 24 * 3600.0
     kept: int = 10_000
 

@@ -13,6 +13,7 @@ from typing import Generic, TypeVar
 from marsupial.processes.launcher import Preload
 from marsupial.processes.runner import Runner
 from marsupial_service.entries.bells import Bells
+from marsupial_service.entries.quota import Quota
 from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
 from marsupial_service.entries.room import Room, Sizes, stored_bytes
 from marsupial_service.entries.table import EntryTable
@@ -39,6 +40,11 @@ class Entries(Generic[E]):
         The clock, in ms since 1970.
     runner
         Runs the processes.
+
+    Attributes
+    ----------
+    quota
+        Of planning, of each owner.
     """
 
     def __init__(
@@ -54,6 +60,7 @@ class Entries(Generic[E]):
         self._table = table
         self._kept = settings
         self._room = Room(settings.store_bytes, settings.key_bytes)
+        self.quota = Quota(seconds=settings.key_planning_s, steps_s=settings.steps_limit_s)
         self.now_ms = now_ms
         self._bells = Bells()
         self._stop = asyncio.Event()
@@ -122,6 +129,15 @@ class Entries(Generic[E]):
         self._stop.set()
         self._bells.ring_all()
 
+    def charge(self, owner: str, planned_s: float) -> None:
+        """Charge an owner for planning, soon: nobody has to wait for that."""
+        self._kept.planned(owner, planned_s)
+        if self.quota.is_bounded:
+            self._go(self._charge(owner, round(1000 * planned_s)))
+
+    async def _charge(self, owner: str, planned_ms: int) -> None:
+        await self.surely(lambda tx: self.quota.charge(tx, owner, planned_ms, self.now_ms()))
+
     def _go(self, work: Coroutine[None, None, None]) -> None:
         task = asyncio.create_task(work)
         self._tasks.add(task)
@@ -170,6 +186,10 @@ class Entries(Generic[E]):
         with suppress(TimeoutError):
             async with asyncio.timeout(seconds):
                 await self._stop.wait()
+
+    async def left_s(self) -> dict[str, float]:
+        """Return how many seconds of planning owners have left, of all that use some of theirs."""
+        return await self.read(lambda reader: self.quota.left_s(reader, self.now_ms()))
 
     async def sizes(self) -> Sizes:
         """Return how large the store is."""

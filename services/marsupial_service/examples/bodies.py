@@ -51,10 +51,16 @@ def report() -> dict[str, Any]:
     return {"n": 1, "t_ms": 0, "revealed": [{"robot": "mother", "runs": [9, 4, 1, 17, 4, 1]}]}
 
 
+def simulation() -> dict[str, Any]:
+    """Return the request for a mission in the smallest scenario, a hundred times as fast as it would be."""
+    return {"scenario": "lobby", "carriers": 1, "rovers": 1, "planner": "greedy", "budget": {"steps": 1}, "speed": 100}
+
+
 EXAMPLES: Mapping[str, Callable[[], dict[str, Any]]] = {
     "/v1/jobs": job,
     "/v1/analysis": analysis,
     "/v1/validations": validation,
     "/v1/missions": mission,
+    "/v1/simulations": simulation,
     "/v1/missions/{mission}/reports": report,
 }

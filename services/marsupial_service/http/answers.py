@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from starlette.responses import Response
 
 from marsupial_service.jobs.documents import line
-from marsupial_service.jobs.records import JobRecord, PlanRecord
+from marsupial_service.jobs.records import JobRecord
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.moments import timestamp
 from marsupial_service.schemas import answers
-from marsupial_service.schemas.answers import JobAnswer, JobSummaryAnswer, MissionAnswer, PlanAnswer
+from marsupial_service.schemas.answers import JobSummaryAnswer, MissionAnswer
 from marsupial_service.schemas.base import Answer
 
 UNKEPT = {"Cache-Control": "no-store"}
@@ -28,11 +27,6 @@ def text_answer(text: bytes, status: int = 200, headers: Mapping[str, str] | Non
     return Response(text, status_code=status, headers={**UNKEPT, **(headers or {})}, media_type="application/json")
 
 
-def plan_answer(record: PlanRecord) -> PlanAnswer:
-    """Return a revision."""
-    return PlanAnswer.of(record, found_at=timestamp(record.at_ms), actions=record.plan.actions)
-
-
 def job_path(job: str) -> str:
     """Return the path of a job."""
     return f"/v1/jobs/{job}"
@@ -40,17 +34,12 @@ def job_path(job: str) -> str:
 
 def summary_answer(job: JobRecord) -> JobSummaryAnswer:
     """Return a job without its plan."""
-    return JobSummaryAnswer.of(job, **_more(job))
+    return JobSummaryAnswer.of(job, links=_links(answers.JobLinksAnswer, job_path(job.id)))
 
 
-def job_answer(job: JobRecord) -> JobAnswer:
-    """Return a job with its best plan."""
-    return JobAnswer.of(job, best=None if job.best is None else plan_answer(job.best), **_more(job))
-
-
-def _more(job: JobRecord) -> dict[str, object]:
-    makespan_ms = None if job.best is None else job.best.makespan_ms
-    return {"makespan_ms": makespan_ms, "links": _links(answers.JobLinksAnswer, job_path(job.id))}
+def job_text(job: JobRecord, best: str) -> bytes:
+    """Return a job with its best plan (``null``: none), which is JSON text already, as `JobAnswer` describes it."""
+    return f'{line(summary_answer(job).model_dump())[:-1]},"best":{best}}}'.encode()
 
 
 def mission_path(mission: str) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterator, Mapping
 
 from marsupial.model.planning import EngineInfo
 from marsupial.model.situation import Situation
@@ -12,6 +13,7 @@ from marsupial_service.intake.reading import Digested, Reading
 from marsupial_service.intake.situations import budget_of, refuse, situation_of
 from marsupial_service.jobs.packing import pack
 from marsupial_service.jobs.records import JobRequest, MapTask, PackedRequest
+from marsupial_service.missions.telling import known_map_text
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.planners import planner_info, planner_names
 from marsupial_service.schemas.requests import JobBody, MapStateJobBody, SituationJobBody
@@ -43,6 +45,13 @@ def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
     if info.missing is not None:
         raise refuse("planner", f"{name} can't be used here: {info.missing}")
     return info
+
+
+def tell_map(asked: tuple[str, ServiceLimits]) -> Iterator[bytes | None]:
+    """Yield the map in what was sent for a job, as JSON, None if there is none; the function of a job."""
+    source, limits = asked
+    job = JobBody.model_validate(json.loads(source)).root
+    yield known_map_text(map_state_of(job.map_state, limits).grid) if isinstance(job, MapStateJobBody) else None
 
 
 def _cells(body: JobBody) -> int:

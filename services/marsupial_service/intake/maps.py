@@ -89,13 +89,14 @@ def _drawn(body: RowsMapBody, terrains: tuple[Terrain, ...], limits: ServiceLimi
 def _pictured(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     if isinstance(body, Nav2MapBody):
         notes = notes.below("nav2")
-        header, image = _yaml_header(body.nav2.yaml, notes), _image(body.nav2.image, limits, notes)
+        header, image = yaml_header(body.nav2.yaml, notes), decoded_image(body.nav2.image, limits, notes)
     else:
-        header, image = _header(body, notes), _image(body.image, limits, notes)
+        header, image = _header(body, notes), decoded_image(body.image, limits, notes)
     return None if header is None or image is None else understand_image(header, image).grid
 
 
-def _yaml_header(yaml: str, notes: Notes) -> Nav2Header | None:
+def yaml_header(yaml: str, notes: Notes) -> Nav2Header | None:
+    """Return what the field ``yaml`` says, or None with the problems noted."""
     try:
         return header_of(yaml.encode())
     except MapError as error:
@@ -120,15 +121,15 @@ def _header(body: ImageMapBody, notes: Notes) -> Nav2Header | None:
     )
 
 
-def _image(text: str, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
-    """Decode the field ``image``, if it isn't larger than any map may be."""
+def decoded_image(text: str, limits: ServiceLimits, notes: Notes, field: str = "image") -> GreyImage | None:
+    """Return what a field holds, if that isn't larger than any map may be; None with the problems noted."""
     try:
         data = base64.b64decode(text, validate=True)
-        width, height = size_of(data, field="image")
-        check_count("/" + notes.at("image").replace(".", "/"), width * height, limits.cells, "pixels")
-        return grey_of(data, field="image", max_cells=limits.cells)
-    except binascii.Error as error:
-        notes.wrong("image", f"is not base64 ({error})")
+        width, height = size_of(data, field=field)
+        check_count("/" + notes.at(field).replace(".", "/"), width * height, limits.cells, "pixels")
+        return grey_of(data, field=field, max_cells=limits.cells)
+    except (binascii.Error, ValueError) as error:
+        notes.wrong(field, f"is not base64 ({error})")
     except MapError as error:
         notes.take(error)
     return None
@@ -137,7 +138,7 @@ def _image(text: str, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
 def _masked(grid: Grid, body: MaskBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     before = len(notes.problems)
     codes = mask_codes(body.greys.items(), grid.terrains, notes.below("greys"))
-    image = _image(body.image, limits, notes)
+    image = decoded_image(body.image, limits, notes)
     if image is None or len(notes.problems) > before:
         return None
     try:

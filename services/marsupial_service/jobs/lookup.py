@@ -13,16 +13,16 @@ from marsupial_service.jobs.records import MOVES, JobEventType, JobOutcome, JobR
 from marsupial_service.moments import timestamp
 from marsupial_service.store.engine import Row
 
-_SELECT = (
-    "SELECT jobs.*, plans.revision, plans.makespan_ms, plans.found_after_ms, plans.at_ms, plans.actions, plans.ipc"
-    " FROM jobs LEFT JOIN plans ON plans.job = jobs.number AND plans.revision = jobs.plans"
-)
+_SELECT = """
+SELECT jobs.*, plans.makespan_ms
+FROM jobs LEFT JOIN plans ON plans.job = jobs.number AND plans.revision = jobs.plans"""
 
 
 def plans(reader: Reader, job: str) -> tuple[PlanRecord, ...]:
     """Return the plans of a job in order."""
     sql = "SELECT plans.* FROM plans JOIN jobs ON number = job WHERE id = ? ORDER BY revision"
-    return tuple(_plan(row) for row in reader.execute(sql, (job,)))
+    rows = reader.execute(sql, (job,))
+    return tuple(made_of(PlanRecord, row, plan=plan_of(row["actions"])) for row in rows)
 
 
 def plan_text(reader: Reader, job: str, revision: int) -> str:
@@ -57,12 +57,7 @@ def _job(row: Row) -> JobRecord:
         state=JobState(row["state"]),
         outcome=None if row["outcome"] is None else JobOutcome(row["outcome"]),
         budget=Budget(seconds=row["seconds"], steps=row["steps"]),
-        best=None if row["revision"] is None else _plan(row),
     )
-
-
-def _plan(row: Row) -> PlanRecord:
-    return made_of(PlanRecord, row, plan=plan_of(row["actions"]))
 
 
 JOBS = EntryTable(

@@ -142,7 +142,7 @@ class JobRecord(StoredEntry):
     attempts
         How often it was started; more than one only where a process of it was killed or the server ended.
     plans
-        How many revisions there are; `best` is the last.
+        How many revisions there are; `makespan_ms` is that of the last, which is the best.
     lower_bound_ms
         On the makespan, where the planner proved one.
     """
@@ -154,7 +154,7 @@ class JobRecord(StoredEntry):
     budget: Budget
     attempts: int
     plans: int
-    best: PlanRecord | None
+    makespan_ms: int | None
     lower_bound_ms: int | None
     queued_at_ms: int
     started_at_ms: int | None
@@ -163,10 +163,9 @@ class JobRecord(StoredEntry):
     @property
     def gap(self) -> float | None:
         """How much longer the best plan is than the bound, as a share of the plan; None where one is missing."""
-        if self.best is None or self.lower_bound_ms is None:
+        if self.makespan_ms is None or self.lower_bound_ms is None:
             return None
-        makespan_ms = self.best.makespan_ms
-        return max(0, makespan_ms - self.lower_bound_ms) / makespan_ms if makespan_ms else 0.0
+        return max(0, self.makespan_ms - self.lower_bound_ms) / self.makespan_ms if self.makespan_ms else 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,8 +187,6 @@ class JobSettings(EntrySettings):
     ----------
     max_attempts
         How often a job is started, if its processes are killed or the server is.
-    steps_limit_s
-        Wall-clock limit of jobs whose budget is in steps.
     commands
         External planners by the name clients use, as engine names (``cmd:...``).
     """
@@ -198,5 +195,4 @@ class JobSettings(EntrySettings):
     queue: int = 100
     key_queue: int = 100
     max_attempts: int = 3
-    steps_limit_s: float = 60.0
     commands: Mapping[str, str] = field(default_factory=dict)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -115,7 +116,9 @@ class Jobs(Entries[JobRecord]):
         try:
             packed = request if isinstance(request, PackedRequest) else await asyncio.to_thread(pack, request)
             job = _new(packed, owner, idempotency_key)
-            submitted = await self.write(lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._room))
+            submitted = await self.write(
+                lambda tx: table.insert(tx, job, self._settings, self.now_ms(), self._room, self.quota)
+            )
         finally:
             self._storing -= 1
         return submitted
@@ -138,7 +141,7 @@ class Jobs(Entries[JobRecord]):
 
     async def cancel(self, job: str) -> JobRecord:
         """End a job, which keeps its best plan, unless it is over. Raises UnknownEntry, StoreError: the job goes on."""
-        return await self.write(lambda tx: table.cancel(tx, job, self.now_ms()))
+        return await self.write(lambda tx: table.cancel(tx, job, self.now_ms(), self.quota))
 
     async def wait(self, job: str, seconds: float) -> JobRecord:
         """Return the job once it is over, or as it is after so many seconds or at `stop`. Raises UnknownEntry."""
@@ -159,7 +162,7 @@ class Jobs(Entries[JobRecord]):
 
     async def _take_up(self) -> None:
         ours = None if self._is_claiming else frozenset(self._ours)
-        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours))
+        await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
@@ -217,7 +220,9 @@ class Jobs(Entries[JobRecord]):
     async def _attend(self, claimed: _Claimed) -> None:
         """Do an attempt at a job and store how it ended."""
         claim = claimed.claim
+        begun_s = time.monotonic()
         end = await self._attempt(claimed)
+        self._settings.planned(claim.owner, time.monotonic() - begun_s)
         try:
             await self._settle(claim, end)
         except Exception as error:
@@ -265,11 +270,13 @@ class Jobs(Entries[JobRecord]):
     async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
         """Store how an attempt ended."""
         if isinstance(end, Closed):
-            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms()))
+            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms(), self.quota))
             if in_time:
                 log.info("job ended", extra={"job": claim.id, "outcome": end.outcome.value})
             return
-        again = await self.surely(lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms()))
+        again = await self.surely(
+            lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms(), self.quota)
+        )
         if again:
             log.warning(
                 "job interrupted",

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
+from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import Reader, made_of
@@ -51,6 +52,7 @@ class Claim:
 
     number: int
     id: str
+    owner: str
     term: int
     attempt: int
     planner: str
@@ -60,13 +62,19 @@ class Claim:
 
 
 def insert(
-    tx: Transaction, job: NewJob, settings: JobSettings, now_ms: int, room: Room = BOUNDLESS
+    tx: Transaction,
+    job: NewJob,
+    settings: JobSettings,
+    now_ms: int,
+    room: Room = BOUNDLESS,
+    quota: Quota = NO_QUOTA,
 ) -> Created[JobRecord]:
     """Store a job, or find the one that the same request made before. Raises KeyReused, StoreFull, TooMany."""
 
     def add() -> None:
         room.check(tx, job.owner)
         _find_room(tx, job.owner, settings)
+        quota.check(tx, job.owner, quota.asked_s(job.budget.seconds), now_ms)
         number = JOBS.add(
             tx,
             job,
@@ -120,7 +128,7 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
     if number is None:
         return None
     row = tx.execute(
-        "SELECT number, id, planner, seconds, steps, spent_ms, attempts, started_ms, task"
+        "SELECT number, id, owner, planner, seconds, steps, spent_ms, attempts, started_ms, task"
         " FROM jobs JOIN payloads ON job = number WHERE number = ?",
         (number,),
     ).fetchone()
@@ -217,46 +225,50 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
     return True
 
 
-def finish(tx: Transaction, claim: Claim, closed: Closed, now_ms: int) -> bool:
+def finish(tx: Transaction, claim: Claim, closed: Closed, now_ms: int, quota: Quota = NO_QUOTA) -> bool:
     """Put a running job into its final state; say whether it was in time."""
-    return _is_running(tx, claim) and _end(tx, claim.number, closed, now_ms)
+    return _is_running(tx, claim) and _end(tx, claim.number, closed, now_ms, quota)
 
 
-def cancel(tx: Transaction, job: str, now_ms: int) -> JobRecord:
+def cancel(tx: Transaction, job: str, now_ms: int, quota: Quota = NO_QUOTA) -> JobRecord:
     """Put a job into its final state, unless it is in one. Raises UnknownEntry."""
     number = JOBS.held(tx, job).number
-    _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), now_ms)
+    _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), now_ms, quota)
     tx.news.add(cancelled(job))
     return JOBS.existing(tx, job)
 
 
-def give_back(tx: Transaction, claim: Claim, reason: str, settings: JobSettings, now_ms: int) -> bool:
+def give_back(
+    tx: Transaction, claim: Claim, reason: str, settings: JobSettings, now_ms: int, quota: Quota = NO_QUOTA
+) -> bool:
     """Put a job whose attempt was lost into the queue again, or end it if that was the last; say which (True: queue).
 
     With no `reason` the attempt was ended by us: it does not count, but for the time that it took.
     """
-    if not _is_running(tx, claim):
-        return False
-    if not reason:
-        sql = "UPDATE jobs SET spent_ms = spent_ms + ? - claimed_ms WHERE number = ?"
-        tx.execute(sql, (now_ms, claim.number))
-    return _try_again(tx, claim.number, claim.attempt, reason, settings, now_ms)
+    return _is_running(tx, claim) and _try_again(tx, claim.number, reason, settings, now_ms, quota)
 
 
-def recover(tx: Transaction, settings: JobSettings, now_ms: int, ours: Collection[str] | None = None) -> None:
+def recover(
+    tx: Transaction,
+    settings: JobSettings,
+    now_ms: int,
+    ours: Collection[str] | None = None,
+    quota: Quota = NO_QUOTA,
+) -> None:
     """Put jobs that were running when their server died into the queue again, as `give_back` does.
 
     Also those of this server that are not among `ours`: it was never told that it got them, as the database broke off
     right after that. They were not begun.
     """
-    sql = "SELECT number, id, attempts FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
+    sql = "SELECT number, id FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
     orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
     for row in tx.execute(orphaned, (JobState.RUNNING,)).fetchall():
-        _try_again(tx, row["number"], row["attempts"], "the server ended while it ran", settings, now_ms)
+        _try_again(tx, row["number"], "the server ended while it ran", settings, now_ms, quota)
     if ours is not None:
         for row in tx.execute(f"{sql}holder = ?{tx.skip_locked}", (JobState.RUNNING, tx.server)).fetchall():
             if row["id"] not in ours:
-                _try_again(tx, row["number"], row["attempts"], "", settings, now_ms)
+                tx.execute("UPDATE jobs SET claimed_ms = NULL WHERE number = ?", (row["number"],))
+                _try_again(tx, row["number"], "", settings, now_ms, quota)
 
 
 def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
@@ -274,19 +286,41 @@ def _is_running(tx: Transaction, claim: Claim) -> bool:
     return row is not None
 
 
-def _try_again(tx: Transaction, number: int, attempts: int, reason: str, settings: JobSettings, now_ms: int) -> bool:
+def _try_again(tx: Transaction, number: int, reason: str, settings: JobSettings, now_ms: int, quota: Quota) -> bool:
+    (attempts,) = tx.execute("SELECT attempts FROM jobs WHERE number = ?", (number,)).fetchone()
     if reason and attempts >= settings.max_attempts:
         detail = f"given up after {attempts} attempts; in the last one, {reason}"
-        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms)
+        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms, quota)
         return False
+    planned_ms = _charge(tx, number, now_ms, quota)
     counted = attempts if reason else attempts - 1
     JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
+    if not reason:
+        tx.execute("UPDATE jobs SET spent_ms = spent_ms + ? WHERE number = ?", (planned_ms, number))
     _tell_state(tx, number, now_ms)
     tx.news.add(QUEUE)
     return True
 
 
-def _end(tx: Transaction, number: int, closed: Closed, now_ms: int) -> bool:
+def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota) -> int:
+    """Charge the owner of a job for the attempt that ends, if one is under way; return how long it took, in ms.
+
+    It is not charged for more than was left of its budget: its server may have died long ago.
+    """
+    row = tx.execute(
+        "SELECT owner, seconds, spent_ms, claimed_ms FROM jobs WHERE number = ? AND state = ?",
+        (number, JobState.RUNNING),
+    ).fetchone()
+    if row is None or row["claimed_ms"] is None:
+        return 0
+    left_ms = 1000 * quota.asked_s(row["seconds"]) - row["spent_ms"]
+    planned_ms = round(max(0, min(now_ms - row["claimed_ms"], left_ms)))
+    quota.charge(tx, row["owner"], planned_ms, now_ms)
+    return planned_ms
+
+
+def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota) -> bool:
+    _charge(tx, number, now_ms, quota)
     state = STATE_OF[closed.outcome]
     detail = closed.detail.encode(errors="replace").decode()[:_LONGEST_DETAIL]
     bound_ms = closed.lower_bound_ms

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from marsupial.model.grid import Grid
 from marsupial.model.mission import FrameGrown, Status
+from marsupial.model.robots import Role
 from marsupial.model.strategy import Decision
 from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
-from marsupial_service.missions.values import Event, EventType, Wish, planning_of
+from marsupial_service.missions.values import Event, EventType, SimulatedBrief, Wish, planning_of
 from marsupial_service.missions.world import RobotCommand
+from marsupial_service.moments import timestamp
 
 
 def command(order: RobotCommand, revision: int, place: str | None, grid: Grid, *, stop: bool) -> dict[str, object]:
@@ -66,6 +69,25 @@ def state(wish: Wish, t_ms: int) -> str:
 def waiting(reason: str, t_ms: int) -> str:
     """Return that a mission waits for a map on which its robots can stand, and why, or that it goes on."""
     return line({"state": "waiting", "reason": reason, "t_ms": t_ms} if reason else {"state": "running", "t_ms": t_ms})
+
+
+def simulation(brief: SimulatedBrief) -> str:
+    """Return how the robots of a mission are simulated."""
+    roles = Counter(next(kind.role for kind in brief.kinds if kind.name == robot.type) for robot in brief.robots)
+    team = {"carriers": roles[Role.CARRIER], "rovers": roles[Role.ROVER]}
+    return line({"speed": brief.speed, "seed": brief.seed, **team, "warnings": brief.warnings})
+
+
+def quota(reason: str, room_at_ms: int, t_ms: int) -> str:
+    """Return that a mission waits until its owner may plan again, and when that may be, or that it goes on."""
+    if not reason:
+        return line({"state": "running", "t_ms": t_ms})
+    return line({"state": "waiting", "reason": reason, "room_at": timestamp(room_at_ms), "t_ms": t_ms})
+
+
+def is_waiting(text: str) -> bool:
+    """Say whether that is what such a document tells."""
+    return bool(json.loads(text)["state"] == "waiting")
 
 
 def end(status: Status, reason: str, t_ms: int) -> str:

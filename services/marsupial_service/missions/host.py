@@ -25,6 +25,7 @@ from marsupial.model.strategy import Briefing, Decision
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.missions import documents
+from marsupial_service.missions.robots import SimulatedRobots
 from marsupial_service.missions.values import (
     Brief,
     Due,
@@ -35,6 +36,8 @@ from marsupial_service.missions.values import (
     Input,
     MayPlan,
     Report,
+    SimulatedBrief,
+    Told,
     Turn,
     Turns,
     WantsToPlan,
@@ -97,6 +100,8 @@ class Desk(Observer):
         if own is not None:
             self.replanning = own
         self._channel = channel
+        self._robots = SimulatedRobots(brief) if isinstance(brief, SimulatedBrief) else None
+        self._next: Told | None = None
         self._encoder = LogEncoder()
         self._events: list[Event] = []
         self._commands: list[dict[str, object]] = []
@@ -185,6 +190,8 @@ class Desk(Observer):
 
     def _tell(self, kind: EventType, data: str) -> None:
         self._events.append(Event(kind, data))
+        if self._robots is not None:
+            self._next = self._robots.hear(self._events[-1]) or self._next
 
     def _send_commands(self, until_ms: int | None) -> None:
         self._batch += 1
@@ -194,8 +201,8 @@ class Desk(Observer):
         self._commands = []
 
     def _end_turn(self, *, over: bool) -> None:
-        self._turns.append(Turn(events=tuple(self._events), over=over))
-        self._events = []
+        self._turns.append(Turn(events=tuple(self._events), over=over, next=self._next))
+        self._events, self._next = [], None
 
     def _send_turns(self) -> None:
         if self._turns:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
@@ -18,9 +19,10 @@ from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Room, Runner
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.missions import packed, table
+from marsupial_service.missions import documents, packed, table
+from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.host import fly
-from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import (
     Brief,
     Due,
@@ -48,6 +50,9 @@ _CPUS = 0.1
 _AT_A_TIME = 32
 """Inputs that a process is given at a time, where so many wait: their turns are stored together."""
 
+_LOOK_S = 1.0
+"""How often a mission that waits for its owner's quota looks: jobs that end may give some back."""
+
 _PAUSE_S = 0.1
 _WALL_S = 7 * 86400.0
 _LAST_WORDS_S = 0.5
@@ -64,7 +69,13 @@ class Dismissed(Exception):
 
 
 class Keeper:
-    """Keeps one open mission that this server holds."""
+    """Keeps one open mission that this server holds.
+
+    Parameters
+    ----------
+    driver
+        Has its robots report, where they are simulated.
+    """
 
     def __init__(
         self,
@@ -75,6 +86,7 @@ class Keeper:
         threads: Executor,
         runner: Runner,
         settings: MissionSettings,
+        driver: Driver | None = None,
     ) -> None:
         self.id = record.id
         self._turns = record.turns
@@ -87,6 +99,7 @@ class Keeper:
         self._threads = threads
         self._runner = runner
         self._settings = settings
+        self._driver = driver
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended or is another server's."""
@@ -173,17 +186,61 @@ class Keeper:
             match await told.get():
                 case Turns(turns):
                     await self._take(number, turns)
+                    if self._driver is not None:
+                        self._driver.hear(turns)
                     number += len(turns)
                     if turns[-1].over:
                         return
                     if number == asked:
                         asked += await self._ask(run, number)
                 case WantsToPlan():
-                    with self._slots.taken(await self._slots.for_mission(self._owner)):
-                        await self._send(run, MayPlan())
-                        assert isinstance(await told.get(), HasPlanned)
+                    await self._plan(run, told)
                 case other:
                     raise AssertionError(other)
+
+    async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
+        """Let the process plan once its owner may and a slot is free; however that ends, it is charged."""
+        await self._wait_for_quota()
+        with self._slots.taken(await self._slots.for_mission(self._owner)):
+            begun_s = time.monotonic()
+            try:
+                await self._send(run, MayPlan())
+                assert isinstance(await told.get(), HasPlanned)
+            finally:
+                self._missions.charge(self._owner, time.monotonic() - begun_s)
+
+    async def _wait_for_quota(self) -> None:
+        """Wait until the owner may plan again, and tell of it."""
+        missions = self._missions
+        if not missions.quota.is_bounded:
+            return
+        waited = await missions.read(self._is_told_to_wait)
+        while wait_s := await missions.read(self._quota_wait_s):
+            if not waited:
+                waited = True
+                await self._tell_quota(missions.quota.told(table.asked_s(self._brief), wait_s), wait_s)
+            await asyncio.sleep(min(wait_s, _LOOK_S))
+        if waited:
+            await self._tell_quota("", 0.0)
+
+    def _is_told_to_wait(self, reader: Connection) -> bool:
+        """Say whether it was told last that the mission waits: perhaps by a server that is no more."""
+        told = [e for e in packed.events_of_turn(reader, self._number, self._turns) if e.type is EventType.QUOTA]
+        return bool(told) and documents.is_waiting(told[-1].data)
+
+    def _quota_wait_s(self, reader: Connection) -> float:
+        """Return how long the owner may not plan; a mission that is to be cancelled does not wait. Raises Dismissed."""
+        record = table.of_term(reader, self.id, self._term)
+        if record is None:
+            raise Dismissed
+        if record.state is MissionPhase.CANCELLING:
+            return 0.0
+        missions = self._missions
+        return missions.quota.wait_s(reader, self._owner, table.asked_s(self._brief), missions.now_ms())
+
+    async def _tell_quota(self, reason: str, wait_s: float) -> None:
+        id, term, now_ms = self.id, self._term, self._missions.now_ms()
+        await self._missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
 
     async def _ask(self, run: JobRun, number: int) -> int:
         """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
@@ -212,7 +269,7 @@ class Keeper:
     async def _dues(self, number: int) -> tuple[Due, ...]:
         with self._missions.bell(table.inputs_of(self.id)) as bell:
             while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
-                await bell.wait()
+                await (bell.wait() if self._driver is None else self._driver.wait(bell))
                 bell.clear()
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
@@ -228,7 +285,9 @@ class Keeper:
         return tuple(event.data for event in await self._stored(number) if event.type is EventType.DECISION)
 
     async def _stored(self, number: int) -> tuple[Event, ...]:
-        return await self._missions.read(lambda source: packed.events_of_turn(source, self._number, number))
+        """Return what followed from an input, and was stored."""
+        events = await self._missions.read(lambda source: packed.events_of_turn(source, self._number, number))
+        return tuple(event for event in events if event.type is not EventType.QUOTA)
 
 
 def _start(room: Room, job: Job) -> JobRun | None:

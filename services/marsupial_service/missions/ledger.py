@@ -64,6 +64,11 @@ class Ledger:
         }
         self._digests: dict[str | None, list[bytes]] = {None: []}
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """The last report of each robot that has reported by its own count."""
+        return {robot: len(digests) for robot, digests in self._digests.items() if robot is not None}
+
     def copy(self) -> Ledger:
         """Return a ledger to try reports on."""
         other = copy.copy(self)

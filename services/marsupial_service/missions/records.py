@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.missions.frames import Frame
@@ -54,6 +55,8 @@ class MissionRecord(StoredEntry):
         That of the map after the last report; None: the one it was created with.
     term
         Counts the servers that have held it, see `marsupial_service.store.tables`.
+    simulation
+        How its robots are simulated (`marsupial_service.schemas.answers.SimulationAnswer`); None: they are others'.
     """
 
     state: MissionPhase
@@ -70,6 +73,16 @@ class MissionRecord(StoredEntry):
     events: int
     frame: Frame | None
     term: int
+    simulation: Mapping[str, Any] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LastReports:
+    """Number of the last report of the team, the latest time of all, and the numbers of robots by their own counts."""
+
+    n: int
+    t_ms: int
+    robots: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +108,7 @@ class MissionSettings(EntrySettings):
 
     missions: int = 20
     key_missions: int = 20
+    simulations: int = 4
     idle_s: float = 86400.0
     may_go_on: Callable[[str], bool] = lambda owner: True
     lag: Callable[[float], None] = lambda seconds: None

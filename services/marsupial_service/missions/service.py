@@ -9,30 +9,35 @@ from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
+from typing import TypeVar
 
-from marsupial.model.grid import CellArray, Grid
+from marsupial.errors import Problem
+from marsupial.model.grid import Grid
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.analysis import load_analysis
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
-from marsupial_service.intake import analyses, jobs
+from marsupial_service.intake import analyses, jobs, simulations
 from marsupial_service.missions import host, reading, table, telling
-from marsupial_service.missions.frames import Frame
+from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.keeper import Keeper
+from marsupial_service.missions.ledger import Conflict, Ledger
 from marsupial_service.missions.ledgers import Ledgers, brief
-from marsupial_service.missions.records import MissionCounts, MissionRecord, MissionSettings
+from marsupial_service.missions.records import LastReports, MissionCounts, MissionRecord, MissionSettings
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.missions.values import Brief, Report, Wish
+from marsupial_service.missions.values import Brief, Report, SimulatedBrief, Told, Wish
 from marsupial_service.moments import wall_clock_ms
 from marsupial_service.store import Store, StoreError, kept, packing
 from marsupial_service.store.engine import Connection
 
-READERS = (load_analysis, reading, telling, jobs, analyses)
+READERS = (load_analysis, reading, telling, jobs, analyses, simulations)
 """What analyses need, and those who read and write what is large: they work on the server itself in any case."""
 
 PRELOAD = (*READERS, host.load_missions)
 _AT_A_TIME = 4
+
+T = TypeVar("T")
 
 
 class Missions(Entries[MissionRecord]):
@@ -94,6 +99,8 @@ class Missions(Entries[MissionRecord]):
         Those that were taken before change nothing. Raises Conflict (also where the mission is over), which says whose
         fault it is, TooMany, StoreFull, StoreError.
         """
+        if record.simulation is not None:
+            raise Conflict(Problem("", "the robots of this mission are simulated by the service: it takes no reports"))
         ledgers, settings, room = self._ledgers, self._settings, self._room
         return await asyncio.shield(
             self.write(lambda tx: table.add_reports(tx, ledgers, record.id, sent, settings, self.now_ms(), room))
@@ -114,13 +121,21 @@ class Missions(Entries[MissionRecord]):
     async def known(self, record: MissionRecord) -> Grid:
         """Return the map after the last report."""
 
-        def found(reader: Connection) -> tuple[Frame, CellArray]:
-            with self._showing:
-                ledger = self._shown.ledger(reader, MISSIONS.existing(reader, record.id))
-                return ledger.frame, ledger.cells.copy()
-
-        frame, cells = await self.read(found)
+        frame, cells = await self._look(record, lambda ledger: (ledger.frame, ledger.cells.copy()))
         return frame.grid((await self.brief(record)).grid, cells)
+
+    async def last_reports(self, record: MissionRecord) -> LastReports:
+        """Return which reports were the last."""
+        return await self._look(record, lambda ledger: LastReports(n=ledger.n, t_ms=ledger.t_ms, robots=ledger.counts))
+
+    async def _look(self, record: MissionRecord, look: Callable[[Ledger], T]) -> T:
+        """Return what `look` finds in the ledger of a mission, after its last report."""
+
+        def found(reader: Connection) -> T:
+            with self._showing:
+                return look(self._shown.ledger(reader, MISSIONS.existing(reader, record.id)))
+
+        return await self.read(found)
 
     async def counts(self) -> MissionCounts:
         """Return counts for operators."""
@@ -129,7 +144,9 @@ class Missions(Entries[MissionRecord]):
     async def _create(self, new: table.NewMission) -> Created[MissionRecord]:
         self._creating.add(new.id)
         try:
-            created = await self.write(lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room))
+            created = await self.write(
+                lambda tx: table.insert(tx, new, self._settings, self.now_ms(), self._room, self.quota)
+            )
             if not created.replayed:
                 self._open(created.record, new.brief)
         finally:
@@ -159,9 +176,17 @@ class Missions(Entries[MissionRecord]):
             await self.write(partial(table.call_off, mission=mission, reason=reason, now_ms=now_ms))
 
     def _open(self, record: MissionRecord, brief: Brief) -> None:
-        keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings)
+        driver = None
+        if isinstance(brief, SimulatedBrief):
+            driver = Driver(brief.speed, partial(self._simulated, record))
+        keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings, driver)
         self._keepers[record.id] = keeper
         self._go(self._keep(keeper))
+
+    async def _simulated(self, record: MissionRecord, told: Told) -> None:
+        """Take in what simulated robots report, unless the mission is over or another server's."""
+        ledgers, settings, room = self._ledgers, self._settings, self._room
+        await self.write(lambda tx: table.add_simulated(tx, ledgers, record, told, settings, self.now_ms(), room))
 
     async def _keep(self, keeper: Keeper) -> None:
         try:

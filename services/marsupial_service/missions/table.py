@@ -11,6 +11,7 @@ from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
+from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import EntryTable, Reader, made_of
@@ -26,15 +27,31 @@ from marsupial_service.missions.records import (
     MissionRecord,
     MissionSettings,
 )
-from marsupial_service.missions.values import Brief, Event, EventType, Input, Report, Turn, Wish
+from marsupial_service.missions.values import (
+    Brief,
+    Event,
+    EventType,
+    Input,
+    Report,
+    SimulatedBrief,
+    Told,
+    Turn,
+    Wish,
+)
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import Row
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
+_SIMULATED_S = 10
+"""When to ask again where too many are simulated: such a mission takes a minute or more."""
+
+_LEAST_PLANNING_S = 0.1
+
 
 def _record(row: Row) -> MissionRecord:
     frame = None if row["frame"] is None else Frame.from_text(row["frame"])
-    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame)
+    simulation = None if row["simulation"] is None else json.loads(row["simulation"])
+    return made_of(MissionRecord, row, state=MissionPhase(row["state"]), frame=frame, simulation=simulation)
 
 
 class MissionTable(EntryTable[MissionRecord]):
@@ -73,7 +90,12 @@ class NewMission(NewEntry):
 
 
 def insert(
-    tx: Transaction, new: NewMission, settings: MissionSettings, now_ms: int, room: Room = BOUNDLESS
+    tx: Transaction,
+    new: NewMission,
+    settings: MissionSettings,
+    now_ms: int,
+    room: Room = BOUNDLESS,
+    quota: Quota = NO_QUOTA,
 ) -> Created[MissionRecord]:
     """Store a mission, which is this server's, or find the one that the same request made before.
 
@@ -90,13 +112,32 @@ def insert(
         if count >= settings.key_missions:
             raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
-        described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner}
+        if isinstance(brief, SimulatedBrief):
+            (count,) = tx.execute(f"{sql} AND simulation IS NOT NULL").fetchone()
+            if count >= settings.simulations:
+                raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
+        quota.check(tx, new.owner, asked_s(brief), now_ms)
+        simulation = documents.simulation(brief) if isinstance(brief, SimulatedBrief) else None
+        described = {"name": brief.name, "strategy": brief.strategy, "planner": brief.planner, "simulation": simulation}
         size = ENTRY_BYTES + ROW_BYTES + len(new.packed)
         number = MISSIONS.add(tx, new, MissionPhase.RUNNING, now_ms, **described, bytes=size)
         tx.insert("mission_briefs", mission=number, brief=new.packed)
         MISSIONS.take_over(tx, number)
 
     return MISSIONS.create(tx, new, add)
+
+
+def asked_s(brief: Brief) -> float:
+    """Return how many seconds a mission wants to be left before it plans; where it counts steps nobody knows."""
+    return _LEAST_PLANNING_S if brief.budget.seconds is None else brief.budget.seconds
+
+
+def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:
+    """Tell that a mission waits until its owner may plan again, or (without `reason`) that it goes on."""
+    record = _held(tx, mission, term)
+    if record is not None:
+        data = documents.quota(reason, now_ms + round(1000 * wait_s), record.t_ms)
+        MISSIONS.tell(tx, record.number, EventType.QUOTA, data, now_ms, turn=record.turns)
 
 
 def add_reports(
@@ -137,6 +178,23 @@ def add_reports(
     MISSIONS.change(tx, record.number, n=record.n, t_ms=record.t_ms, frame=frame)
     tx.undone.append(ledgers.replace(record, tried))
     return MISSIONS.existing(tx, mission)
+
+
+def add_simulated(
+    tx: Transaction,
+    ledgers: Ledgers,
+    record: MissionRecord,
+    told: Told,
+    settings: MissionSettings,
+    now_ms: int,
+    room: Room = BOUNDLESS,
+) -> None:
+    """Store what the robots of a simulated mission report, if the term of `record` still runs.
+
+    Raises StoreFull, TooMany; Conflict if the simulation is wrong.
+    """
+    if _held(tx, record.id, record.term) is not None:
+        add_reports(tx, ledgers, record.id, [told], settings, now_ms, room)
 
 
 def add_wish(tx: Transaction, mission: str, wish: Wish, now_ms: int) -> MissionRecord:

@@ -56,6 +56,25 @@ class Brief:
         return text.replace(self.engine, self.planner)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SimulatedBrief(Brief):
+    """The brief of a mission whose robots the service simulates.
+
+    Parameters
+    ----------
+    truth
+        The real map.
+    speed
+        Seconds of mission time to a second on the clock; None: as fast as planning allows.
+    warnings
+        What is odd about the map.
+    """
+
+    truth: Grid
+    speed: float | None = None
+    warnings: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotNote:
     """What a report says of a robot; None where it says nothing.
@@ -150,7 +169,10 @@ Input = Report | Wish
 
 
 class EventType(StrEnum):
-    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown."""
+    """What an event tells: a line of the log, a decision, commands, the state, the end, a frame that has grown.
+
+    All of it follows from the inputs, but for `QUOTA`: that the mission waits as its owner may not plan now.
+    """
 
     LOG = "log"
     DECISION = "decision"
@@ -158,6 +180,7 @@ class EventType(StrEnum):
     STATE = "state"
     END = "end"
     FRAME = "frame"
+    QUOTA = "quota"
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,12 +191,26 @@ class Event:
     data: str
 
 
+class Told(NamedTuple):
+    """A report as it is stored: with the digest of what was sent."""
+
+    report: Report
+    digest: bytes
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
-    """What a mission makes of one input (the first one: of its brief); `over` if that was its end."""
+    """What a mission makes of one input (the first one: of its brief); `over` if that was its end.
+
+    Parameters
+    ----------
+    next
+        What robots that are simulated report then, if they are not to report anything else before.
+    """
 
     events: tuple[Event, ...]
     over: bool
+    next: Told | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

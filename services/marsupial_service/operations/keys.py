@@ -20,7 +20,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from marsupial.errors import UsageError
-from marsupial_service.store import Store, Transaction, open_store
+from marsupial_service.store import Store, Transaction, documents, open_store
 from marsupial_service.store.engine import Connection
 
 FILE = "keys.json"
@@ -179,8 +179,7 @@ class KeyRow(Keys):
         def write(tx: Transaction) -> None:
             tx.lock(_ROW)
             text = _document(change(_kept(tx)))
-            sql = "INSERT INTO documents VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET text = excluded.text"
-            tx.execute(sql, (_ROW, text))
+            documents.keep(tx, _ROW, text)
             tx.news.add(TOPIC)
 
         self._store.write(write).result()
@@ -201,8 +200,8 @@ def open_keys(place: str | Path) -> Iterator[Keys]:
 
 
 def _kept(reader: Connection | Transaction) -> tuple[Key, ...]:
-    row = reader.execute("SELECT text FROM documents WHERE name = ?", (_ROW,)).fetchone()
-    return () if row is None else _keys_in(row["text"])
+    text = documents.text_of(reader, _ROW)
+    return () if text is None else _keys_in(text)
 
 
 def _keys_in(text: str) -> tuple[Key, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
 from marsupial_service.entries.room import Sizes
@@ -25,6 +27,10 @@ class HttpMetrics:
         self._backlog = Gauge("marsupial_backlog", "Reports and wishes that wait to be answered.", registry=own)
         seconds = "Seconds from a report's being stored to its commands' being stored, of this server's missions."
         self._lag = Histogram("marsupial_command_lag_seconds", seconds, registry=own)
+        seconds = "Seconds that planning has taken in this server, by owner."
+        self._planned = Counter("marsupial_planning_seconds", seconds, ("owner",), registry=own)
+        seconds = "Seconds of planning that are left of the quota of those who use some of it, by owner."
+        self._left = Gauge("marsupial_planning_seconds_left", seconds, ("owner",), registry=own)
         self._slots = Gauge("marsupial_slots", "Plannings that can go on at a time.", registry=own)
         self._slots_used = Gauge("marsupial_slots_in_use", "Plannings that go on.", registry=own)
         self._stored = Gauge("marsupial_store_bytes", "Bytes of jobs and missions.", registry=own)
@@ -40,18 +46,29 @@ class HttpMetrics:
         """Count commands that were stored so long after the report they answer."""
         self._lag.observe(seconds)
 
-    def text(self, jobs: Metrics, missions: MissionCounts, streams: int, sizes: Sizes) -> bytes:
-        """Return everything in Prometheus' text format."""
+    def planned(self, owner: str, seconds: float) -> None:
+        """Count what planning for an owner has taken."""
+        self._planned.labels(owner=owner).inc(seconds)
+
+    def text(
+        self, jobs: Metrics, missions: MissionCounts, left_s: Mapping[str, float], streams: int, sizes: Sizes
+    ) -> bytes:
+        """Return everything in Prometheus' text format; `left_s` is what owners have left of their planning time."""
         for state, count in jobs.states.items():
             self._jobs.labels(state=state.value).set(count)
         for outcome, count in jobs.outcomes.items():
             self._outcomes.labels(outcome=outcome.value).set(count)
         for mission_state, count in missions.states.items():
             self._missions.labels(state=mission_state.value).set(count)
-        for gauge, owners in ((self._waiting, jobs.waiting), (self._open, missions.owners)):
+        by_owner: tuple[tuple[Gauge, Mapping[str, float]], ...] = (
+            (self._waiting, jobs.waiting),
+            (self._open, missions.owners),
+            (self._left, left_s),
+        )
+        for gauge, owners in by_owner:
             gauge.clear()
-            for owner, count in owners.items():
-                gauge.labels(owner=owner).set(count)
+            for owner, number in owners.items():
+                gauge.labels(owner=owner).set(number)
         self._backlog.set(missions.backlog)
         self._slots.set(jobs.slots)
         self._slots_used.set(jobs.slots_in_use)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,6 +17,9 @@ from marsupial.errors import UsageError
 from marsupial.model.sizes import SIZES
 
 PREFIX = "MARSUPIAL_"
+UNBOUNDED_S = 1e9
+"""Seconds of planning that no key can use in an hour."""
+
 CLUSTER_SLOTS = 64
 """Jobs that one server follows at a time on a cluster, where its processors say how many run; a thread each."""
 
@@ -71,9 +74,11 @@ class ServiceLimits:
     kept_jobs: int = _limit(10_000, 1, "jobs kept after their end")
     missions: int = _limit(20, 1, "missions open at a time")
     key_missions: int = _limit(20, 1, "missions of one key open at a time")
+    simulations: int = _limit(max(2, os.cpu_count() or 1), 1, "missions open at a time whose robots are simulated here")
     idle_s: float = _limit(86400.0, 1.0, "seconds without a report after which a mission is cancelled")
     backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")
+    key_planning_s: float = _limit(UNBOUNDED_S, 1.0, "seconds of planning of one key in an hour")
     store_bytes: int = _limit(10_000_000_000, 1, "bytes of jobs and missions beyond which none is taken")
     key_bytes: int = _limit(5_000_000_000, 1, "the same of one key")
 
@@ -127,6 +132,25 @@ class ServiceSettings:
     def is_loopback(self) -> bool:
         """Say whether only this machine can connect."""
         return self.host in LOOPBACK
+
+    def in_force(self) -> ServiceSettings:
+        """Return the settings with the limits that hold: those of one key only where keys are asked for.
+
+        Where a key has a quota of planning, no budget is beyond it.
+        """
+        limits = self.limits
+        if self.needs_keys:
+            most_s = limits.key_planning_s
+            held = replace(limits, budget_s=min(limits.budget_s, most_s), steps_s=min(limits.steps_s, most_s))
+        else:
+            held = replace(
+                limits,
+                key_queue=limits.queue,
+                key_missions=limits.missions,
+                key_bytes=limits.store_bytes,
+                key_planning_s=UNBOUNDED_S,
+            )
+        return replace(self, limits=held)
 
     @property
     def needs_keys(self) -> bool:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Query, Response
 from fastapi.responses import StreamingResponse
 
-from marsupial_service.http.answers import UNKEPT, job_answer, job_path, json_answer, summary_answer, text_answer
+from marsupial_service.http.answers import UNKEPT, job_path, job_text, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
-from marsupial_service.intake.jobs import JOB_READING
+from marsupial_service.intake.jobs import JOB_READING, tell_map
 from marsupial_service.intake.reading import INLINE_BYTES, Sent, read, shaped
 from marsupial_service.jobs.records import JobRecord, JobState
 from marsupial_service.jobs.service import Jobs
@@ -62,7 +62,7 @@ async def submit_job(
     if seconds is not None:
         job = await state.running().wait(job.id, seconds)
         headers["Preference-Applied"] = f"wait={seconds:g}"
-    return json_answer(job_answer(job), 202 if job.finished_at_ms is None else 200, headers)
+    return await _answer(state.running(), job, 202 if job.finished_at_ms is None else 200, headers)
 
 
 @router.get("", response_model=answers.JobListAnswer, responses=errors())
@@ -81,15 +81,20 @@ async def list_jobs(
 
 
 @router.get("/{job}", response_model=answers.JobAnswer, responses=errors("not-found"))
-async def get_job(job: JobOfPath) -> Response:
+async def get_job(state: Service, job: JobOfPath) -> Response:
     """Return a job with its best plan so far."""
-    return json_answer(job_answer(job))
+    return await _answer(state.running(), job)
 
 
 @router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
 async def cancel_job(state: Service, job: JobOfPath) -> Response:
     """End a job early; it keeps its best plan. A job that has ended does not change."""
-    return json_answer(job_answer(await state.running().cancel(job.id)))
+    return await _answer(state.running(), await state.running().cancel(job.id))
+
+
+async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mapping[str, str] | None = None) -> Response:
+    best = await jobs.plan_text(job.id, job.plans) if job.plans else "null"
+    return text_answer(job_text(job, best), status, headers)
 
 
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
@@ -139,5 +144,20 @@ async def get_situation(state: Service, job: JobOfPath) -> Response:
             )
     if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
+    assert isinstance(found, bytes)
+    return text_answer(found)
+
+
+@router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
+async def get_map(state: Service, job: JobOfPath) -> Response:
+    """Return the map that a job was sent with, its cells as runs; a job for a situation has none."""
+    limits = state.settings.limits
+    source = await state.running().source(job.id) or "{}"
+    async with state.readers:
+        found = await state.supervised.value_of(
+            tell_map, (source, limits), seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
+        )
+    if found is None:
+        raise HttpProblem("not-found", "the job was sent with a situation, not with a map")
     assert isinstance(found, bytes)
     return text_answer(found)

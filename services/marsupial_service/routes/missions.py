@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
+from marsupial_service.entries.records import Created
 from marsupial_service.http.answers import json_answer, mission_answer, mission_path, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
@@ -69,9 +70,7 @@ async def create_mission(
     """Store a mission and begin it: its first commands ask for the first report."""
     settings = state.settings
     brief, digest = await read(state, sent, MISSION_READING, settings.limits, settings.planners)
-    created = await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key)
-    record, replayed = created
-    return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(created, mission_path(record.id)))
+    return created(await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key))
 
 
 @router.get("", response_model=answers.MissionListAnswer, responses=errors())
@@ -115,6 +114,12 @@ async def report(
     return json_answer(answers.AllTakenAnswer(reports=told) if is_batch else told[0])
 
 
+@router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
+async def get_last_reports(state: Service, mission: MissionOfPath) -> Response:
+    """Return which reports were the last: where to go on counting."""
+    return json_answer(answers.LastReportsAnswer.of(await state.flying().last_reports(mission)))
+
+
 @router.post(
     "/{mission}/pause", response_model=answers.MissionAnswer, responses=errors("not-found", "conflict", "not-ready")
 )
@@ -145,7 +150,9 @@ async def cancel_mission(state: Service, mission: MissionOfPath) -> Response:
     responses={
         **errors("not-found", "too-many"),
         204: {"description": "Nothing comes after the event of `Last-Event-ID`."},
-        200: {"description": "Events `log`, `decision`, `commands`, `state` and `end`, with ids from 1."},
+        200: {
+            "description": "Events `log`, `decision`, `commands`, `state`, `frame`, `quota` and `end`, with ids from 1."
+        },
     },
 )
 async def follow_mission(
@@ -174,6 +181,12 @@ async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
         )
     assert isinstance(found, bytes)
     return text_answer(found)
+
+
+def created(made: Created[MissionRecord]) -> Response:
+    """Return the answer that a mission is stored."""
+    record, replayed = made
+    return json_answer(mission_answer(record), 200 if replayed else 201, headers_of(made, mission_path(record.id)))
 
 
 async def _wish(state: Service, mission: MissionRecord, wish: Wish) -> Response:

@@ -55,7 +55,8 @@ async def metrics(state: Service) -> Response:
     """Return counts for Prometheus."""
     jobs, missions = state.running(), state.flying()
     streams = sum(state.streams.values())
-    text = state.metrics.text(await jobs.metrics(), await missions.counts(), streams, await jobs.sizes())
+    counts = await jobs.metrics(), await missions.counts(), await jobs.left_s()
+    text = state.metrics.text(*counts, streams, await jobs.sizes())
     return PlainTextResponse(text, headers={"Cache-Control": "no-store"})
 
 

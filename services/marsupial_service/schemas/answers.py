@@ -187,6 +187,44 @@ class AnalysisAnswer(Answer):
     situation: dict[str, Any]
 
 
+class ScenarioAnswer(Answer):
+    """A built-in scenario: its size in metres, and what it is."""
+
+    name: str
+    width_m: float
+    height_m: float
+    summary: str
+
+
+class StrategyAnswer(Answer):
+    """A strategy: whether it asks a planner, and whether it leads teams with rovers, and without."""
+
+    name: str
+    asks_planner: bool
+    with_rovers: bool
+    without_rovers: bool
+
+
+class SimulationDefaultsAnswer(Answer):
+    """What holds where a simulation says nothing: the team, who decides, and the budget of each planning."""
+
+    carriers: int
+    rovers: int
+    strategy: str
+    planner: str
+    seed: int
+    budget: BudgetAnswer
+
+
+class ScenariosAnswer(Answer):
+    """What may be simulated and how; `planners` are those that can be used here."""
+
+    scenarios: list[ScenarioAnswer]
+    strategies: list[StrategyAnswer]
+    planners: list[str]
+    defaults: SimulationDefaultsAnswer
+
+
 class DemoItemAnswer(Answer):
     """A ready request for /v1/jobs."""
 
@@ -253,6 +291,16 @@ class MissionLinksAnswer(Answer):
     cancel: str
 
 
+class SimulationAnswer(Answer):
+    """How the robots of a mission are simulated: `speed` seconds of mission time a second, or as fast as may be."""
+
+    speed: Absent[float] = None
+    seed: int
+    carriers: int
+    rovers: int
+    warnings: Annotated[list[str], Field(description="What is odd about the map.")]
+
+
 class MissionAnswer(Answer):
     """A mission: `status` and `reason` say how it ended, `n` and `t_ms` which report was the last."""
 
@@ -268,6 +316,7 @@ class MissionAnswer(Answer):
     revision: int
     created_at: str
     finished_at: str | None
+    simulation: Absent[SimulationAnswer] = None
     links: MissionLinksAnswer
 
 
@@ -294,6 +343,14 @@ class AllTakenAnswer(Answer):
     """All reports of a request have been stored, or had been before."""
 
     reports: list[TakenAnswer]
+
+
+class LastReportsAnswer(Answer):
+    """The last report of the team (0: none yet), the latest time of all, the last of each robot by its own count."""
+
+    n: int
+    t_ms: int
+    robots: dict[str, int]
 
 
 class KnownMapAnswer(Answer):

@@ -21,6 +21,7 @@ PointData = Annotated[list[float], Field(min_length=2, max_length=2, description
 TimeMs = Annotated[int, Field(ge=0, description="Milliseconds of mission time.")]
 CommandId = Annotated[int, Field(ge=1, description="Of the command; reports name it when it has ended.")]
 RevisionNumber = Annotated[int, Field(ge=0, description="Of the plan that it belongs to; 0 before the first.")]
+Moment = Annotated[str, Field(description="RFC 3339, UTC.", json_schema_extra={"format": "date-time"})]
 RobotWord = Annotated[str, Field(description="Name of the robot.")]
 PlaceWord = Annotated[str, Field(description="Name of a place of the plan: target, meeting point or home.")]
 
@@ -130,6 +131,15 @@ class MissionStateData(Answer):
     t_ms: TimeMs
 
 
+class QuotaData(Answer):
+    """Whether the mission waits because the planning time of its key is used up."""
+
+    state: Literal["waiting", "running"]
+    reason: Absent[str] = None
+    room_at: Absent[Moment] = Field(default=None, description="When it may go on, if no job of the key ends before.")
+    t_ms: TimeMs
+
+
 class FrameData(Answer):
     """The frame of the mission's map has grown: all cells are of this one from now on."""
 
@@ -149,9 +159,6 @@ class MissionEndData(Answer):
     status: Literal["complete", "stalled", "time_limit", "cancelled", "failed"]
     reason: str
     t_ms: TimeMs
-
-
-Moment = Annotated[str, Field(description="RFC 3339, UTC.", json_schema_extra={"format": "date-time"})]
 
 
 class JobStateData(Answer):
@@ -197,5 +204,6 @@ MISSION_EVENTS: Mapping[EventType, type[BaseModel]] = {
     EventType.STATE: MissionStateData,
     EventType.END: MissionEndData,
     EventType.FRAME: FrameData,
+    EventType.QUOTA: QuotaData,
 }
 """The schema of each event of a mission."""

@@ -6,6 +6,6 @@ It is one SQLite file, or a PostgreSQL database that several servers share.
 from marsupial_service.store.errors import StoreError, StoreInUse
 from marsupial_service.store.opening import open_store
 from marsupial_service.store.store import Store
-from marsupial_service.store.writer import Transaction
+from marsupial_service.store.transaction import Transaction
 
 __all__ = ["Store", "StoreError", "StoreInUse", "Transaction", "open_store"]

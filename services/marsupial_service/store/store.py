@@ -13,7 +13,8 @@ from marsupial_service.store.engine import Connection, Engine
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.failpoints import failpoints
 from marsupial_service.store.outage import Outage
-from marsupial_service.store.writer import Transaction, Writer
+from marsupial_service.store.transaction import Transaction
+from marsupial_service.store.writer import Writer
 
 _READERS = 2
 

@@ -202,7 +202,11 @@ UPDATE missions SET bytes = bytes + {_contents("mission_briefs", "mission", "bri
     + {_contents("mission_inputs", "mission", "digest", "data")} + {_contents("mission_events", "mission", "data")};
 """
 
-_STEPS = (_FIRST, _SHARED, _PACKED)
+_SIMULATED = """
+ALTER TABLE missions ADD COLUMN simulation TEXT;
+"""
+
+_STEPS = (_FIRST, _SHARED, _PACKED, _SIMULATED)
 """What leads from each version to the next; 0 is a database without tables."""
 
 VERSION = len(_STEPS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
@@ -11,7 +11,7 @@ from marsupial_service.store.engine import Connection, Engine
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.opening import engine_of
 from marsupial_service.store.tables import VERSION
-from marsupial_service.store.writer import Transaction
+from marsupial_service.store.transaction import Transaction
 
 T = TypeVar("T")
 
@@ -48,18 +48,9 @@ class Visitor:
                 f"{self.engine.place}: the store has version {self.version}; 'marsupial serve store upgrade' makes it"
                 f" version {VERSION}"
             )
-        self.connection.execute(self.engine.begin)
-        try:
-            transaction = Transaction(self.engine, self.connection)
-            result = write(transaction)
-            if transaction.news:
-                self.engine.tell(self.connection, frozenset(transaction.news))
-            self.connection.execute("COMMIT")
-        except BaseException:
-            with suppress(*self.engine.errors):
-                self.connection.execute("ROLLBACK")
-            raise
-        return result
+        transaction = Transaction(self.engine, self.connection)
+        with transaction.committed():
+            return write(transaction)
 
 
 @contextmanager

@@ -9,59 +9,20 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from marsupial_service.store import failpoints
-from marsupial_service.store.engine import Connection, Engine, Rows
+from marsupial_service.store.engine import Connection, Engine
 from marsupial_service.store.errors import StoreError
 from marsupial_service.store.outage import Outage
+from marsupial_service.store.transaction import Transaction
 
 _LARGEST_GROUP = 256
 _MOST_CLASHES = 20
-
-
-class Transaction:
-    """What a write works with.
-
-    Attributes
-    ----------
-    news
-        The topics whose followers are to be told after the commit.
-    undone
-        Called if nothing of the transaction is stored.
-    server
-        The name of the server whose write it is.
-    """
-
-    def __init__(self, engine: Engine, connection: Connection) -> None:
-        self._engine = engine
-        self._connection = connection
-        self.server = engine.server
-        self.row_lock = engine.row_lock
-        self.skip_locked = engine.skip_locked
-        self.live = engine.live
-        self.news: set[str] = set()
-        self.undone: list[Callable[[], None]] = []
-
-    def execute(self, sql: str, values: Iterable[Any] = ()) -> Rows:
-        """Run one statement."""
-        return self._connection.execute(sql, tuple(values))
-
-    def insert(self, table: str, **columns: Any) -> None:
-        """Add a row to a table."""
-        places = ", ".join("?" * len(columns))
-        self.execute(f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({places})", columns.values())
-
-    def lock(self, name: str) -> None:
-        """Wait until no other server is between here and the end of a transaction with the same `name`."""
-        self._engine.lock(self._connection, name)
-
-    def shrink(self) -> bool:
-        """Give back some of the space that is no longer used; say whether there is more."""
-        return self._engine.shrink(self._connection)
 
 
 class _Errand:
@@ -150,19 +111,18 @@ class Writer:
 
     def _done(self, group: list[_Errand], last_try: bool = False) -> bool:
         """Do a group of errands and tell how that ended; say no if it is to be tried again."""
-        transaction = None
+        transaction, is_new = None, self._connection is None
         try:
-            connection = self._begun()
+            connection = self._connection = self._connection or self._engine.writer()
             transaction = Transaction(self._engine, connection)
-            for errand in group:
-                errand.run(transaction, self._engine)
-            news = frozenset(transaction.news)
-            if news:
-                self._engine.tell(connection, news)
-            self._points.reach(failpoints.BEFORE_COMMIT)
-            connection.execute("COMMIT")
+            with transaction.committed(partial(self._points.reach, failpoints.BEFORE_COMMIT)):
+                for errand in group:
+                    errand.run(transaction, self._engine)
         except BaseException as error:
-            self._take_back(transaction)
+            if transaction is not None and transaction.is_broken:
+                self._disconnect()
+                if not (transaction.is_begun or is_new):  # the database may have been away
+                    return self._done(group, last_try)
             if self._engine.clashed(error) and not last_try:
                 return False
             self._fail(group, error)
@@ -172,32 +132,15 @@ class Writer:
             errand.tell()
         if self._outage.over():
             self._tell(None)  # what failed last may be stored all the same
-        elif news:
-            self._tell(news)
+        elif transaction.news:
+            self._tell(frozenset(transaction.news))
         return True
 
-    def _begun(self) -> Connection:
-        """Begin to write, over another connection if the last one is broken: the database may have been away."""
+    def _disconnect(self) -> None:
         if self._connection is not None:
             with suppress(*self._engine.errors):
-                self._connection.execute(self._engine.begin)
-                return self._connection
-            self._take_back(None)
-        connection = self._connection = self._connection or self._engine.writer()
-        connection.execute(self._engine.begin)
-        return connection
-
-    def _take_back(self, transaction: Transaction | None) -> None:
-        if transaction is not None:
-            for undone in transaction.undone:
-                undone()
-        if self._connection is not None:
-            try:
-                self._connection.execute("ROLLBACK")
-            except self._engine.errors:  # no transaction was begun, or the connection is broken
-                with suppress(*self._engine.errors):
-                    self._connection.close()
-                self._connection = None
+                self._connection.close()
+            self._connection = None
 
     def _fail(self, group: list[_Errand], error: BaseException) -> None:
         self._outage.met(str(error))

@@ -413,7 +413,7 @@ def test_extra_keys_crlf_and_a_missing_final_newline_do_no_harm(tmp_path: Path) 
 @pytest.mark.parametrize("text", ["", "- a\n- b\n", "just text", "42"])
 def test_a_yaml_that_is_no_mapping_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "map.yaml").write_text(text)
-    assert "must hold" in problems_of(tmp_path / "map.yaml")[""]
+    assert problems_of(tmp_path / "map.yaml")[""].startswith("must hold" if text else "is empty")
 
 
 @pytest.mark.parametrize(

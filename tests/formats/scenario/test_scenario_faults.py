@@ -111,7 +111,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         },
         [
             "terrains[0].deep: unknown field; the fields here are name, code, blocks_sight",
-            "map.colour: unknown field; the fields here are rows, resolution_m, origin_m, legend, mask",
+            "map.colour: unknown field; the fields here are rows, resolution_m, origin_m, legend, mask, keepout, speed",
             "robot_types[1].energy.fuel: unknown field; the fields here are turn_j, idle_w, drive_w, metre_j, stop_j",
             "robot_types[1].colour: unknown field; the fields here are name, role, speed_mps, sensor_range_m, "
             "radius_m, terrains, energy, diagonal, routes, dock_s, undock_s",
@@ -264,8 +264,8 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"map": {"fil": "a.map"}},
         [
             "map: needs one of file, generator, rows, got none",
-            "map.fil: unknown field, did you mean 'file'?; the fields here are file, generator, rows, mask, width_m, "
-            "height_m, resolution_m, seed, origin_m, legend",
+            "map.fil: unknown field, did you mean 'file'?; the fields here are file, generator, rows, mask, keepout, "
+            "speed, width_m, height_m, resolution_m, seed, origin_m, legend",
         ],
     ),
     "a map from two places": (
@@ -301,7 +301,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         [
             "map.share: must be 0 to 0.35, got 0.9",
             "map.depth: unknown field; the fields here are generator, width_m, height_m, resolution_m, seed, share, "
-            "mask",
+            "mask, keepout, speed",
         ],
     ),
     "a generated map too small": (

@@ -61,4 +61,4 @@ def test_every_public_name_has_a_docstring_and_every_method_is_told_for_both_cli
         names = [
             {name for name in dir(getattr(marsupial_client, kind)) if not name.startswith("_")} for kind in (one, other)
         ]
-        assert names[0] - {"document", "n"} == names[1] - {"conversation"}
+        assert names[0] - {"document", "n", "robots"} == names[1] - {"conversation"}

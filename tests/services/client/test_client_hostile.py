@@ -97,6 +97,54 @@ def test_they_do_for_async_tasks_too(server: Server, proxy: HostileProxy) -> Non
     check(server, asyncio.run(run()), seen)
 
 
+def many(count: int = 60) -> Iterator[list[News]]:
+    """Yield batches of the same reports, with those of two robots by their own counts in between."""
+    told = list(news())
+    size = len(told) // count + 1
+    for i in range(0, len(told), size):
+        batch: list[News] = []
+        for j, one in enumerate(told[i : i + size], start=i):
+            batch += [one, {"t_ms": one["t_ms"], "robot": f"carrier{1 + j % 2}"}]
+        yield batch
+
+
+def counted(server: Server, mission: str) -> None:
+    last = server.ask("GET", f"/v1/missions/{mission}/reports").document
+    each = {"carrier1": REPORTS // 2, "carrier2": REPORTS // 2}
+    assert last == {"n": REPORTS, "t_ms": REPORTS - 1, "robots": each}
+
+
+def test_batches_and_reports_of_robots_come_through_exactly_once(server: Server, proxy: HostileProxy) -> None:
+    with Client(proxy.url) as client:
+        mission = client.begin(brief(proxy))
+        for i, batch in enumerate(many()):
+            if i == 20:  # another program takes it up
+                mission = client.mission(mission.id)
+            assert len(mission.reports(batch) or ()) == len(batch)
+        assert (mission.n, mission.robots["carrier2"]) == (REPORTS, REPORTS // 2)
+        mission.cancel()
+    counted(server, mission.id)
+
+
+def test_batches_of_async_tasks_do_too(server: Server, proxy: HostileProxy) -> None:
+    async def run() -> str:
+        async with AsyncClient(proxy.url) as client, asyncio.timeout(120):
+            mission = await client.begin(brief(proxy))
+            for batch in many():
+                last = mission.n + len(batch) // 2
+                task = asyncio.create_task(mission.reports(batch))
+                await asyncio.sleep(0.003)
+                task.cancel()  # before it was begun, in its midst, or after it was done
+                await asyncio.wait([task])
+                await mission.reports(())
+                if mission.n < last:
+                    await mission.reports(batch)
+            await mission.cancel()
+            return mission.id
+
+    counted(server, asyncio.run(run()))
+
+
 def test_a_mission_is_the_one_in_process_byte_for_byte(proxy: HostileProxy) -> None:
     lines = LogLines()
     simulate_by(

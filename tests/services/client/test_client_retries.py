@@ -250,6 +250,58 @@ def test_a_report_for_a_mission_that_is_over_is_no_error(state: str, over: bool)
             report(mission, 10)
 
 
+def batch_taken(*numbers: tuple[str | None, int]) -> httpx2.Response:
+    told = [{"n": n, "t_ms": 0, "revision": 1} | ({} if robot is None else {"robot": robot}) for robot, n in numbers]
+    return httpx2.Response(200, json={"reports": told})
+
+
+BATCH: list[Any] = [{"t_ms": 1}, {"t_ms": 2, "robot": "joey"}, {"t_ms": 3, "robot": "joey"}, {"t_ms": 4}]
+LAST = httpx2.Response(200, json={"n": 4, "t_ms": 0, "robots": {"joey": 7}})
+ALL_TAKEN = batch_taken((None, 5), ("joey", 8), ("joey", 9), (None, 6))
+
+
+def batches(transport: Scripted) -> list[list[tuple[str | None, int]]]:
+    """Return robot and number of each report of each batch."""
+    bodies = [json.loads(request.content) for request in transport.requests if request.method == "POST"]
+    return [[(one.get("robot"), one["n"]) for one in body["reports"]] for body in bodies]
+
+
+def test_reports_of_a_batch_are_numbered_by_the_counts_of_those_who_report() -> None:
+    transport = Scripted(LAST, ALL_TAKEN, batch_taken(("joey", 10)))
+    mission = mission_of(transport)
+    assert [one["n"] for one in finish(mission.reports(BATCH)) or ()] == [5, 8, 9, 6]
+    finish(mission.reports(BATCH[1:2]))
+    assert batches(transport) == [[(None, 5), ("joey", 8), ("joey", 9), (None, 6)], [("joey", 10)]]
+    assert (mission.n, mission.robots) == (6, {"joey": 10})
+    assert [request.method for request in transport.requests] == ["GET", "POST", "POST"]
+
+
+def test_a_batch_that_may_have_arrived_is_sent_again_as_it_was_before_what_comes_next() -> None:
+    transport = Scripted(LAST, broken(), ALL_TAKEN, taken(7))
+    mission = mission_of(transport, patience_s=0.0)
+    with pytest.raises(Unreachable):
+        finish(mission.reports(BATCH))
+    assert (mission.n, mission.robots) == (4, {"joey": 7})
+    report(mission, 20)
+    assert transport.requests[1].content == transport.requests[2].content
+    assert json.loads(transport.requests[3].content) == {"n": 7, "t_ms": 20}
+
+
+def test_the_numbers_of_a_batch_that_is_refused_are_free_again() -> None:
+    transport = Scripted(LAST, problem(422, "invalid"), ALL_TAKEN)
+    mission = mission_of(transport)
+    with pytest.raises(Invalid):
+        finish(mission.reports(BATCH))
+    finish(mission.reports(BATCH))
+    first, second = batches(transport)
+    assert first == second
+
+
+def test_no_reports_are_sent_as_nothing() -> None:
+    transport = Scripted(OK)
+    assert (finish(mission_of(transport).reports([])), transport.requests) == ([], [])
+
+
 def in_loop(handler: Callable[[httpx2.Request], Any], work: Callable[[AsyncClient], Any]) -> Any:
     async def run() -> Any:
         async with AsyncClient(URL, http=httpx2.AsyncClient(transport=httpx2.MockTransport(handler))) as client:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TypeVar
 
 import pytest
@@ -235,3 +236,12 @@ def test_a_plan_reads_back_from_its_text() -> None:
 
     plan, _ = serve(one_hall())
     assert plan_of(actions_text(plan)) == plan
+
+
+def test_a_list_of_jobs_reads_no_plans(jobs: Table) -> None:
+    jobs.add()
+    claim = jobs.claim()
+    unread = replace(found(7), actions="of no plan")
+    assert jobs.do(lambda tx: table.add_plan(tx, claim, unread, 3))
+    (listed,) = jobs.store.read(lambda reader: JOBS.newest(reader, "me", 200)).result(10)
+    assert (listed.plans, listed.makespan_ms) == (1, 7)

@@ -456,11 +456,12 @@ def test_what_is_wrong_with_settings_is_named_by_field(tmp_path: Path) -> None:
     path.write_text(text)
     with pytest.raises(ScenarioError) as caught:
         read_settings(path)
-    lines = {line.removeprefix(f"{path}: ") for line in str(caught.value).splitlines()}
+    lines = {re.sub(r"^line \d+: ", "", line.removeprefix(f"{path}: ")) for line in str(caught.value).splitlines()}
     assert lines == {
         "rosbridge: must be like ws://127.0.0.1:9090, got 'http://127.0.0.1:1'",
         "map.free_thresh: must be below occupied_thresh (0.65)",
-        "map.tpic: unknown field, did you mean 'topic'?",
+        "map.tpic: unknown field, did you mean 'topic'?; the fields here are topic, updates, frame, free_thresh, "
+        "occupied_thresh, compression, keepout, speed",
         "controller.goal_checker_id: must be a text, got 3",
         "goal.recover_rovers: must be true or false, got 'perhaps'",
         "robots[2].namespace: must begin with '/', got 'c2'",

@@ -1,0 +1,97 @@
+/* The page of the service: what to start, what there is, and a mission, two missions or a job as they go on.
+
+   Which of them is seen stands behind the # of the address: `/`, `/missions/ID`, `/missions/ID,ID`, `/jobs/ID`. */
+
+import { button, icon, make } from "./dom.js";
+import { EntryList } from "./entrylist.js";
+import { JobPage } from "./jobpage.js";
+import { MissionsPage } from "./missionspage.js";
+import { askKeysBy, forgetKey, hasKey } from "./service.js";
+import { StartForm } from "./startform.js";
+import { watchConnection } from "./stream.js";
+
+const BACK_MS = 4000;
+const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
+const byId = (id) => document.getElementById(id);
+
+/** What stands on every page: the way home, how the connection is, and the dialog for the key. */
+function frame() {
+  const said = make("p", { class: "problem", id: "key-said", role: "alert" }), key = make("input", { type: "password", id: "key-text", autocomplete: "off", required: true });
+  return [
+    make("nav", { id: "bar" }, make("a", { href: "#/", class: "home", text: "marsupial" }), make("span", { id: "connection", role: "status" }), make("span", { class: "spring" }),
+      make("a", { href: "docs", text: "HTTP interface" }),
+      make("button", { type: "button", id: "leave", text: "Forget key", title: "Forget the API key of this tab", hidden: !hasKey(), onclick: () => { forgetKey(); location.reload(); } }),
+      button("Light or dark", icon(HALF_FULL), () => setTheme(theme() === "dark" ? "light" : "dark"), { id: "theme" })),
+    make("div", { id: "content" }),
+    make("dialog", { id: "key", "aria-labelledby": "key-title", oncancel: (event) => event.preventDefault() }, make("form", { method: "dialog" }, make("h2", { id: "key-title", text: "This service asks for an API key" }), said,
+      make("label", { for: "key-text" }, "Key", key), make("p", { class: "dim", text: "It is kept in this tab only." }), make("button", { class: "first", text: "Go on" }))),
+  ];
+}
+
+class HomePage {
+  constructor() {
+    const form = new StartForm((missions) => { location.hash = `/missions/${missions.map((one) => one.id).join(",")}`; });
+    this.lists = [new EntryList("missions"), new EntryList("jobs")];
+    this.element = make("main", { class: "home" }, form.element, make("div", { class: "lists" }, ...this.lists.map((list) => list.element)));
+  }
+
+  close() { for (const list of this.lists) list.close(); }
+}
+
+const PAGES = [
+  [/^\/missions\/([\w,]+)$/, (ids) => { byId("theme").hidden = true; return new MissionsPage(ids.split(",").slice(0, 2)); }],  // which has a button of its own
+  [/^\/jobs\/(\w+)$/, (id) => new JobPage(id)],
+  [/^/, () => new HomePage()],
+];
+
+let page = null;
+
+function open() {
+  page?.close();
+  byId("theme").hidden = false;
+  const path = decodeURIComponent(location.hash.slice(1)).split("&")[0];
+  for (const [pattern, of] of PAGES) {
+    const found = pattern.exec(path);
+    if (!found) continue;
+    page = of(found[1]);
+    break;
+  }
+  byId("content").replaceChildren(page.element);
+  page.begin?.();
+  window.scrollTo(0, 0);
+}
+
+/** Show the dialog until there is something in it. */
+function askKey(said) {
+  const dialog = byId("key"), text = byId("key-text");
+  byId("key-said").textContent = said;
+  text.value = "";
+  return new Promise((resolve) => {
+    dialog.addEventListener("close", () => { resolve(text.value.trim()); byId("leave").hidden = false; }, { once: true });
+    if (!dialog.open) dialog.showModal();
+  });
+}
+
+/** Say that the connection is lost, or back; null: that nobody waits for it any more. */
+function tellConnection(isBroken) {
+  const told = byId("connection");
+  told.className = isBroken ? "lost" : "back";
+  told.textContent = isBroken === null ? "" : isBroken ? "connection lost, trying again" : "back";
+  if (!isBroken) setTimeout(() => { if (told.className === "back") told.textContent = ""; }, BACK_MS);
+}
+
+function theme() { return document.documentElement.dataset.theme; }
+
+function setTheme(name) {
+  document.documentElement.dataset.theme = name;
+  window.dispatchEvent(new Event("themechange"));
+}
+
+byId("app").replaceChildren(...frame());
+askKeysBy(askKey);
+watchConnection(tellConnection);
+const dark = matchMedia("(prefers-color-scheme: dark)");
+setTheme(dark.matches ? "dark" : "light");
+dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
+window.addEventListener("hashchange", open);
+open();

@@ -1,0 +1,130 @@
+/* A mission as it goes on, or two with their clocks locked: read from its stream, paused, resumed and cancelled. */
+
+import { show } from "./app.js";
+import { make, setText } from "./dom.js";
+import { badge, robots } from "./entrylist.js";
+import { Mission, readMission } from "./model.js";
+import { get, getText, post } from "./service.js";
+import { Stream } from "./stream.js";
+
+const WAITING = "waiting for the first look around …";
+
+/** One mission of the service: what it is, what came of it so far, and what can be done with it. */
+class Followed {
+  constructor(id, news) {
+    Object.assign(this, { path: `/v1/missions/${id}`, news, model: new Mission(), lines: 0, about: null, said: "" });
+    this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
+    this.cancel = this.button(() => "cancel");
+    this.cancel.textContent = "Cancel";
+    this.name = make("b");
+    this.state = make("span");
+    this.element = make("span", { class: "followed" }, this.name, this.state, this.pause, this.cancel);
+  }
+
+  button(wish) {
+    return make("button", { type: "button", hidden: true, onclick: async () => {
+      try { this.tell(await post(`${this.path}/${wish()}`)); } catch (error) { this.say(error.message); }
+    } });
+  }
+
+  /** Read what there is, and then what comes. Throws what `get` throws. */
+  async begin() {
+    this.tell(await get(this.path));
+    if (this.about.state === "ended") {
+      const log = await getText(`${this.path}/log`);
+      if (log) { this.model = readMission(log); this.lines = this.model.lines; }
+      this.news();
+      return;
+    }
+    this.stream = new Stream(`${this.path}/events`, (event) => this.take(event), (reason) => this.over(reason));
+  }
+
+  take({ type, data }) {
+    if (type === "log") {
+      this.model.append(JSON.parse(data));
+      this.lines++;
+    } else if (type === "state") {
+      this.say(JSON.parse(data).reason || "");
+      this.look();
+    } else if (type === "end") {
+      this.tell({ ...this.about, ...JSON.parse(data), state: "ended" });
+    } else return;
+    this.news();
+  }
+
+  /** Ask how the mission stands: what its stream tells of that may be older than what was asked for here. */
+  async look() {
+    const before = this.about;
+    try {
+      const about = await get(this.path);
+      if (this.about === before) this.tell(about); else if (!this.isOver) this.look();
+    } catch { /* the stream says when the service is back */ }
+  }
+
+  over(reason) { if (reason) this.say(reason); }
+
+  say(text) { this.said = text; this.news(); }
+
+  tell(about) {
+    this.about = about;
+    const { state, status, simulation } = about;
+    setText(this.name, about.strategy);
+    this.name.title = [about.name, about.planner, robots(about), ...(simulation ? simulation.warnings : [])].join("\n");
+    this.state.replaceChildren(badge(status || state));
+    setText(this.pause, state === "paused" ? "Resume" : "Pause");
+    this.pause.hidden = this.cancel.hidden = state === "ended" || state === "cancelling";
+  }
+
+  get isOver() { return this.about !== null && this.about.state === "ended"; }
+
+  close() { this.stream?.close(); }
+}
+
+export class MissionsPage {
+  constructor(ids) {
+    this.followed = ids.map((id) => new Followed(id, () => this.wish()));
+    this.said = make("p", { class: "said", role: "status" });
+    this.stage = make("div", { class: "stage-of-view" }, make("p", { class: "said", text: WAITING }));
+    this.element = make("div", { class: "missions-page" }, make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)), this.said, this.stage);
+    this.view = null;
+    this.wished = false;
+  }
+
+  async begin() {
+    for (const one of this.followed) {
+      try { await one.begin(); } catch (error) { one.say(error.message); }
+    }
+  }
+
+  /** Something is new: it is shown with the next picture. */
+  wish() {
+    if (this.wished) return;
+    this.wished = true;
+    requestAnimationFrame(() => { this.wished = false; if (!this.closed) this.update(); });
+  }
+
+  update() {
+    const said = this.followed.flatMap((one) => [one.said, ...warningsOf(one)]).filter(Boolean).join("\n");
+    setText(this.said, said);
+    this.said.hidden = !said;
+    if (this.view === null) {
+      if (this.followed.some((one) => one.model.start === null)) return;
+      const live = !this.followed.every((one) => one.isOver);
+      this.view = show(this.stage, this.followed.map((one) => one.model), { live, rate: live ? this.rate() : null });
+    } else this.view.grew();
+  }
+
+  /** How fast the clock of missions goes that nobody paused, where that is known. */
+  rate() {
+    const speeds = this.followed.map((one) => one.about.simulation?.speed ?? null);
+    return speeds.every((speed) => speed !== null && speed === speeds[0]) ? speeds[0] : null;
+  }
+
+  close() {
+    this.closed = true;
+    for (const one of this.followed) one.close();
+    this.view?.close();
+  }
+}
+
+function warningsOf({ about }) { return about?.simulation?.warnings ?? []; }

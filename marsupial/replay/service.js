@@ -1,0 +1,70 @@
+/* Requests to the service that the page came from. A key that it asks for is kept for this tab only. */
+
+const KEPT = "marsupial-key";
+
+/** What the service refused: `errors` say where ([{pointer, detail}]). */
+export class Refused extends Error {
+  constructor(status, problem) {
+    super(problem.detail || problem.title || `the service answered ${status}`);
+    this.status = status;
+    this.errors = problem.errors || [];
+  }
+}
+
+/** The service could not be reached. */
+export class Unreachable extends Error {}
+
+/** Asks for a key, told why; set by the page. Resolves to the key. */
+let keyAsker = () => Promise.reject(new Error("a key is needed"));
+let asking = null;
+
+export function askKeysBy(ask) { keyAsker = ask; }
+
+/** Whether requests carry a key. */
+export function hasKey() { return sessionStorage.getItem(KEPT) !== null; }
+
+export function forgetKey() { sessionStorage.removeItem(KEPT); }
+
+/** Ask for a key, once for all requests that want one. */
+async function wantKey(said) {
+  asking ??= keyAsker(said).then((key) => sessionStorage.setItem(KEPT, key)).finally(() => { asking = null; });
+  await asking;
+}
+
+/** Send a request, again with a key where one is wanted. Throws Unreachable. */
+export async function send(path, { method = "GET", body, headers = {}, signal } = {}) {
+  for (;;) {
+    const key = sessionStorage.getItem(KEPT), all = { ...headers };
+    if (key !== null) all.Authorization = `Bearer ${key}`;
+    if (body !== undefined) all["Content-Type"] = "application/json";
+    let response;
+    try {
+      response = await fetch(path, { method, headers: all, signal, body: body === undefined ? undefined : JSON.stringify(body), cache: "no-store" });
+    } catch (error) {
+      if (signal?.aborted) throw error;
+      throw new Unreachable("the service can't be reached", { cause: error });
+    }
+    if (response.status !== 401) return response;
+    if (key === sessionStorage.getItem(KEPT)) {
+      const { detail } = await response.json();
+      await wantKey(key === null ? "" : detail);
+    }
+  }
+}
+
+async function checked(path, options) {
+  const response = await send(path, options);
+  if (!response.ok) throw new Refused(response.status, await response.json().catch(() => ({})));
+  return response;
+}
+
+/** Return the document at a path. Throws Refused, Unreachable. */
+export async function get(path) { return (await checked(path)).json(); }
+
+/** Return the text at a path. */
+export async function getText(path) { return (await checked(path)).text(); }
+
+/** Send a document and return the one that is answered; `once`: a key by which it is done once, however often sent. */
+export async function post(path, body, once) {
+  return (await checked(path, { method: "POST", body, headers: once ? { "Idempotency-Key": once } : {} })).json();
+}

@@ -1,0 +1,95 @@
+"""How many seconds of planning a key may use in an hour.
+
+What was used comes back evenly, all of the quota within an hour: of 600 s, one every six seconds. Jobs reserve their
+budgets when they are taken, and what their planning really took is charged when it ends; missions are charged as they
+plan. The store has for each owner the moment at which nothing of the quota is used any more, so that one number holds
+for all servers, and after a restart.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from marsupial_service.entries.records import TooMany
+from marsupial_service.store import Transaction, documents
+from marsupial_service.store.engine import Connection
+
+HOUR_S = 3600.0
+
+Reader = Connection | Transaction
+
+_DOCUMENT = "planning/"
+"""Before the name of the owner, the name of the document that has that moment, in ms since 1970."""
+
+_RESERVED = (
+    "SELECT owner, sum(coalesce(seconds, ?) - spent_ms / 1000.0) AS seconds FROM jobs"
+    " WHERE finished_ms IS NULL AND owner = coalesce(?, owner) GROUP BY owner"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quota:
+    """The seconds of each owner; `steps_s` are those that a budget in steps can take at most."""
+
+    seconds: float = math.inf
+    steps_s: float = math.inf
+
+    @property
+    def is_bounded(self) -> bool:
+        """Say whether there is a quota at all."""
+        return self.seconds < math.inf
+
+    def asked_s(self, seconds: float | None) -> float:
+        """Return how many seconds a budget (None: one in steps) can take."""
+        return self.steps_s if seconds is None else seconds
+
+    def check(self, reader: Reader, owner: str, asked_s: float, now_ms: int) -> None:
+        """Raise TooMany if the owner has not so many seconds left."""
+        wait_s = self.wait_s(reader, owner, asked_s, now_ms)
+        if wait_s > 0:
+            raise TooMany(self.told(asked_s, wait_s), math.ceil(wait_s))
+
+    def told(self, asked_s: float, wait_s: float) -> str:
+        """Return why an owner has to wait."""
+        return (
+            f"your planning time is used up or reserved by your jobs: {self.seconds:g} s an hour (key_planning_s);"
+            f" there may be room for {asked_s:g} s in {math.ceil(wait_s)} s"
+        )
+
+    def wait_s(self, reader: Reader, owner: str, asked_s: float, now_ms: int) -> float:
+        """Return how long it takes until so many seconds of an owner are left, if no job ends meanwhile; 0: they are.
+
+        No more can be asked for than there are in an hour.
+        """
+        if not self.is_bounded:
+            return 0.0
+        missing_s = min(asked_s, self.seconds) - self.left_s(reader, now_ms, owner)[owner]
+        return max(0.0, missing_s * HOUR_S / self.seconds)
+
+    def left_s(self, reader: Reader, now_ms: int, owner: str | None = None) -> dict[str, float]:
+        """Return how many seconds owners have left, of all that use some; below 0 for one who took more."""
+        if not self.is_bounded:
+            return {}
+        if owner is None:
+            moments = documents.texts_of(reader, _DOCUMENT)
+        else:
+            moments = {owner: documents.text_of(reader, _DOCUMENT + owner) or "0"}
+        left = {}
+        for name, moment in moments.items():
+            left[name] = self.seconds - max(0, int(moment) - now_ms) / 1000 * self.seconds / HOUR_S
+        for row in reader.execute(_RESERVED, (self.asked_s(None), owner)):
+            left[row["owner"]] = left.get(row["owner"], self.seconds) - float(row["seconds"])
+        return left
+
+    def charge(self, tx: Transaction, owner: str, planned_ms: int, now_ms: int) -> None:
+        """Take what an owner has used."""
+        if not self.is_bounded:
+            return
+        name = _DOCUMENT + owner
+        tx.lock(name)
+        free_ms = max(now_ms, int(documents.text_of(tx, name) or "0"))
+        documents.keep(tx, name, str(free_ms + math.ceil(planned_ms * HOUR_S / self.seconds)))
+
+
+NO_QUOTA = Quota()

@@ -1,0 +1,80 @@
+"""The page at ``/``: what replay pages are made of, as files of their own, fed by the service as it goes on.
+
+Nothing is loaded from elsewhere, and no script or style stands in the page itself: a strict policy allows only what is
+served beside it. Browsers keep the files, and ask each time whether they are still the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+from fastapi import APIRouter, Request, Response
+
+from marsupial.replay.page import LIVE_MODULES, MODULES, module_text, page_shell, page_style
+from marsupial_service.http.problems import HttpProblem
+
+_STYLES = ("page.css", "live.css")
+_HEAD = "\n".join(f'<link rel="stylesheet" href="page/{name}">' for name in _STYLES)
+_SCRIPT = '<script type="module" src="page/live.js"></script>'
+
+_HEADERS: Mapping[str, str] = {
+    "Cache-Control": "no-cache",
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src 'self' data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+}
+
+router = APIRouter(include_in_schema=False)
+
+
+@dataclass(frozen=True, slots=True)
+class PageFile:
+    """A file of the page as it is sent; `tag` tells it from any other."""
+
+    data: bytes
+    media_type: str
+    tag: str
+
+
+@cache
+def shell() -> PageFile:
+    """Return the page itself."""
+    return _file(page_shell(title="marsupial", head=_HEAD, scripts=_SCRIPT), "html")
+
+
+@cache
+def page_files() -> Mapping[str, PageFile]:
+    """Return the files that the page loads, by name."""
+    scripts = {f"{name}.js": _file(module_text(f"{name}.js"), "javascript") for name in (*MODULES, *LIVE_MODULES)}
+    styles = {"page.css": _file(page_style(), "css"), "live.css": _file(module_text("live.css"), "css")}
+    return {**scripts, **styles}
+
+
+def _file(text: str, kind: str) -> PageFile:
+    data = text.encode()
+    return PageFile(data, f"text/{kind}; charset=utf-8", f'"{hashlib.sha256(data).hexdigest()[:32]}"')
+
+
+@router.get("/")
+async def get_page(request: Request) -> Response:
+    """Return the page."""
+    return _sent(request, shell())
+
+
+@router.get("/page/{name}")
+async def get_page_file(request: Request, name: str) -> Response:
+    """Return one of the files that the page loads."""
+    file = page_files().get(name)
+    if file is None:
+        raise HttpProblem("not-found", "the page has no such file")
+    return _sent(request, file)
+
+
+def _sent(request: Request, file: PageFile) -> Response:
+    headers = {**_HEADERS, "ETag": file.tag}
+    if file.tag in request.headers.get("if-none-match", ""):
+        return Response(status_code=304, headers=headers)
+    return Response(file.data, headers=headers, media_type=file.media_type)

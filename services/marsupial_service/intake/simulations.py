@@ -1,0 +1,136 @@
+"""From the body of a simulation to the brief of the mission that it is.
+
+The mission is asked for by the same document as one that `marsupial run --server` drives; so what holds there holds
+here, and the log is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+
+from marsupial.errors import EngineUnavailable, InputError, ScenarioError
+from marsupial.formats.fields import Notes, unknown
+from marsupial.formats.mapfiles.nav2 import understand_image
+from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
+from marsupial.library.missions import planner_for, reachable_area
+from marsupial.mission.placement import place_team
+from marsupial.model.mapreading import MapReading
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.planning import Budget
+from marsupial.model.scenario import Scenario
+from marsupial.model.sizes import Extent, ground_faults, radius_fault
+from marsupial.strategies.registry import current_name
+from marsupial_service.intake.counts import check_count
+from marsupial_service.intake.maps import decoded_image, yaml_header
+from marsupial_service.intake.reading import INLINE_CELLS, Digested, Reading
+from marsupial_service.intake.situations import budget_of, refuse
+from marsupial_service.missions.reading import DEFAULT_BUDGET_S, brief_of
+from marsupial_service.missions.scenarios import mission_document
+from marsupial_service.missions.values import Brief, SimulatedBrief
+from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.schemas.missions import MissionBody
+from marsupial_service.schemas.simulations import (
+    MapSimulationBody,
+    ScenarioSimulationBody,
+    SimulationBody,
+    UploadedMapBody,
+)
+
+Asked = ScenarioSimulationBody | MapSimulationBody
+
+
+def simulation_of(
+    body: SimulationBody, sent: Digested, limits: ServiceLimits, commands: Mapping[str, str]
+) -> tuple[SimulatedBrief, bytes]:
+    """Return the brief of a request and the digest of what was sent; `commands` as in `brief_of`.
+
+    Raises InputError naming what is wrong by the fields of the request, HttpProblem if there is too much of something.
+    """
+    asked: Asked = body.root
+    check_count("/carriers", asked.carriers * (1 + asked.rovers), limits.robots, "robots with their rovers")
+    budget = budget_of(asked.budget, limits, DEFAULT_BUDGET_S)
+    warnings: Sequence[str] = ()
+    if isinstance(asked, ScenarioSimulationBody):
+        scenario = _built_in(asked, limits)
+    else:
+        reading = _map_of(asked.map, limits)
+        scenario, warnings = _bare(asked, reading, limits), reading.warnings
+    team = _placed(asked, scenario)
+    brief = _brief(asked, scenario, team, budget, limits, commands)
+    own = {one.name: getattr(brief, one.name) for one in fields(Brief)}
+    return SimulatedBrief(**own, truth=scenario.grid, speed=asked.speed, warnings=tuple(warnings)), sent.digest
+
+
+def _built_in(asked: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
+    if asked.scenario not in SCENARIOS:
+        said = unknown("scenario", asked.scenario, SCENARIOS)
+        raise refuse("scenario", f"{said}; there are {', '.join(SCENARIOS)}")
+    scenario = builtin_scenario(asked.scenario, asked.carriers, asked.rovers)
+    check_count("/scenario", scenario.grid.cells.size, limits.cells, "cells")
+    return scenario
+
+
+def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
+    notes = Notes("map")
+    header = yaml_header(body.yaml, notes)
+    image = decoded_image(body.image_base64, limits, notes, "image_base64")
+    notes.check(InputError)
+    assert header is not None
+    assert image is not None
+    return understand_image(header, image)
+
+
+def _bare(asked: MapSimulationBody, reading: MapReading, limits: ServiceLimits) -> Scenario:
+    try:
+        scenario = bare_map_scenario(asked.map.name, reading.grid, asked.carriers, asked.rovers)
+    except ScenarioError as error:
+        raise refuse("map.yaml", str(error)) from error
+    kinds, extent = scenario.robot_types, Extent(reading.grid.cells.size, reading.grid.resolution_m)
+    faults = [fault for kind in kinds if (fault := radius_fault(kind.radius_m, extent, limits.sizes))]
+    faults += ground_faults(kinds, extent, limits.sizes)
+    if faults:
+        raise refuse("map.yaml", f"resolution: the default robots are too large: {faults[0]}")
+    return scenario
+
+
+def _placed(asked: Asked, scenario: Scenario) -> tuple[PlacedRobot, ...]:
+    try:
+        return place_team(scenario, asked.seed)
+    except ScenarioError as error:
+        first = any(problem.path.startswith("team[0]") for problem in error.problems)
+        where = "carriers" if not first else "map" if isinstance(asked, MapSimulationBody) else "scenario"
+        raise refuse(where, "; ".join(problem.message for problem in error.problems)) from error
+
+
+def _brief(
+    asked: Asked,
+    scenario: Scenario,
+    team: tuple[PlacedRobot, ...],
+    budget: Budget,
+    limits: ServiceLimits,
+    commands: Mapping[str, str],
+) -> Brief:
+    strategy = current_name(asked.strategy)
+    try:
+        planner = str(planner_for(strategy, asked.planner))
+    except EngineUnavailable as error:
+        raise refuse("strategy", str(error)) from error
+    document = mission_document(
+        scenario,
+        team,
+        reachable_area(scenario, team),
+        strategy=strategy,
+        planner=planner,
+        budget=budget,
+        seed=asked.seed,
+    )
+    return brief_of(MissionBody.model_validate(document), limits, commands)
+
+
+def _elsewhere(_: SimulationBody) -> int:
+    """Return more cells than are looked at in the server's process: that a team is placed takes a while."""
+    return INLINE_CELLS + 1
+
+
+SIMULATION_READING = Reading(model=SimulationBody, counts=(), make=simulation_of, cells=_elsewhere)

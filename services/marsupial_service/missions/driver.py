@@ -1,0 +1,82 @@
+"""When simulated robots report: at the pace their mission was asked for, or at once.
+
+What they report next comes with each turn of the mission's process. Whoever keeps the mission has a driver wait until
+it is due; so there is one driver as there is one keeper, and with a new one the robots go on from what is stored.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+from contextlib import suppress
+from time import monotonic
+
+from marsupial_service.entries.records import TooMany
+from marsupial_service.entries.room import StoreFull
+from marsupial_service.missions.values import Told, Turn
+
+CATCH_UP_S = 0.5
+"""How far the clock may be ahead of robots that then hurry; after a longer planning they go on from where they are."""
+
+_RETRY_S = 1.0
+
+
+class Pace:
+    """Which moment on the clock a moment of mission time is, at `speed` seconds of mission time a second."""
+
+    def __init__(self, speed: float | None) -> None:
+        self._ms_per_s = None if speed is None else 1000 * speed
+        self._since = (0.0, 0)
+
+    def due_s(self, t_ms: int, now_s: float) -> float:
+        """Return when on the clock, which shows `now_s`, mission time is to be `t_ms`."""
+        if self._ms_per_s is None:
+            return now_s
+        since_s, since_ms = self._since
+        due_s = since_s + (t_ms - since_ms) / self._ms_per_s
+        if due_s < now_s - CATCH_UP_S:
+            self._since = (now_s, t_ms)
+            return now_s
+        return due_s
+
+
+class Driver:
+    """Has the robots of one mission report.
+
+    Parameters
+    ----------
+    take
+        Stores a report. Raises StoreFull, TooMany.
+    """
+
+    def __init__(self, speed: float | None, take: Callable[[Told], Awaitable[None]]) -> None:
+        self._pace = Pace(speed)
+        self._take = take
+        self._next: Told | None = None
+
+    def hear(self, turns: Sequence[Turn]) -> None:
+        """Take note of what is to be reported after these turns."""
+        for turn in turns:
+            self._next = turn.next or self._next
+
+    async def wait(self, bell: asyncio.Event) -> None:
+        """Wait until the bell rings, or the next report is due; then store it.
+
+        One that was stored before, by a keeper that is no more, is found to be and changes nothing.
+        """
+        if self._next is None:
+            await bell.wait()
+            return
+        now_s = monotonic()
+        left_s = self._pace.due_s(self._next.report.t_ms, now_s) - now_s
+        if left_s > 0:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(left_s):
+                    await bell.wait()
+            if bell.is_set():
+                return
+        try:
+            await self._take(self._next)
+            self._next = None
+        except (StoreFull, TooMany):
+            await asyncio.sleep(_RETRY_S)

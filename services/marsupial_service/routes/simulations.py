@@ -1,0 +1,101 @@
+"""Missions in the service's simulator: what there is to choose from, and how one is begun."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Response
+
+from marsupial.errors import MarsupialError, ScenarioError
+from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENARIOS
+from marsupial.model.planning import Budget
+from marsupial.model.robots import Role
+from marsupial.strategies.registry import asks_planner, check_suits, strategy, strategy_names
+from marsupial_service.http.answers import json_answer
+from marsupial_service.http.openapi import errors
+from marsupial_service.intake.reading import Sent, read, shaped
+from marsupial_service.intake.simulations import SIMULATION_READING
+from marsupial_service.missions.reading import DEFAULT_BUDGET_S
+from marsupial_service.planners import planner_infos
+from marsupial_service.routes.missions import MissionRoute, created
+from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
+from marsupial_service.routes.stored import stored
+from marsupial_service.schemas import answers
+from marsupial_service.schemas.simulations import (
+    DEFAULT_PLANNER,
+    DEFAULT_SEED,
+    DEFAULT_STRATEGY,
+    SimulationBody,
+)
+
+router = APIRouter(prefix="/v1", route_class=MissionRoute, tags=["missions"])
+
+_TRIED = "greedy"
+"""The planner that strategies are made with to see what they are for."""
+
+
+@router.get("/scenarios", response_model=answers.ScenariosAnswer, responses=errors())
+async def list_scenarios(state: Service) -> Response:
+    """List what can be simulated, and how."""
+    settings = state.settings
+    usable = [info.name for info in planner_infos(settings.planners) if info.missing is None]
+    scenarios = [answers.ScenarioAnswer.of(one, name=name) for name, one in SCENARIOS.items()]
+    defaults = answers.SimulationDefaultsAnswer(
+        carriers=DEFAULT_CARRIERS,
+        rovers=DEFAULT_ROVERS,
+        strategy=DEFAULT_STRATEGY,
+        planner=DEFAULT_PLANNER,
+        seed=DEFAULT_SEED,
+        budget=answers.BudgetAnswer(seconds=min(DEFAULT_BUDGET_S, settings.limits.budget_s)),
+    )
+    found = answers.ScenariosAnswer(
+        scenarios=scenarios, strategies=list(_strategies()), planners=usable, defaults=defaults
+    )
+    return json_answer(found)
+
+
+@router.post(
+    "/simulations",
+    status_code=201,
+    response_model=answers.MissionAnswer,
+    responses=stored(
+        answers.MissionAnswer, "mission", 201, at_once="An earlier request with that key has made the mission."
+    ),
+)
+async def create_simulation(
+    state: Service,
+    owner: Owner,
+    sent: Annotated[Sent, Body(), shaped(SimulationBody)],
+    idempotency_key: IdempotencyKey = None,
+) -> Response:
+    """Store a mission whose robots the service simulates, and begin it. It takes no reports, and ends by itself."""
+    settings = state.settings
+    brief, digest = await read(state, sent, SIMULATION_READING, settings.limits, settings.planners)
+    return created(await state.flying().create(brief, digest, owner=owner, idempotency_key=idempotency_key))
+
+
+@cache
+def _strategies() -> tuple[answers.StrategyAnswer, ...]:
+    return tuple(_described())
+
+
+def _described() -> Iterator[answers.StrategyAnswer]:
+    """Yield what each strategy that can be used here is for."""
+    for name in strategy_names():
+        try:
+            made = strategy(name, planner=_TRIED, budget=Budget(steps=1))
+            asks = asks_planner(name)
+        except MarsupialError:
+            continue
+        suits = [_suits(made, roles) for roles in ((Role.CARRIER, Role.ROVER), (Role.CARRIER,))]
+        yield answers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=suits[0], without_rovers=suits[1])
+
+
+def _suits(made: object, roles: tuple[Role, ...]) -> bool:
+    try:
+        check_suits(made, roles)
+    except ScenarioError:
+        return False
+    return True

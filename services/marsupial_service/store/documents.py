@@ -1,0 +1,24 @@
+"""Texts that are kept under a name, besides jobs and missions."""
+
+from __future__ import annotations
+
+from marsupial_service.store.engine import Connection
+from marsupial_service.store.transaction import Transaction
+
+
+def text_of(reader: Connection | Transaction, name: str) -> str | None:
+    """Return the text of that name, if there is one."""
+    row = reader.execute("SELECT text FROM documents WHERE name = ?", (name,)).fetchone()
+    return None if row is None else str(row["text"])
+
+
+def texts_of(reader: Connection | Transaction, prefix: str) -> dict[str, str]:
+    """Return all texts whose names begin like that, by the rest of their names."""
+    sql = "SELECT name, text FROM documents WHERE substr(name, 1, ?) = ?"
+    return {row["name"][len(prefix) :]: row["text"] for row in reader.execute(sql, (len(prefix), prefix))}
+
+
+def keep(tx: Transaction, name: str, text: str) -> None:
+    """Keep a text under a name, in place of the one before; who makes it of that one takes the lock of the name."""
+    sql = "INSERT INTO documents VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET text = excluded.text"
+    tx.execute(sql, (name, text))

@@ -1,0 +1,76 @@
+"""A transaction: begun, committed and taken back in one place, whoever writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from marsupial_service.store.engine import Connection, Engine, Rows
+
+
+class Transaction:
+    """What a write works with.
+
+    Attributes
+    ----------
+    news
+        The topics whose followers are to be told after the commit.
+    undone
+        Called if nothing of the transaction is stored.
+    server
+        The name of the server whose write it is.
+    is_begun
+        Whether it was begun.
+    is_broken
+        Whether it could not even be taken back: its connection is of no more use.
+    """
+
+    def __init__(self, engine: Engine, connection: Connection) -> None:
+        self._engine = engine
+        self._connection = connection
+        self.server = engine.server
+        self.row_lock = engine.row_lock
+        self.skip_locked = engine.skip_locked
+        self.live = engine.live
+        self.news: set[str] = set()
+        self.undone: list[Callable[[], None]] = []
+        self.is_begun = self.is_broken = False
+
+    @contextmanager
+    def committed(self, before_commit: Callable[[], None] = lambda: None) -> Iterator[None]:
+        """Begin it before a block, and commit it after, telling the news; what is raised takes all of it back."""
+        engine, connection = self._engine, self._connection
+        try:
+            connection.execute(engine.begin)
+            self.is_begun = True
+            yield
+            if self.news:
+                engine.tell(connection, frozenset(self.news))
+            before_commit()
+            connection.execute("COMMIT")
+        except BaseException:
+            for undone in self.undone:
+                undone()
+            try:
+                connection.execute("ROLLBACK")
+            except engine.errors:  # none was begun, or the connection is gone
+                self.is_broken = True
+            raise
+
+    def execute(self, sql: str, values: Iterable[Any] = ()) -> Rows:
+        """Run one statement."""
+        return self._connection.execute(sql, tuple(values))
+
+    def insert(self, table: str, **columns: Any) -> None:
+        """Add a row to a table."""
+        places = ", ".join("?" * len(columns))
+        self.execute(f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({places})", columns.values())
+
+    def lock(self, name: str) -> None:
+        """Wait until no other server is between here and the end of a transaction with the same `name`."""
+        self._engine.lock(self._connection, name)
+
+    def shrink(self) -> bool:
+        """Give back some of the space that is no longer used; say whether there is more."""
+        return self._engine.shrink(self._connection)

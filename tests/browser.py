@@ -1,0 +1,160 @@
+"""Pages in a real browser: the distribution's Chromium without a window, steered by its own driver."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from selenium.webdriver.chrome.webdriver import WebDriver
+    from selenium.webdriver.remote.webelement import WebElement
+
+CHROMIUM, DRIVER = "chromium", "chromedriver"
+OPTIONS = (
+    "--headless=new",
+    "--no-sandbox",  # which root, as whom CI runs, can't have
+    "--disable-dev-shm-usage",  # containers have little
+    "--disable-background-networking",
+    "--hide-scrollbars",
+)
+PATIENCE_S = 30.0
+_POLL_S = 0.02
+
+
+class View(NamedTuple):
+    """Width and height of what is looked at, in CSS pixels; and how many pixels of the picture each has."""
+
+    width: int
+    height: int
+    scale: float = 1.0
+
+
+DESK, PHONE = View(1280, 800), View(390, 844, 2.0)
+
+
+class Waited(AssertionError):
+    """Something did not come true in time."""
+
+
+def missing() -> str | None:
+    """Return what is missing for a browser, or None."""
+    for program in (CHROMIUM, DRIVER):
+        if shutil.which(program) is None:
+            return f"{program} is not installed (Debian: chromium, chromium-driver)"
+    return None if find_spec("selenium") else "selenium is not installed (pip install 'marsupial[browser]')"
+
+
+class Browser:
+    """One tab of the browser."""
+
+    def __init__(self, driver: WebDriver) -> None:
+        self.driver = driver
+
+    def open(self, url: str, view: View = DESK, *, dark: bool = False) -> None:
+        """Open a page; what was said on the console before is forgotten."""
+        self.look(view, dark=dark)
+        self.driver.get("about:blank")  # else another #fragment would not load the page again
+        self.errors()
+        self.driver.get(url)
+
+    def look(self, view: View, *, dark: bool = False) -> None:
+        """Look at the page in that size and scheme."""
+        size = {"width": view.width, "height": view.height, "deviceScaleFactor": view.scale}
+        self._ask("Emulation.setDeviceMetricsOverride", **size, mobile=view == PHONE)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self._ask("Emulation.setEmulatedMedia", features=[scheme])
+
+    def run(self, script: str, *values: object) -> Any:
+        """Return what the body of a function returns in the page; `values` are its `arguments`."""
+        return self.driver.execute_script(script, *values)
+
+    def value(self, expression: str) -> Any:
+        """Return the value of an expression in the page."""
+        return self.run(f"return ({expression})")
+
+    def wait(self, expression: str, seconds: float = PATIENCE_S) -> Any:
+        """Wait until an expression is true in the page, and return its value. Raises Waited."""
+        until = time.monotonic() + seconds
+        while not (found := self.value(expression)):
+            if time.monotonic() > until:
+                said = "\n".join(self.errors())
+                raise Waited(f"{expression} is still {found!r} after {seconds:g} s; console: {said or 'nothing'}")
+            time.sleep(_POLL_S)
+        return found
+
+    def find(self, selector: str) -> WebElement:
+        """Return the element that is shown for a selector, as soon as it is. Raises Waited."""
+        self.wait(f"document.querySelector({selector!r})?.checkVisibility()")
+        return self.driver.find_element("css selector", selector)
+
+    def text(self, selector: str) -> str:
+        """Return the text that is shown in an element."""
+        return str(self.find(selector).text)
+
+    def click(self, selector: str) -> None:
+        """Click in the middle of an element."""
+        self.find(selector).click()
+
+    def errors(self, *, network: bool = True) -> list[str]:
+        """Return the errors on the console since this was asked last; `network`: also of requests that failed."""
+        found = [one for one in self.driver.get_log("browser") if one["level"] == "SEVERE"]
+        return [one["message"] for one in found if network or one["source"] != "network"]
+
+    def shot(self, path: Path) -> Path:
+        """Write a PNG of what is seen."""
+        self.driver.save_screenshot(str(path))
+        return path
+
+    def colours(self, selector: str) -> dict[str, int]:
+        """Return how many pixels of a canvas have which colour, as `#rrggbbaa`."""
+        counted: dict[str, int] = self.run(_COUNT, selector)
+        return counted
+
+    def _ask(self, command: str, **parameters: object) -> None:
+        self.driver.execute_cdp_cmd(command, parameters)
+
+
+_COUNT = """
+const canvas = document.querySelector(arguments[0]), counts = {};
+const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+for (const pixel of new Uint32Array(pixels.buffer)) counts[pixel] = (counts[pixel] || 0) + 1;
+const byte = (pixel, bits) => ((pixel >>> bits) & 255).toString(16).padStart(2, "0");
+const hex = (pixel) => "#" + [0, 8, 16, 24].map((bits) => byte(pixel, bits)).join("");
+return Object.fromEntries(Object.entries(counts).map(([pixel, count]) => [hex(Number(pixel)), count]));
+"""
+
+
+@contextmanager
+def chromium() -> Iterator[WebDriver]:
+    """Run a browser."""
+    from selenium.webdriver import Chrome, ChromeOptions
+    from selenium.webdriver.chrome.service import Service
+
+    options = ChromeOptions()
+    options.binary_location = shutil.which(CHROMIUM) or CHROMIUM
+    for option in OPTIONS:
+        options.add_argument(option)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = Chrome(options, Service(shutil.which(DRIVER)))
+    try:
+        driver.set_script_timeout(PATIENCE_S)
+        yield driver
+    finally:
+        driver.quit()
+
+
+@contextmanager
+def tab(driver: WebDriver) -> Iterator[Browser]:
+    """Open a tab, which knows nothing of those before it."""
+    first = driver.current_window_handle
+    driver.switch_to.new_window("tab")
+    try:
+        yield Browser(driver)
+    finally:
+        driver.close()
+        driver.switch_to.window(first)

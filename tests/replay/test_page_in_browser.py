@@ -1,0 +1,177 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from browser import DESK, PHONE, Browser, View
+from synthetic_mission import mission_started, synthetic_mission
+
+from marsupial.model.mission import MissionEvent
+from marsupial.replay.page import replay_page
+from marsupial.replay.palette import DARK, LIGHT
+
+EVENTS = synthetic_mission()
+OTHER = (replace(mission_started(), strategy="heuristic"), *EVENTS[1:])
+
+OVER = """
+const canvas = document.querySelector(arguments[0]), tip = document.querySelector(".tip");
+const box = canvas.getBoundingClientRect();
+for (let y = 4; y < box.height; y += 6) for (let x = 4; x < box.width; x += 6) {
+  const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true, pointerType: "mouse" };
+  canvas.dispatchEvent(new PointerEvent("pointermove", at));
+  if (!tip.hidden && tip.innerText.startsWith(arguments[1])) return [tip.innerText, Math.round(x), Math.round(y)];
+}
+return null;
+"""
+"""Move the pointer over a canvas until what is told begins with a text; return what is told, and where."""
+
+
+def written(folder: Path, *missions: Sequence[MissionEvent]) -> str:
+    file = folder / "replay.html"
+    file.write_text(replay_page(*missions), encoding="utf-8")
+    return file.as_uri()
+
+
+def over(browser: Browser, canvas: str, begin: str) -> tuple[str, int, int]:
+    found = browser.run(OVER, canvas, begin)
+    assert found, f"nothing on {canvas} is told as {begin!r}"
+    return found[0], found[1], found[2]
+
+
+def drawn(browser: Browser) -> None:
+    """Wait for the next picture."""
+    browser.run(
+        "window.drawn = false; requestAnimationFrame(() => requestAnimationFrame(() => { window.drawn = true; }));"
+    )
+    browser.wait("window.drawn")
+
+
+@pytest.mark.parametrize(("view", "dark"), [(DESK, False), (PHONE, True)], ids=["light, on a desk", "dark, on a phone"])
+def test_one_mission_and_two_are_drawn_without_a_word_on_the_console(
+    browser: Browser, tmp_path: Path, view: View, dark: bool
+) -> None:
+    palette = DARK if dark else LIGHT
+    for missions in ((EVENTS,), (EVENTS, OTHER)):
+        browser.open(written(tmp_path, *missions) + "#t=14", view, dark=dark)
+        browser.wait("document.querySelector('canvas.floor')?.width > 100")
+        drawn(browser)
+        ground = browser.colours("canvas.floor")
+        assert {f"{colour}ff" for colour in (palette.unknown, palette.free, palette.wall, palette.other)} <= set(ground)
+        assert f"{palette.families[0][0]}ff" in browser.colours("canvas.map")
+        assert len(browser.colours("canvas.still")) > 10
+        assert browser.value("document.documentElement.scrollWidth") <= view.width
+        assert browser.errors() == []
+
+
+def test_it_opens_playing(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS))
+    assert browser.wait("document.querySelector('.play')?.getAttribute('aria-label')") == "Pause"
+    browser.wait("Number(document.querySelector('input[type=range]').value) > 100")
+
+
+def test_where_motion_is_not_wanted_it_opens_still_at_a_moment_with_robots_out(
+    browser: Browser, tmp_path: Path
+) -> None:
+    browser.look(DESK)
+    features = [{"name": "prefers-reduced-motion", "value": "reduce"}]
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+    browser.driver.get(written(tmp_path, EVENTS))
+    assert browser.wait("document.querySelector('.play')?.getAttribute('aria-label')") == "Play"
+    browser.wait(
+        "document.querySelector('canvas.map').getAttribute('aria-label').includes('2 of 3 robots on the ground')"
+    )
+
+
+def test_the_stop_report_stands_there_at_the_end_only(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=14")
+    assert browser.text(".badge") == "under way"
+    assert "STOP REPORT" not in browser.text("aside")
+    browser.run(
+        "const s = document.querySelector('input[type=range]'); s.value = s.max; s.dispatchEvent(new Event('input'));"
+    )
+    browser.wait("document.querySelector('aside').innerText.includes('STOP REPORT')")
+    assert browser.text(".badge") == "stalled"
+    assert "reachable 132 m²" in browser.text(".known")
+
+
+def test_scrubbing_back_shows_what_was_known_then(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=3")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    drawn(browser)
+    before, known = browser.colours("canvas.floor"), browser.text(".known")
+    for t in (26, 3):
+        browser.run("location.hash = 't=' + arguments[0]", t)
+        browser.wait(f"document.querySelector('.clock').innerText.startsWith('0:{t:02}')")
+        drawn(browser)
+    assert browser.colours("canvas.floor") == before
+    assert browser.text(".known") == known
+
+
+def test_two_missions_have_one_clock_and_a_sentence_that_says_what_sets_them_apart(
+    browser: Browser, tmp_path: Path
+) -> None:
+    ended = EVENTS[-1]
+    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_000))
+    slower = (*OTHER[:-1], replace(ended, exploration_ms=16_000))
+    browser.open(written(tmp_path, explored, slower) + "#t=14")
+    sentence = browser.text(".difference b")
+    assert sentence == "temporal finished exploring 0:04 earlier (25 %): at 0:12, heuristic at 0:16."
+    assert browser.value("document.querySelectorAll('.transport').length") == 1
+    labels = browser.value("[...document.querySelectorAll('canvas.map')].map((one) => one.getAttribute('aria-label'))")
+    assert labels[0].replace("temporal", "heuristic") == labels[1]
+
+
+def test_hovering_tells_what_a_robot_does_and_why_and_how_it_came_out(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=11")
+    browser.wait("document.querySelector('canvas.map')?.width > 100")
+    drawn(browser)
+    told = over(browser, "canvas.map", "rover1_1")[0]
+    assert "explores T1" in told
+    assert "plan 1 at 0:00: the mission begins" in told
+    assert "decided by temporal with greedy" in told
+    assert "outcome: given up for the next plan" in told
+
+
+def test_a_click_on_a_target_tells_who_reaches_it_and_who_does_not(browser: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+
+    browser.open(written(tmp_path, EVENTS) + "#t=11")
+    browser.wait("document.querySelector('canvas.map')?.width > 100")
+    drawn(browser)
+    _, x, y = over(browser, "canvas.map", "Target T1")
+    canvas = browser.find("canvas.map")
+    dx, dy = x - canvas.size["width"] // 2, y - canvas.size["height"] // 2
+    ActionChains(browser.driver).move_to_element_with_offset(canvas, dx, dy).click().perform()
+    card = browser.text(".picked")
+    assert "t1 in the log" in card
+    assert "rovers can explore it" in card
+    assert "carriers cannot" in card
+    assert "rover1_1 goes there by plan 1: there at 0:17" in card
+
+
+def test_a_robot_is_followed_from_its_row_until_the_whole_map_is_asked_for(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=11")
+    browser.click("tbody tr:nth-child(2) button")
+    assert browser.text(".following") == "following rover1_1 ×"
+    browser.click(".zoom button:last-child")
+    browser.wait("document.querySelector('.following').hidden")
+
+
+def test_keys_play_and_step_and_every_control_has_a_name(browser: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+
+    browser.open(written(tmp_path, EVENTS) + "#t=14")
+    browser.wait("document.querySelector('.clock')?.innerText.startsWith('0:14')")
+    ActionChains(browser.driver).send_keys("[").perform()
+    browser.wait("document.querySelector('.clock').innerText.startsWith('0:12.5')")
+    ActionChains(browser.driver).send_keys(" ").perform()
+    browser.wait("document.querySelector('.play').getAttribute('aria-label') === 'Pause'")
+    controls = "[...document.querySelectorAll('button, input, select')]"
+    nameless = f"{controls}.filter((one) => !(one.textContent || one.ariaLabel || one.labels?.length)).length"
+    assert browser.value(nameless) == 0
+    pictures = (
+        "[...document.querySelectorAll('canvas')].filter((one) => one.ariaHidden !== 'true' && !one.ariaLabel).length"
+    )
+    assert browser.value(pictures) == 0

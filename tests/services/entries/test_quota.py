@@ -1,0 +1,232 @@
+"""How much a key may plan in an hour, over all servers of a store."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import pytest
+from entry_house import opened
+from mission_house import Driver, open_missions, run, started, team
+from situations import one_room
+from undisturbed import undisturbed
+
+from marsupial.model.planning import Budget
+from marsupial_service.entries.quota import NO_QUOTA, Quota
+from marsupial_service.entries.records import TooMany
+from marsupial_service.jobs import table
+from marsupial_service.jobs.messages import Closed
+from marsupial_service.jobs.records import JobOutcome, JobRequest, JobSettings
+from marsupial_service.jobs.service import Jobs
+from marsupial_service.missions.records import MissionRecord
+from marsupial_service.missions.service import Missions
+from marsupial_service.missions.values import Wish
+from marsupial_service.schemas.events import QuotaData
+from marsupial_service.store import Store, Transaction, open_store
+
+T = TypeVar("T")
+
+QUOTA = Quota(seconds=60.0, steps_s=40.0)
+"""A second of it comes back in a minute."""
+
+SETTINGS = JobSettings(max_attempts=2)
+DONE = Closed(outcome=JobOutcome.SATISFICING)
+MINUTE_MS = 60_000
+
+
+@dataclass
+class Desk:
+    """A store, asked and changed at a moment that the test says."""
+
+    store: Store
+
+    def do(self, write: Callable[[Transaction], T]) -> T:
+        return self.store.write(write).result(10)
+
+    def add(self, job: str, now_ms: int, owner: str = "me", **budget: float) -> None:
+        asked = Budget(**(budget or {"seconds": 10.0}))  # type: ignore[arg-type]
+        head: dict[str, Any] = {"id": job, "owner": owner, "key": None, "digest": b"", "task": b"", "source": b""}
+        new = table.NewJob(**head, planner="greedy", budget=asked)
+        self.do(lambda tx: table.insert(tx, new, SETTINGS, now_ms, quota=QUOTA))
+
+    def claim(self, now_ms: int) -> table.Claim:
+        claim = self.do(lambda tx: table.claim(tx, now_ms))
+        assert claim is not None
+        return claim
+
+    def left_s(self, now_ms: int, owner: str = "me") -> float:
+        return self.store.read(lambda reader: QUOTA.left_s(reader, now_ms)).result(10).get(owner, QUOTA.seconds)
+
+
+@pytest.fixture
+def desk(place: str) -> Iterator[Desk]:
+    store = open_store(place)
+    yield Desk(store)
+    store.close()
+
+
+def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_is_room(desk: Desk) -> None:
+    desk.add("a", 0, seconds=15.0)
+    desk.add("b", 0, steps=1000)
+    assert desk.left_s(0) == 5.0
+    with pytest.raises(
+        TooMany, match=r"60 s an hour \(key_planning_s\); there may be room for 10 s in 300 s$"
+    ) as caught:
+        desk.add("c", 0)
+    assert caught.value.retry_after_s == 300
+    desk.add("c", 0, seconds=5.0)
+    desk.add("of another", 0, owner="you", seconds=60.0)
+
+
+def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(desk: Desk) -> None:
+    desk.add("a", 0, seconds=30.0)
+    claim = desk.claim(1000)
+    assert desk.left_s(1000) == 30.0
+    assert desk.do(lambda tx: table.finish(tx, claim, DONE, 13_000, QUOTA))
+    assert desk.left_s(13_000) == pytest.approx(48.0)
+    assert desk.left_s(13_000 + 3 * MINUTE_MS) == pytest.approx(51.0)
+    assert desk.left_s(13_000 + 12 * MINUTE_MS) == pytest.approx(60.0)
+    assert desk.left_s(13_000 + 90 * MINUTE_MS) == 60.0
+
+
+def test_a_job_that_is_cancelled_before_it_ran_is_charged_nothing(desk: Desk) -> None:
+    desk.add("a", 0)
+    desk.do(lambda tx: table.cancel(tx, "a", 9000, QUOTA))
+    assert desk.left_s(9000) == 60.0
+
+
+def test_one_that_is_cancelled_while_it_runs_is_charged_once(desk: Desk) -> None:
+    desk.add("a", 0)
+    claim = desk.claim(0)
+    for now_ms in (6000, 8000):
+        desk.do(lambda tx, now_ms=now_ms: table.cancel(tx, "a", now_ms, QUOTA))  # type: ignore[misc]
+    assert not desk.do(lambda tx: table.finish(tx, claim, DONE, 9000, QUOTA))
+    assert desk.left_s(6000) == pytest.approx(54.0)
+
+
+def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(desk: Desk) -> None:
+    desk.add("a", 0)
+    claim = desk.claim(0)
+    assert desk.do(lambda tx: table.give_back(tx, claim, "", SETTINGS, 4000, QUOTA))
+    assert desk.left_s(4000) == pytest.approx(50.0)
+    again = desk.claim(5000)
+    assert again.budget.seconds == pytest.approx(6.0)
+    desk.do(lambda tx: table.finish(tx, again, DONE, 7000, QUOTA))
+    assert desk.left_s(7000) == pytest.approx(54.0, abs=0.1)
+
+
+def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget(desk: Desk) -> None:
+    desk.add("a", 0)
+    desk.claim(0)
+    desk.do(lambda tx: tx.execute("DELETE FROM servers"))
+    desk.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA))
+    assert desk.left_s(50 * MINUTE_MS) == pytest.approx(40.0)
+
+
+def test_servers_charge_the_same_owner_at_the_same_time_and_nothing_is_lost(postgres: Any) -> None:
+    address = postgres.database()
+    stores = [open_store(address) for _ in range(2)]
+    try:
+        charges = [
+            store.write(lambda tx, owner=owner: QUOTA.charge(tx, owner, 1000, 0))  # type: ignore[misc]
+            for _ in range(10)
+            for store, owners in zip(stores, (("me", "you"), ("you", "me")), strict=True)
+            for owner in owners
+        ]
+        for charge in charges:
+            charge.result(60)
+        left = stores[0].read(lambda reader: QUOTA.left_s(reader, 0)).result(10)
+        assert left == {"me": pytest.approx(40.0), "you": pytest.approx(40.0)}
+    finally:
+        for store in stores:
+            store.close()
+
+
+def test_without_a_quota_nothing_is_kept_and_nobody_waits(desk: Desk) -> None:
+    desk.do(lambda tx: NO_QUOTA.charge(tx, "me", 10**9, 0))
+    rows = desk.do(lambda tx: tx.execute("SELECT * FROM documents").fetchall())
+    assert len(rows) == 0
+    assert desk.do(lambda tx: NO_QUOTA.wait_s(tx, "me", 1e9, 0)) == 0.0
+
+
+def test_it_holds_after_a_restart(place: str) -> None:
+    def jobs_of(store: Store) -> Jobs:
+        return Jobs(store, JobSettings(slots=1, key_planning_s=30.0))
+
+    def wanted(seconds: float) -> JobRequest:
+        return JobRequest(
+            planner="greedy", budget=Budget(seconds=seconds), task=one_room(), digest=b"", source={"planner": "greedy"}
+        )
+
+    async def work() -> None:
+        async with opened(place, jobs_of) as jobs:
+            job = (await jobs.submit(wanted(20.0), owner="me")).record.id
+            assert (await jobs.wait(job, 60)).finished_at_ms is not None
+            assert 0 < 30.0 - (await jobs.left_s())["me"] < 20.0
+        async with opened(place, jobs_of) as jobs:
+            with pytest.raises(TooMany, match="planning time"):
+                await jobs.submit(wanted(30.0), owner="me")
+
+    run(work())
+
+
+async def use_up(missions: Missions, seconds: float) -> None:
+    await missions.write(lambda tx: missions.quota.charge(tx, "me", round(1000 * seconds), missions.now_ms()))
+
+
+def quota_events(driver: Driver) -> list[str]:
+    return [data for _, kind, data in driver.events if kind == "quota"]
+
+
+@pytest.mark.parametrize("killed", [False, True])
+def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing_had_been(
+    place: str, killed: bool
+) -> None:
+    async def fly() -> tuple[Driver, str]:
+        driver = Driver(team())
+        async with open_missions(place, key_planning_s=3600.0) as missions:
+            record = await started(missions)
+            assert not await driver.drive(missions, record, 5)
+            await use_up(missions, 3601.0)
+            ending = asyncio.create_task(driver.drive(missions, record))
+            async with asyncio.timeout(60):
+                while not quota_events(driver):
+                    await asyncio.sleep(0.02)
+            if not killed:
+                assert await ending
+                return driver, await missions.log(await missions.of("me", record.id))
+            ending.cancel()
+            await asyncio.wait([ending])
+        async with open_missions(place, key_planning_s=3600.0) as missions:
+            assert await driver.drive(missions, record)
+            return driver, await missions.log(await missions.of("me", record.id))
+
+    driver, log = run(fly())
+    first, last = [QuotaData.model_validate_json(data) for data in quota_events(driver)]
+    assert (first.state, last.state) == ("waiting", "running")
+    assert "planning time is used up" in (first.reason or "")
+    assert first.room_at is not None
+    assert log == undisturbed("lobby")
+
+
+def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -> None:
+    async def fly() -> MissionRecord:
+        async with open_missions(place, key_planning_s=3600.0) as missions:
+            record = await started(missions)
+            driver = Driver(team())
+            assert not await driver.drive(missions, record, 5)
+            await use_up(missions, 7000.0)
+            ending = asyncio.create_task(driver.drive(missions, record))
+            async with asyncio.timeout(60):
+                while not quota_events(driver):
+                    await asyncio.sleep(0.02)
+            with pytest.raises(TooMany, match=r"key_planning_s"):
+                await started(missions)
+            await missions.wish(record, Wish.CANCEL)
+            assert await ending
+            return await missions.of("me", record.id)
+
+    ended = run(fly())
+    assert (ended.status, ended.reason) == ("cancelled", "cancelled")

@@ -1,0 +1,189 @@
+"""Missions whose robots the service simulates come out as those in one process, whatever happens to the service."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from typing import Any
+
+import psutil
+import pytest
+from databases import PostgresServer
+from launcher_tree import below_launcher
+from mission_house import open_missions, run
+from undisturbed import STEPS, undisturbed
+
+from marsupial_service.entries.records import TooMany
+from marsupial_service.intake.reading import Digested
+from marsupial_service.intake.simulations import simulation_of
+from marsupial_service.missions.driver import CATCH_UP_S, Pace
+from marsupial_service.missions.ledger import Conflict
+from marsupial_service.missions.records import MissionPhase, MissionRecord
+from marsupial_service.missions.service import Missions
+from marsupial_service.missions.values import EventType, Report, SimulatedBrief, Wish
+from marsupial_service.operations.settings import ServiceLimits
+from marsupial_service.schemas.simulations import SimulationBody
+
+LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
+SLOW = {**LOBBY, "speed": 0.5}
+
+
+def brief(document: dict[str, Any]) -> SimulatedBrief:
+    body = SimulationBody.model_validate(document)
+    found, _ = simulation_of(body, Digested(document, b"same"), ServiceLimits(), {})
+    return found
+
+
+async def begun(missions: Missions, document: dict[str, Any]) -> MissionRecord:
+    record, _ = await missions.create(brief(document), b"same", owner="me")
+    return record
+
+
+async def reported(missions: Missions, mission: str, n: int) -> MissionRecord:
+    """Wait until a mission has had so many reports."""
+    async for event in missions.follow(mission):
+        if event.type == EventType.COMMANDS and (record := await missions.get(mission, "me")) and record.n >= n:
+            return record
+    raise AssertionError("it ended before")
+
+
+async def over(missions: Missions, mission: str) -> MissionRecord:
+    async for _ in missions.follow(mission):
+        pass
+    record = await missions.get(mission, "me")
+    assert record is not None
+    assert record.state is MissionPhase.ENDED
+    return record
+
+
+def test_the_log_is_that_of_a_mission_in_one_process(place: str) -> None:
+    async def fly() -> str:
+        async with open_missions(place) as missions:
+            record = await begun(missions, LOBBY)
+            assert (await over(missions, record.id)).status == "complete"
+            return await missions.log(record)
+
+    assert run(fly()) == undisturbed("lobby")
+
+
+def test_it_is_the_same_where_processes_are_killed(place: str) -> None:
+    async def fly() -> str:
+        async with open_missions(place) as missions:
+            record = await begun(missions, LOBBY)
+            for n in (3, 9, 20, 31):
+                await reported(missions, record.id, n)
+                for process in await asyncio.to_thread(below_launcher):
+                    with contextlib.suppress(psutil.NoSuchProcess):
+                        process.kill()
+            await over(missions, record.id)
+            return await missions.log(record)
+
+    assert run(fly()) == undisturbed("lobby")
+
+
+def test_it_is_the_same_where_the_service_is_stopped_and_started_again(place: str) -> None:
+    async def begin() -> str:
+        async with open_missions(place) as missions:
+            record = await begun(missions, LOBBY)
+            await reported(missions, record.id, 7)
+            return record.id
+
+    async def go_on(mission: str) -> str:
+        async with open_missions(place) as missions:
+            return await missions.log(await over(missions, mission))
+
+    assert run(go_on(run(begin()))) == undisturbed("lobby")
+
+
+def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: PostgresServer) -> None:
+    shared = postgres.database()
+
+    async def fly() -> str:
+        async with open_missions(shared) as second:
+            async with open_missions(shared) as first:
+                record = await begun(first, LOBBY)
+                await reported(second, record.id, 7)
+            ended = await over(second, record.id)
+            assert ended.term == 2
+            return await second.log(ended)
+
+    assert run(fly()) == undisturbed("lobby")
+
+
+def test_robots_come_to_rest_in_a_pause_and_then_go_on(place: str) -> None:
+    async def fly() -> None:
+        async with open_missions(place) as missions:
+            record = await begun(missions, {**LOBBY, "speed": 20})
+            await reported(missions, record.id, 5)
+            await missions.wish(record, Wish.PAUSE)
+            resting = await _resting(missions, record.id)
+            assert resting.state is MissionPhase.PAUSED
+            await missions.wish(record, Wish.RESUME)
+            await reported(missions, record.id, resting.n + 3)
+            await missions.wish(record, Wish.CANCEL)
+            assert (await over(missions, record.id)).status == "cancelled"
+
+    run(fly())
+
+
+async def _resting(missions: Missions, mission: str) -> MissionRecord:
+    """Wait until no report has come for half a second, twenty times what lies between two of them."""
+    before = -1
+    while True:
+        record = await missions.get(mission, "me")
+        assert record is not None
+        if record.n == before:
+            return record
+        before = record.n
+        await asyncio.sleep(0.5)
+
+
+def test_a_mission_that_is_cancelled_is_reported_to_no_more(place: str) -> None:
+    async def fly() -> None:
+        async with open_missions(place) as missions:
+            record = await begun(missions, SLOW)
+            await reported(missions, record.id, 2)
+            await missions.wish(record, Wish.CANCEL)
+            ended = await over(missions, record.id)
+            assert ended.status == "cancelled"
+            await asyncio.sleep(0.3)
+            assert await missions.get(record.id, "me") == ended
+
+    run(fly())
+
+
+def test_others_can_not_report_for_simulated_robots(place: str) -> None:
+    async def fly() -> None:
+        async with open_missions(place) as missions:
+            record = await begun(missions, SLOW)
+            with pytest.raises(Conflict, match="simulated by the service"):
+                await missions.reports(record, [(Report(n=1, t_ms=0), b"mine")])
+
+    run(fly())
+
+
+def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> None:
+    async def fly() -> None:
+        async with open_missions(place, simulations=1) as missions:
+            first = await begun(missions, SLOW)
+            with pytest.raises(TooMany, match="1 missions are simulated"):
+                await begun(missions, SLOW)
+            await missions.wish(first, Wish.CANCEL)
+            await over(missions, first.id)
+            await begun(missions, SLOW)
+
+    run(fly())
+
+
+def test_a_pace_is_kept_and_what_is_lost_is_not_made_up_for() -> None:
+    pace = Pace(10)
+    assert pace.due_s(0, 100.0) == 100.0
+    assert pace.due_s(5000, 100.0) == 100.5
+    assert pace.due_s(5000, 100.6) == 100.5, "a little late: it hurries"
+    late = 100.6 + CATCH_UP_S
+    assert pace.due_s(6000, late + 1) == late + 1, "after a long planning it goes on from there"
+    assert pace.due_s(7000, late + 1) == pytest.approx(late + 1.1)
+
+
+def test_without_a_pace_everything_is_due_at_once() -> None:
+    assert Pace(None).due_s(10**9, 5.0) == 5.0

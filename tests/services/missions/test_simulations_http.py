@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any
+
+import httpx
+import pytest
+from PIL import Image
+from servers import Server
+from service_house import client, pointers, problem
+
+from marsupial.generators.builtin import SCENARIOS
+from marsupial.strategies.registry import strategy_names
+
+YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
+SMALL = {"scenario": "lobby", "carriers": 1, "rovers": 0, "planner": "greedy", "budget": {"steps": 1}, "speed": 0.1}
+
+
+def picture(size: tuple[int, int] = (40, 30), free: int = 254, form: str = "PNG") -> str:
+    image = Image.new("L", size, 0)
+    image.paste(free, (2, 2, size[0] - 2, size[1] - 2))
+    buffer = io.BytesIO()
+    image.save(buffer, form)
+    return base64.b64encode(buffer.getvalue()).decode()
+
+
+def on_map(yaml: str = YAML, image: str | None = None, **more: Any) -> dict[str, Any]:
+    uploaded = {"name": "room", "yaml": yaml, "image_base64": image or picture()}
+    return {"map": uploaded, "planner": "greedy", "budget": {"steps": 1}, **more}
+
+
+def test_what_can_be_simulated_is_listed_with_what_holds_by_default(http: httpx.Client) -> None:
+    found = http.get("/v1/scenarios").json()
+    assert [one["name"] for one in found["scenarios"]] == list(SCENARIOS)
+    by_name = {one["name"]: one for one in found["strategies"]}
+    assert set(by_name) == set(strategy_names())
+    assert by_name["temporal"] == {
+        "name": "temporal",
+        "asks_planner": True,
+        "with_rovers": True,
+        "without_rovers": True,
+    }
+    assert not by_name["closest-frontier"]["with_rovers"]
+    assert "greedy" in found["planners"]
+    assert (found["defaults"]["strategy"], found["defaults"]["budget"]) == ("temporal", {"seconds": 1.0})
+
+
+def test_a_simulation_is_a_mission_that_says_how_it_is_simulated(http: httpx.Client) -> None:
+    answer = http.post("/v1/simulations", json={**SMALL, "seed": 7})
+    mission = answer.json()
+    assert answer.status_code == 201
+    assert answer.headers["location"] == mission["links"]["self"]
+    assert mission["simulation"] == {"speed": 0.1, "seed": 7, "carriers": 1, "rovers": 0, "warnings": []}
+    assert http.get(mission["links"]["self"]).json()["simulation"] == mission["simulation"]
+    problem(http.post(mission["links"]["reports"], json={"n": 1, "t_ms": 0}), 409, "conflict")
+    assert http.post(mission["links"]["cancel"]).status_code == 200
+
+
+def test_the_same_request_with_the_same_key_is_one_simulation(http: httpx.Client) -> None:
+    key = {"Idempotency-Key": "once"}
+    first, second = (http.post("/v1/simulations", json=SMALL, headers=key) for _ in range(2))
+    assert (first.status_code, second.status_code) == (201, 200)
+    assert first.json()["id"] == second.json()["id"]
+    http.post(first.json()["links"]["cancel"])
+
+
+@pytest.mark.parametrize("form", ["PNG", "PPM"])
+def test_an_uploaded_map_is_explored_and_what_is_odd_about_it_is_told(http: httpx.Client, form: str) -> None:
+    mission = http.post("/v1/simulations", json=on_map(image=picture(free=205, form=form))).json()
+    assert mission["name"] == "room"
+    assert any("205" in warning for warning in mission["simulation"]["warnings"])
+    http.post(mission["links"]["cancel"])
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer", "said"),
+    [
+        ({**SMALL, "scenario": "lobbi"}, "/scenario", "did you mean 'lobby'"),
+        ({**SMALL, "strategy": "luck"}, "/strategy", "unknown strategy"),
+        ({**SMALL, "rovers": 1, "strategy": "closest-frontier"}, "/strategy", "rovers"),
+        ({**SMALL, "planner": "luck"}, "/planner", "unknown planner"),
+        ({**SMALL, "planner": "cmd:luck"}, "/planner", "command lines"),
+        ({**SMALL, "budget": {"seconds": 1e5}}, "/budget/seconds", "at most"),
+        ({**SMALL, "speed": 0}, "/speed", "greater"),
+        ({**SMALL, "carriers": 0}, "/carriers", "greater"),
+        ({**SMALL, "seed": -1}, "/seed", "greater"),
+        (on_map(YAML.replace("resolution", "resolutoin")), "/map/yaml", "resolution"),
+        (on_map(YAML.replace("0.25\nor", "0.001\nor")), "/map/yaml", "too large"),
+        (on_map(image="bm8="), "/map/image_base64", "not a PNG or PGM"),
+        (on_map(image="###"), "/map/image_base64", "not base64"),
+        (on_map(image=picture(free=0)), "/map", "no room"),
+        ({"carriers": 1}, "/scenario", "needs one of scenario, map"),
+    ],
+)
+def test_what_is_wrong_is_told_by_the_field_that_was_meant(
+    http: httpx.Client, body: dict[str, Any], pointer: str, said: str
+) -> None:
+    refused = problem(http.post("/v1/simulations", json=body), 422, "invalid")
+    assert any(one["pointer"] == pointer and said in one["detail"] for one in refused["errors"]), refused["errors"]
+
+
+@pytest.mark.parametrize(
+    ("body", "pointer"),
+    [
+        ({**SMALL, "carriers": 31}, "/carriers"),
+        ({**SMALL, "scenario": "office"}, "/scenario"),
+        (on_map(image=picture((101, 100))), "/map/image_base64"),
+    ],
+)
+def test_what_is_beyond_the_limits_is_refused_before_it_is_looked_at(
+    http: httpx.Client, body: dict[str, Any], pointer: str
+) -> None:
+    assert pointers(problem(http.post("/v1/simulations", json=body), 413, "too-large")) == [pointer]
+
+
+def test_the_page_and_its_files_are_served_under_a_strict_policy(http: httpx.Client) -> None:
+    page = http.get("/")
+    assert page.headers["content-type"].startswith("text/html")
+    assert "script-src 'self'; style-src 'self'" in page.headers["content-security-policy"]
+    assert "<style" not in page.text
+    script = http.get("/page/live.js")
+    assert script.headers["content-type"].startswith("text/javascript")
+    again = http.get("/page/live.js", headers={"If-None-Match": script.headers["etag"]})
+    assert (again.status_code, again.content) == (304, b"")
+    assert http.get("/page/page.css").headers["content-type"].startswith("text/css")
+    problem(http.get("/page/page.py"), 404, "not-found")
+
+
+def test_the_map_of_a_job_can_be_had_where_it_was_sent_with_one(server: Server) -> None:
+    with client(server) as http:
+        for demo, status in (("yard", 200), ("tiny", 404)):
+            job = http.post("/v1/jobs", json={**http.get(f"/v1/demo-data/{demo}").json(), "planner": "greedy"}).json()
+            found = http.get(f"{job['links']['self']}/map")
+            assert found.status_code == status
+            if status == 200:
+                told = found.json()
+                assert (told["width"], told["height"], told["resolution_m"]) == (20, 11, 0.5)
+                assert sum(told["runs"][1::3]) < 20 * 11, "what is unknown is in no run"

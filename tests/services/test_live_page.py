@@ -1,0 +1,258 @@
+"""The page of the service in a browser: missions begun, followed, compared, steered; jobs watched; keys asked for."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import DESK, PHONE, Browser
+from PIL import Image
+from servers import Server
+from undisturbed import STEPS, undisturbed
+
+from marsupial_service.operations.keys import KeyFile
+
+LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
+YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
+MAPS = ".panes canvas.map, .panes canvas"
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(tmp_path_factory.mktemp("page"), "--limit", "simulations=20") as server:
+        yield server
+
+
+def choose(browser: Browser, **values: Any) -> None:
+    """Fill fields of the form in, by their names."""
+    for name, value in values.items():
+        field = browser.find(f"#start-{name}")
+        browser.run(
+            "arguments[0].value = arguments[1]; for (const kind of ['input', 'change'])"
+            " arguments[0].dispatchEvent(new Event(kind, { bubbles: true }))",
+            field,
+            str(value),
+        )
+
+
+def start(browser: Browser, server: Server, **values: Any) -> list[str]:
+    """Start a mission from the form, or two, and return their ids once they are seen."""
+    browser.open(f"{server.url}/")
+    choose(browser, **{"scenario": "lobby", "planner": "greedy", **values})
+    browser.click("form.start button.first")
+    browser.wait("location.hash.startsWith('#/missions/') && document.querySelector('.view .transport output')")
+    return str(browser.value("location.hash")).rpartition("/")[2].split(",")
+
+
+def begun(server: Server, **more: Any) -> str:
+    """Start a simulation as a program does."""
+    reply = server.ask("POST", "/v1/simulations", {**LOBBY, **more})
+    assert reply.status == 201, reply.document
+    return str(reply.document["id"])
+
+
+def shown_ms(browser: Browser) -> int:
+    return int(browser.value("Number(document.querySelector('.transport input[type=range]').value)"))
+
+
+def drawn(browser: Browser) -> bool:
+    """Say whether one of the map's canvases has several colours."""
+    counts = browser.value(f"[...document.querySelectorAll('{MAPS}')].map((one, i) => one.id = `canvas-${{i}}`)")
+    return any(len(browser.colours(f"#{name}")) > 5 for name in counts)
+
+
+def scrub(browser: Browser, t_ms: int) -> None:
+    browser.run(
+        "const bar = document.querySelector('.transport input[type=range]'); bar.value = arguments[0];"
+        " bar.dispatchEvent(new Event('input'))",
+        t_ms,
+    )
+
+
+def is_live(browser: Browser) -> bool:
+    return browser.value("document.querySelector('.transport .live').getAttribute('aria-pressed')") == "true"
+
+
+def test_a_mission_is_run_from_the_form_scrubbed_and_followed_live_to_its_end(browser: Browser, house: Server) -> None:
+    (mission,) = start(browser, house, speed=5, budget=0.1)
+    browser.wait("Number(document.querySelector('.transport input[type=range]').value) > 3000")
+    assert is_live(browser)
+    assert drawn(browser)
+    scrub(browser, 1000)
+    browser.wait("document.querySelector('.transport output').textContent.startsWith('0:01.0')")
+    assert not is_live(browser)
+    before = int(browser.value("Number(document.querySelector('.transport input[type=range]').max)"))
+    browser.wait(f"Number(document.querySelector('.transport input[type=range]').max) > {before + 1000}")
+    assert shown_ms(browser) == 1000, "the mission goes on, the moment that is looked at does not"
+    browser.click(".transport .live")
+    browser.wait(f"Number(document.querySelector('.transport input[type=range]').value) > {before}")
+    assert is_live(browser)
+    browser.wait("document.querySelector('.followed .badge').textContent === 'complete'")
+    assert house.ask("GET", f"/v1/missions/{mission}").document["status"] == "complete"
+    assert browser.text(".view > header .badge") == "complete"
+    assert browser.errors() == []
+
+
+def test_two_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, house: Server) -> None:
+    missions = start(browser, house, beside="heuristic", speed=100, budget=0.1)
+    assert len(missions) == 2
+    told = [house.ask("GET", f"/v1/missions/{mission}").document for mission in missions]
+    assert [one["strategy"] for one in told] == ["temporal", "heuristic"]
+    assert told[0]["simulation"]["seed"] == told[1]["simulation"]["seed"]
+    browser.wait("[...document.querySelectorAll('.followed .badge')].every((one) => one.textContent === 'complete')")
+    assert browser.value("document.querySelectorAll('.pane').length") == 2
+    assert browser.value("document.querySelectorAll('.transport').length") == 1
+    assert drawn(browser)
+    browser.look(PHONE)
+    assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+    assert browser.errors() == []
+
+
+def test_what_is_wrong_with_a_map_stands_beside_the_field_that_was_meant(
+    browser: Browser, house: Server, tmp_path: Path
+) -> None:
+    yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
+    yaml.write_text(YAML.replace("resolution", "resolutoin"))
+    image.write_bytes(b"no image")
+    browser.open(f"{house.url}/")
+    choose(browser, scenario="")
+    browser.click("form.start button.first")
+    browser.wait("document.querySelector('#start-yaml-problem').textContent.includes('choose')")
+    browser.find("#start-yaml").send_keys(str(yaml))
+    browser.find("#start-image").send_keys(str(image))
+    browser.click("form.start button.first")
+    browser.wait("document.querySelector('#start-yaml-problem').textContent.includes('resolution')")
+    assert "is not a PNG or PGM image" in browser.text("#start-image-problem")
+    assert browser.value("document.querySelector('#start-yaml').hasAttribute('aria-invalid')")
+    assert browser.value("document.querySelector('#start-seed-problem').textContent") == ""
+    assert browser.errors(network=False) == []
+
+    yaml.write_text(YAML)
+    room = Image.new("L", (48, 36), 0)
+    room.paste(254, (2, 2, 46, 34))
+    room.save(image)
+    browser.find("#start-yaml").send_keys(str(yaml))
+    browser.find("#start-image").send_keys(str(image))
+    choose(browser, planner="greedy", speed="")
+    browser.click("form.start button.first")
+    browser.wait("document.querySelector('.followed .badge')?.textContent === 'complete'")
+    assert browser.text(".view > header h1") == "room"
+
+
+def test_a_page_whose_server_is_killed_says_so_and_goes_on_when_it_is_back(browser: Browser, house: Server) -> None:
+    mission = begun(house, speed=10)
+    browser.open(f"{house.url}/#/missions/{mission}")
+    browser.wait("Number(document.querySelector('.transport input[type=range]')?.value) > 2000")
+    house.kill()
+    browser.wait("document.querySelector('#connection').textContent === 'connection lost, trying again'")
+    house.start()
+    browser.wait("document.querySelector('#connection').textContent === 'back'")
+    at = shown_ms(browser)
+    browser.wait(f"Number(document.querySelector('.transport input[type=range]').value) > {at + 1000}")
+    browser.wait("document.querySelector('.followed .badge').textContent === 'complete'", 60)
+    assert house.ask("GET", f"/v1/missions/{mission}/log").document == undisturbed("lobby")
+    assert browser.errors(network=False) == []
+
+
+def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browser, house: Server) -> None:
+    mission = begun(house, speed=1)
+    browser.open(f"{house.url}/#/missions/{mission}")
+    browser.wait("document.querySelector('.view')")
+    for number, state in ((1, "paused"), (1, "running"), (2, "cancelled")):
+        browser.click(f".followed button:nth-of-type({number})")
+        browser.wait(f"document.querySelector('.followed .badge').textContent === '{state}'")
+    assert house.ask("GET", f"/v1/missions/{mission}").document["state"] == "ended"
+    assert browser.value("[...document.querySelectorAll('.followed button')].every((one) => one.hidden)")
+    assert browser.errors() == []
+
+
+def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(browser: Browser, house: Server) -> None:
+    demo = house.ask("GET", "/v1/demo-data/yard").document
+    job = house.ask("POST", "/v1/jobs", {**demo, "planner": "anytime", "budget": {"seconds": 1}}).document
+    browser.open(f"{house.url}/#/jobs/{job['id']}")
+    browser.wait("document.querySelector('.job-page .badge')?.textContent === 'satisficing'")
+    best = house.ask("GET", job["links"]["self"]).document["best"]
+    browser.wait(f"document.querySelector('.makespan').dataset.revision === '{best['revision']}'")
+    pictures = [".job-map canvas", ".plot canvas", ".job-lanes canvas"]
+    for picture in pictures:
+        browser.wait(f"document.querySelector('{picture}').width > 100")
+        assert len(browser.colours(picture)) > 4
+    assert browser.errors() == []
+
+
+def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, house: Server) -> None:
+    frame = {"width": 8, "height": 6, "resolution_m": 0.5}
+    kind = {"name": "carrier", "role": "carrier", "speed_mps": 1.0, "sensor_range_m": 3.0, "radius_m": 0.2}
+    body = {
+        "name": "elsewhere",
+        "frame": frame,
+        "robot_types": [{**kind, "terrains": ["floor"], "capacity": 1}],
+        "team": [{"name": "mother", "type": "carrier", "cell": [2, 2]}],
+        "planner": "greedy",
+        "budget": {"steps": 1},
+    }
+    mission = house.ask("POST", "/v1/missions", body).document
+    browser.open(f"{house.url}/")
+    browser.wait("[...document.querySelectorAll('.list a')].some((one) => one.textContent === 'elsewhere')")
+    assert "robots elsewhere" in browser.text(".lists")
+    report = {"n": 1, "t_ms": 0, "revealed": [{"robot": "mother", "runs": [9, 4, 1, 17, 4, 1]}]}
+    assert house.ask("POST", mission["links"]["reports"], report).status == 200
+    browser.run("location.hash = `/missions/${arguments[0]}`", mission["id"])
+    browser.wait("document.querySelector('.view > header h1')?.textContent === 'elsewhere'")
+    assert house.ask("POST", mission["links"]["cancel"]).status == 200
+    browser.wait("document.querySelector('.followed .badge').textContent === 'cancelled'")
+    assert browser.errors() == []
+
+
+def test_a_service_with_keys_asks_for_one_and_keeps_it_for_the_tab(browser: Browser, tmp_path: Path) -> None:
+    key = KeyFile(tmp_path).add("fleet", ["plan", "mission"], 1, now_s=time.time())
+    with Server(tmp_path, "--require-keys") as server:
+        browser.open(f"{server.url}/", DESK)
+        for text in ("guess", key):
+            browser.find("#key-text").send_keys(text)
+            browser.click("#key button")
+            if text != key:
+                browser.wait("document.querySelector('#key-said').textContent.includes('unknown')")
+        browser.wait("document.querySelector('#start-seed') && !document.querySelector('#key').open")
+        assert browser.value("Object.keys(localStorage).length") == 0
+        assert browser.value("Object.values(sessionStorage)") == [key]
+        browser.click("#leave")
+        browser.find("#key-text")
+        assert browser.value("Object.keys(sessionStorage).length") == 0
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("view", [DESK, PHONE])
+def test_every_word_of_the_start_page_can_be_read(browser: Browser, house: Server, view: Any, dark: bool) -> None:
+    browser.open(f"{house.url}/", view, dark=dark)
+    browser.find("#start-seed")
+    faint = browser.run(_FAINT)
+    assert faint == []
+    assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+
+
+_FAINT = """
+const parse = (css) => (css.match(/[\\d.]+/g) || []).map(Number);
+const linear = (v) => (v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+const light = ([r, g, b]) => 0.2126 * linear(r / 255) + 0.7152 * linear(g / 255) + 0.0722 * linear(b / 255);
+const ground = (node) => {
+  for (let one = node; one; one = one.parentElement) {
+    const found = parse(getComputedStyle(one).backgroundColor);
+    if (found.length && found[3] !== 0) return found;
+  }
+  return [255, 255, 255];
+};
+const faint = [];
+const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+while (walker.nextNode()) {
+  const node = walker.currentNode.parentElement, text = walker.currentNode.textContent.trim();
+  if (!text || !node.checkVisibility() || node.closest("option, dialog, script, noscript")) continue;
+  const [a, b] = [light(parse(getComputedStyle(node).color)), light(ground(node))].sort((x, y) => y - x);
+  const contrast = (a + 0.05) / (b + 0.05);
+  if (contrast < 4.5 && !node.closest(":disabled")) faint.push(`${contrast.toFixed(2)} ${text}`);
+}
+return faint;
+"""
