@@ -34,7 +34,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 @pytest.fixture
 def mission(server: Server) -> Iterator[str]:
     """The path of a mission that waits for its first report."""
-    status, _, created = server.ask("POST", "/v1/missions", body())[:3]
+    status, _, created = server.ask("POST", "/v1/missions", body())
     assert status == 201
     yield created["links"]["self"]
     server.ask("POST", created["links"]["cancel"])
@@ -91,7 +91,7 @@ def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, s
             kills += 1
             server.start()
         exploring.join(120)
-        _, _, listed = server.ask("GET", "/v1/missions")[:3]
+        _, _, listed = server.ask("GET", "/v1/missions")
         (mission,) = listed["missions"]
         assert (mission["state"], mission["status"]) == ("ended", "complete")
         assert server.ask("GET", mission["links"]["log"])[2] == undisturbed("lobby")
@@ -100,10 +100,10 @@ def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, s
 
 
 def test_a_mission_can_be_looked_at(server: Server, mission: str) -> None:
-    status, _, found = server.ask("GET", mission)[:3]
+    status, _, found = server.ask("GET", mission)
     assert (status, found["state"], found["n"], found["status"]) == (200, "running", 0, None)
     report = {"n": 1, "t_ms": 0, "revealed": [{"robot": "carrier1", "runs": [10, 5, 1, 70, 2, 0]}]}
-    assert server.ask("POST", f"{mission}/reports", report)[:3] == (
+    assert server.ask("POST", f"{mission}/reports", report) == (
         200,
         "application/json",
         {"n": 1, "t_ms": 0, "revision": 0},
@@ -134,7 +134,7 @@ def test_a_report_that_is_wrong_is_told_where_and_changes_nothing(
     server: Server, mission: str, report: dict[str, Any], status: int, pointer: str
 ) -> None:
     before = server.ask("GET", mission)[2], server.ask("GET", f"{mission}/map")
-    found, kind, problem = server.ask("POST", f"{mission}/reports", report)[:3]
+    found, kind, problem = server.ask("POST", f"{mission}/reports", report)
     assert (found, kind) == (status, "application/problem+json")
     assert [error["pointer"] for error in problem["errors"]] == [pointer]
     assert (server.ask("GET", mission)[2], server.ask("GET", f"{mission}/map")) == before
@@ -157,7 +157,7 @@ def test_a_report_that_is_wrong_is_told_where_and_changes_nothing(
 def test_a_mission_that_is_wrong_is_refused_and_told_where(
     server: Server, change: dict[str, Any], pointer: str
 ) -> None:
-    status, kind, problem = server.ask("POST", "/v1/missions", body() | change)[:3]
+    status, kind, problem = server.ask("POST", "/v1/missions", body() | change)
     assert (status, kind) == (422, "application/problem+json")
     assert problem["errors"][0]["pointer"] == pointer
 
@@ -181,7 +181,7 @@ def test_pausing_resuming_and_cancelling_by_http(server: Server, mission: str) -
         ("pause", 409, None),
         ("resume", 409, None),
     ):
-        found, _, answer = server.ask("POST", f"{mission}/{word}")[:3]
+        found, _, answer = server.ask("POST", f"{mission}/{word}")
         assert found == status
         assert answer.get("state") in (state, "ended" if word == "cancel" else None)
     text = stream(server, mission)

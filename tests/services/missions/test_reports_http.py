@@ -28,7 +28,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 @pytest.fixture
 def mission(server: Server) -> Iterator[str]:
     """The path of a mission that waits for its first report."""
-    _, _, created = server.ask("POST", "/v1/missions", body())[:3]
+    _, _, created = server.ask("POST", "/v1/missions", body())
     yield created["links"]["self"]
     server.ask("POST", created["links"]["cancel"])
 
@@ -48,7 +48,7 @@ def test_each_robot_counts_its_own_reports_beside_those_of_the_team(server: Serv
     ):
         report = {"n": n, "t_ms": t_ms} | ({} if robot is None else {"robot": robot})
         for _ in range(2):
-            status, _, taken = server.ask("POST", path, report)[:3]
+            status, _, taken = server.ask("POST", path, report)
             assert (status, taken) == (200, report | {"revision": 0})
     assert server.ask("GET", mission)[2]["n"] == 1
     assert server.ask("GET", mission)[2]["t_ms"] == 20
@@ -57,9 +57,9 @@ def test_each_robot_counts_its_own_reports_beside_those_of_the_team(server: Serv
         ({"robot": "carrier2", "n": 3, "t_ms": 6}, "/t_ms"),
         ({"robot": "carrier1", "n": 2, "t_ms": 11}, "/n"),
     ):
-        status, _, problem = server.ask("POST", path, wrong)[:3]
+        status, _, problem = server.ask("POST", path, wrong)
         assert (status, pointers(problem)) == (409, [pointer])
-    status, _, problem = server.ask("POST", path, {"robot": "nobody", "n": 1, "t_ms": 6})[:3]
+    status, _, problem = server.ask("POST", path, {"robot": "nobody", "n": 1, "t_ms": 6})
     assert (status, pointers(problem)) == (422, ["/robot"])
 
 
@@ -75,7 +75,7 @@ def test_a_batch_is_taken_as_a_whole_or_not_at_all_and_once(server: Server, miss
         ({"n": 4, "t_ms": 9}, "/reports/4/n"),
         ({"n": 3, "t_ms": 9, "finished": [1]}, "/reports/4/finished/0"),
     ):
-        status, _, problem = server.ask("POST", path, {"reports": [*batch, wrong]})[:3]
+        status, _, problem = server.ask("POST", path, {"reports": [*batch, wrong]})
         assert (status, pointers(problem)) == (409, [pointer])
         assert server.ask("GET", mission)[2]["n"] == 0
     status, _, problem = server.ask("POST", path, {"reports": [*batch, {"n": 3, "t_ms": 9, "lost": [{"robot": "x"}]}]})[
@@ -83,12 +83,12 @@ def test_a_batch_is_taken_as_a_whole_or_not_at_all_and_once(server: Server, miss
     ]
     assert (status, pointers(problem)) == (422, ["/reports/4/lost/0/robot"])
     for more in ([], [], [{"n": 3, "t_ms": 12}]):
-        status, _, taken = server.ask("POST", path, {"reports": batch + more})[:3]
+        status, _, taken = server.ask("POST", path, {"reports": batch + more})
         assert (status, [one["n"] for one in taken["reports"]]) == (200, [1, 1, 2, 2, *(one["n"] for one in more)])
     assert server.ask("POST", path, batch[1])[0] == 200
     assert server.ask("GET", mission)[2]["n"] == 3
     wide = {"n": 9, "t_ms": 9, "frame": {"width": 2000, "height": 2000}, "map": {"runs": []}}
-    status, _, problem = server.ask("POST", path, {"reports": [wide, wide]})[:3]
+    status, _, problem = server.ask("POST", path, {"reports": [wide, wide]})
     assert (status, pointers(problem)) == (413, ["/reports"])
     assert server.ask("POST", path, {"reports": []})[0] == 422
     assert pointers(server.ask("POST", path, {})[2]) == ["/n"]
@@ -118,7 +118,7 @@ def test_the_frame_grows_to_hold_what_is_reported_and_cells_are_of_the_frame_nam
         ({**here, "width": 10**6, "height": 10**6}, "/frame", 422),
         ({**here, "origin_m": [10**6, 0, 0]}, "/frame", 409),
     ):
-        found, _, problem = server.ask("POST", path, {"n": 3, "t_ms": 1, "frame": frame})[:3]
+        found, _, problem = server.ask("POST", path, {"n": 3, "t_ms": 1, "frame": frame})
         assert (found, pointers(problem)) == (status, [pointer])
     assert server.ask("GET", f"{mission}/map")[2] == grown
 
@@ -158,7 +158,7 @@ def test_every_event_that_is_sent_is_as_its_schema_says(server: Server, mission:
 
 
 def test_the_page_of_documents_needs_nothing_from_elsewhere(server: Server) -> None:
-    status, kind, page = server.ask("GET", "/docs")[:3]
+    status, kind, page = server.ask("GET", "/docs")
     assert (status, kind.partition(";")[0]) == (200, "text/html")
     assert "<script" not in page
     assert "//" not in page.replace("https://www.rfc-editor.org", "")
