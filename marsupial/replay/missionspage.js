@@ -65,7 +65,9 @@ class Followed {
 
   say(text) { this.said = text; this.news(); }
 
+  /** Show how it stands, unless it is known to be over: answers may come later than the end that the stream told. */
   tell(about) {
+    if (this.isOver) return;
     this.about = about;
     const { state, status, simulation } = about;
     setText(this.name, about.strategy);
