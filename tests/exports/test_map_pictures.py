@@ -32,7 +32,6 @@ HALL = (
     "###########",
 )
 OPEN = ("####", "#..,", "#..#", "####")
-MAPS = Path("/work/shared/maps")
 
 
 def lines(classes: CellArray, **look: bool) -> list[str]:
@@ -147,8 +146,7 @@ def test_ascii_is_enough() -> None:
         QUARTERS.encode("ascii")
 
 
-@pytest.mark.skipif(not MAPS.is_dir(), reason="the maps of real buildings are not here")
-def test_an_island_of_a_real_map_is_found() -> None:
-    grid = read_map(MAPS / "tsc_office.yaml").grid
+def test_an_island_of_a_real_map_is_found(shared_maps: Path) -> None:
+    grid = read_map(shared_maps / "tsc_office.yaml").grid
     island = (map_classes(grid, KINDS) == MapClass.ISLAND).sum() * grid.cell_area_m2
     assert 600 < island < 700
