@@ -47,8 +47,8 @@ def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
     ground at the border that is connected to that area.
     """
     free = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
-    carriers = _standable(grid, [kind for kind in kinds if kind.role is Role.CARRIER])
-    anybody = carriers | _standable(grid, kinds)
+    carriers, rovers = (_standable(grid, [kind for kind in kinds if kind.role is role]) for role in Role)
+    anybody = carriers | rovers
     found = np.where(free, np.uint8(MapClass.NARROW), np.where(grid.cells == UNKNOWN, np.uint8(UNKNOWN), np.uint8(0)))
     found[anybody] = MapClass.ROVERS
     found[carriers] = MapClass.CARRIERS

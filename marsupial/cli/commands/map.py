@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,7 +14,9 @@ from marsupial.cli.options import Json
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
     from marsupial.model.grid import Cell, CellArray, Grid
+    from marsupial.model.mapreading import MapReading
     from marsupial.model.robots import RobotType
+    from marsupial.model.scenario import Scenario
 
 
 def describe_map(
@@ -33,16 +35,20 @@ def describe_map(
     from marsupial.cli.display.messages import warn
     from marsupial.cli.display.tables import print_json
     from marsupial.exports.mapclasses import map_classes
+    from marsupial.maps.describe import describe
 
-    description, grid, kinds = _description(file)
-    classes = map_classes(grid, kinds)
-    if out is not None:
-        _write_picture(out, file, description, grid, classes)
+    grid, kinds, reading, scenario = _understood(file)
+    description = describe(grid, kinds, reading=reading)
+    picture = picture and not json
+    if picture or out is not None:
+        classes = map_classes(grid, kinds)
+        if out is not None:
+            _write_picture(out, file, description, grid, classes, _starts(scenario))
+        if picture:
+            _show(classes)
     if json:
         print_json(asdict(description))
         return
-    if picture:
-        _show(classes)
     _print(description)
     for text in description.warnings:
         warn(text)
@@ -68,47 +74,51 @@ def _show(classes: CellArray) -> None:
         sys.stdout.flush()
 
 
-def _write_picture(out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray) -> None:
+def _write_picture(
+    out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, starts: Mapping[str, Cell]
+) -> None:
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_bytes
     from marsupial.exports.mapfigure import map_figure
 
     title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"
     kind = out.suffix.lower().removeprefix(".")
-    data = map_figure(grid, classes, title, _starts(file), kind=kind, warnings=description.warnings)
-    write_bytes(out, data)
+    write_bytes(out, map_figure(grid, classes, title, starts, kind=kind, warnings=description.warnings))
     say(f"wrote {out}")
 
 
-def _starts(file: str) -> dict[str, Cell]:
+def _starts(scenario: Scenario | None) -> dict[str, Cell]:
     """Return where robots would start; nowhere if there is no room for them."""
     from marsupial.errors import ScenarioError
-    from marsupial.library.scenarios import load_scenario
     from marsupial.mission.placement import place_team
 
+    if scenario is None:
+        return {}
     try:
-        placed = place_team(load_scenario(file).scenario, seed=1)
+        placed = place_team(scenario, seed=1)
     except ScenarioError:
         return {}
     return {robot.name: robot.cell for robot in placed if robot.cell is not None}
 
 
-def _description(file: str) -> tuple[MapDescription, Grid, Sequence[RobotType]]:
+def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:
+    """Return a map, the robot types it is looked at with, how its file was read, and the scenario it makes, if any."""
+    from marsupial.errors import ScenarioError
     from marsupial.formats.mapfiles.read import read_map
     from marsupial.formats.scenario import is_scenario_file
-    from marsupial.generators.builtin import SCENARIOS
+    from marsupial.generators.builtin import SCENARIOS, bare_map_scenario
     from marsupial.library.scenarios import load_scenario
-    from marsupial.maps.describe import describe
     from marsupial.model.robots import default_types
 
     if file in SCENARIOS or is_scenario_file(Path(file)):
         loaded = load_scenario(file)
-        scenario = loaded.scenario
-        described = describe(scenario.grid, scenario.robot_types, reading=loaded.reading)
-        return described, scenario.grid, scenario.robot_types
+        return loaded.scenario.grid, loaded.scenario.robot_types, loaded.reading, loaded.scenario
     reading = read_map(file)
-    kinds = default_types(1)
-    return describe(reading.grid, kinds, reading=reading), reading.grid, kinds
+    try:
+        bare = bare_map_scenario(Path(file).stem, reading.grid)
+    except ScenarioError:  # the default robots are too large for it
+        bare = None
+    return reading.grid, default_types(1), reading, bare
 
 
 def _print(description: MapDescription) -> None:
