@@ -7,12 +7,11 @@ every machine, but for what versions of matplotlib do differently.
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable, Mapping
 from functools import cache
+from itertools import chain, cycle
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -20,6 +19,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 import marsupial
+from marsupial.arrays import Floats
+from marsupial.exports.figure import file_of
+from marsupial.exports.ground import ground_image
+from marsupial.exports.trails import drives
 from marsupial.library.exploring import Exploration
 from marsupial.library.missions import reachable_area
 from marsupial.maps.growth import reach_of
@@ -27,15 +30,11 @@ from marsupial.maps.survey import placed
 from marsupial.maps.territory import Territory
 from marsupial.mission.playback import Playback
 from marsupial.mission.rebuild import Moment, moment_at
-from marsupial.mission.state import RobotView
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid, Mask
+from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
+from marsupial.replay.palette import LIGHT, REACH
 
-GROUND = ListedColormap(["#d5dae1", "#2b3138", "#ffffff"])
-"""Never seen, obstacle, free."""
-
-CARRIER, ROVER, AREA = "#0072b2", "#d55e00", "#e69f00"
-CLUSTERS = ("#009e73", "#cc79a7", "#0072b2", "#d55e00", "#56b4e9", "#e69f00", "#8a6d3b")
-"""Okabe and Ito's colours, which readers with any colour vision tell apart."""
+CARRIER, ROVER = (family[0] for family in LIGHT.families[:2])
+"""Colours of two things that are told apart, of the palette that all pictures have."""
 
 
 def step() -> Figure:
@@ -66,8 +65,7 @@ def target() -> Figure:
     figure, axes = _map_figure(moment.grid)
     width = moment.grid.width
     handles = []
-    for number, found in enumerate(survey.targets):
-        colour = CLUSTERS[number % len(CLUSTERS)]
+    for number, (found, (colour, *_)) in enumerate(zip(survey.targets, cycle(LIGHT.families), strict=False)):
         axes.plot(found.cells % width, found.cells // width, "s", color=colour, markersize=2.6)
         who = " or ".join(sorted(found.viewpoints))
         (handle,) = axes.plot(
@@ -94,8 +92,8 @@ def meeting_point() -> Figure:
     survey, grid = moment.survey(), moment.grid
     reach = _reach(moment)
     figure, axes = _map_figure(grid)
-    _shade(axes, reach["rover"] & ~reach["carrier"], AREA)
-    _shade(axes, reach["carrier"], CARRIER)
+    _shade(axes, reach["rover"] & ~reach["carrier"], REACH["rovers"])
+    _shade(axes, reach["carrier"], REACH["carriers"])
     for point in survey.meetings:
         carrier, rover = _centre(point.carrier_cell), _centre(point.rover_cell)
         axes.plot(*zip(carrier, rover, strict=True), color="black", linewidth=1.2, zorder=3)
@@ -103,8 +101,8 @@ def meeting_point() -> Figure:
         axes.plot(*rover, marker="o", color=ROVER, markeredgecolor="black", markersize=7, zorder=4)
     _draw_robots(axes, moment)
     handles = [
-        axes.plot([], [], "s", color=CARRIER, alpha=0.3, markersize=12, label="a carrier can stand here")[0],
-        axes.plot([], [], "s", color=AREA, alpha=0.5, markersize=12, label="only a rover can")[0],
+        axes.plot([], [], "s", color=REACH["carriers"], markersize=12, label="a carrier can stand here")[0],
+        axes.plot([], [], "s", color=REACH["rovers"], markersize=12, label="only a rover can")[0],
         axes.plot([], [], "s", color=CARRIER, markeredgecolor="black", markersize=9, label="meeting: the carrier")[0],
         axes.plot([], [], "o", color=ROVER, markeredgecolor="black", label="meeting: the rover")[0],
     ]
@@ -152,11 +150,10 @@ DRAWINGS: Mapping[str, Callable[[], Figure]] = {
 def draw(folder: Path) -> list[Path]:
     """Write all drawings and return where they are."""
     folder.mkdir(parents=True, exist_ok=True)
-    matplotlib.rcParams["svg.hashsalt"] = "marsupial"
     paths = []
     for name, drawing in DRAWINGS.items():
         paths.append(folder / f"{name}.svg")
-        drawing().savefig(paths[-1], metadata={"Date": None, "Creator": None})
+        paths[-1].write_bytes(file_of(drawing(), "svg"))
     return paths
 
 
@@ -185,8 +182,7 @@ def _map_figure(grid: Grid) -> tuple[Figure, Axes]:
     (low_y, low_x), (high_y, high_x) = known.min(axis=0) - 6, known.max(axis=0) + 7
     figure = Figure(figsize=(8, 8 * (high_y - low_y) / (high_x - low_x) + 0.8), layout="constrained")
     axes = figure.subplots()
-    kinds = np.where(grid.cells == UNKNOWN, 0, np.where(grid.cells == OBSTACLE, 1, 2))
-    axes.imshow(kinds, cmap=GROUND, origin="lower", vmin=0, vmax=2, interpolation="nearest")
+    axes.imshow(ground_image(grid.cells, LIGHT), origin="lower", interpolation="nearest")
     axes.set_xlim(low_x, high_x)
     axes.set_ylim(low_y, high_y)
     axes.set_axis_off()
@@ -197,7 +193,7 @@ def _map_figure(grid: Grid) -> tuple[Figure, Axes]:
 
 
 def _shade(axes: Axes, where: Mask, colour: str) -> None:
-    axes.imshow(np.ma.masked_equal(where.astype(float), 0), cmap=ListedColormap([colour]), origin="lower", alpha=0.35)
+    axes.imshow(np.ma.masked_equal(where.astype(float), 0), cmap=ListedColormap([colour]), origin="lower")
 
 
 def _draw_robots(axes: Axes, moment: Moment) -> None:
@@ -213,26 +209,18 @@ def _centre(cell: Cell) -> tuple[float, float]:
     return float(cell.x), float(cell.y)
 
 
-def _driven_and_explored(result: Exploration) -> tuple[list[float], list[float]]:
+def _driven_and_explored(result: Exploration) -> tuple[Floats, list[float]]:
     """Metres driven by all robots and area explored (m2), at every half second of a mission."""
     playback = Playback(result.events)
+    times_ms = range(0, playback.end_ms + 1, 500)
+    driven_cells = np.zeros(len(times_ms))
+    for drive in chain.from_iterable(drives(playback).values()):
+        steps = np.hypot(*np.diff(drive.cells, axis=0).T)
+        driven_cells += np.interp(times_ms, drive.times_ms, np.concatenate(([0.0], np.cumsum(steps))))
     area_m2 = playback.mission.resolution_m**2
     reachable = reachable_area(marsupial.scenario("office"), playback.mission.robots)
-    driven, explored, before = [], [], playback.state_at(0).robots
-    for t_ms in range(0, playback.end_ms + 1, 500):
-        robots = playback.state_at(t_ms).robots
-        metres = playback.mission.resolution_m * sum(map(_driven_cells, before, robots))
-        driven.append(metres + (driven[-1] if driven else 0.0))
-        explored.append(area_m2 * np.count_nonzero(reachable & (playback.cells_at(t_ms) != UNKNOWN)))
-        before = robots
-    return driven, explored
-
-
-def _driven_cells(before: RobotView, now: RobotView) -> float:
-    """How far a robot drove itself, in cells, as far as two moments tell."""
-    if before.carrier or now.carrier:
-        return 0.0
-    return math.hypot(now.x - before.x, now.y - before.y)
+    explored = [area_m2 * np.count_nonzero(reachable & (playback.cells_at(t) != UNKNOWN)) for t in times_ms]
+    return playback.mission.resolution_m * driven_cells, explored
 
 
 if __name__ == "__main__":

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -17,7 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from marsupial.errors import UsageError
-from marsupial.exports.figure import SAME_BYTES
+from marsupial.exports.figure import file_of
 from marsupial.exports.ground import coarse
 from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
 from marsupial.model.grid import Cell, CellArray, Grid
@@ -74,10 +72,7 @@ def map_figure(
     for row, line in enumerate(line for text in warnings for line in wrapped(text)):
         y = (below_in - 0.25 * row) / whole_in
         figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=COLOURS[MapClass.LEAK], va="top")
-    out = io.BytesIO()
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "marsupial", "pdf.fonttype": 42}):
-        figure.savefig(out, format=kind, metadata=SAME_BYTES[kind])
-    return out.getvalue()
+    return file_of(figure, kind)
 
 
 def wrapped(text: str, most: int = 118) -> list[str]:
