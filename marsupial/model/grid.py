@@ -119,11 +119,15 @@ class Grid:
 
     def cell_at_m(self, x_m: float, y_m: float) -> Cell:
         """Return the cell that holds a point of the map frame; it may lie outside the grid."""
+        x, y = self.from_point_m(x_m, y_m)
+        return Cell(int(np.floor(x)), int(np.floor(y)))
+
+    def from_point_m(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """Return a point of the map frame in cells from the lower left corner here: `point_m` the other way round."""
         x0, y0, yaw = self.origin_m
         cos, sin = np.cos(yaw), np.sin(yaw)
         dx, dy = x_m - x0, y_m - y0
-        u, v = (cos * dx + sin * dy) / self.resolution_m, (-sin * dx + cos * dy) / self.resolution_m
-        return Cell(int(np.floor(u)), int(np.floor(v)))
+        return float((cos * dx + sin * dy) / self.resolution_m), float((-sin * dx + cos * dy) / self.resolution_m)
 
     def contains(self, cell: Cell) -> bool:
         """Say whether `cell` lies in the grid."""

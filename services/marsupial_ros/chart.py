@@ -6,7 +6,7 @@ A map says not who saw what, so changed cells count as seen by the robot that is
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -24,6 +24,7 @@ from marsupial.model.robots import RobotType
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.messages import Update
 from marsupial_service.missions.frames import Frame, frame_at, laid_out
+from marsupial_service.missions.values import expand
 
 Point = tuple[float, float]
 
@@ -121,8 +122,8 @@ class Chart:
         assert frame is not None  # frames of a mission are not turned against each other
         self._frame = frame
         flat = np.full(known["width"] * known["height"], UNKNOWN, dtype=np.uint8)
-        for start, length, code in np.asarray(known["runs"], dtype=np.int64).reshape(-1, 3):
-            flat[start : start + length] = code
+        cells_known, codes = expand(tuple(known["runs"]))
+        flat[cells_known] = codes
         self._reported = flat.reshape(known["height"], known["width"])
         if self._occupancy is not None:
             self._check_lattice(self._occupancy)
@@ -166,7 +167,7 @@ class Chart:
         rows, columns = np.nonzero(standable(part, kind))
         if not len(rows):
             return None
-        at = _cells_from(self.grid, point)
+        at = self.grid.from_point_m(*point)
         dx, dy = columns + corner[0] + 0.5 - at[0], rows + corner[1] + 0.5 - at[1]
         if ((abs(dx) <= 0.5) & (abs(dy) <= 0.5)).any():
             return point
@@ -208,7 +209,7 @@ def _revealed(grid: Grid, changed: npt.NDArray[np.int64], robots: Mapping[str, P
     """Share changed cells, by row-major indices, out among the robots by distance."""
     names = list(robots)
     x, y = changed % grid.width + 0.5, changed // grid.width + 0.5
-    places = [_cells_from(grid, robots[name]) for name in names]
+    places = [grid.from_point_m(*robots[name]) for name in names]
     nearest = np.argmin([(x - px) ** 2 + (y - py) ** 2 for px, py in places], axis=0)
     flat = grid.cells.reshape(-1)
     return [
@@ -218,17 +219,9 @@ def _revealed(grid: Grid, changed: npt.NDArray[np.int64], robots: Mapping[str, P
     ]
 
 
-def _cells_from(grid: Grid, point: Sequence[float]) -> Point:
-    """Return a point in cells from the lower left corner of a map."""
-    x0, y0, yaw = grid.origin_m
-    dx, dy = point[0] - x0, point[1] - y0
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    return (cos * dx + sin * dy) / grid.resolution_m, (cos * dy - sin * dx) / grid.resolution_m
-
-
 def _around(grid: Grid, point: Point, within_m: float) -> tuple[Grid | None, tuple[int, int]]:
     """Return the part of a map around a point, and its lowest left cell; None where the point is far outside."""
-    x, y = _cells_from(grid, point)
+    x, y = grid.from_point_m(*point)
     reach = within_m / grid.resolution_m + 2
     left, low = max(0, math.floor(x - reach)), max(0, math.floor(y - reach))
     part = grid.cells[low : max(0, math.ceil(y + reach)), left : max(0, math.ceil(x + reach))]
