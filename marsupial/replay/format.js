@@ -8,6 +8,11 @@ export function clock(ms, tenths = false) {
   return hours ? `${hours}:${String(minutes).padStart(2, "0")}:${text}` : `${minutes}:${text}`;
 }
 
+const TICKS = [100, 200, 500, 1e3, 2e3, 5e3, 1e4, 15e3, 3e4, 6e4, 12e4, 3e5, 6e5, 12e5, 18e5, 36e5, 72e5, 144e5];
+
+/** How many ms lie between the marks of an axis of time: of `span` ms on `wide` points, marks at least `apart` points apart. */
+export function tickStep(span, wide, apart) { return TICKS.find((one) => one / span * wide >= apart) || 288e5; }
+
 /** A quantity with a tenth below 100 and whole from there on; in thousands parted by a thin space. */
 export function amount(value) {
   if (Math.abs(value) < 99.95) return value.toFixed(1);

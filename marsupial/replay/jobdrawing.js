@@ -2,31 +2,41 @@
 
 import { inks, packed, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
-import { clock } from "./format.js";
+import { clock, tickStep } from "./format.js";
 import { bar, cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
 
 const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
 const LANE_HIGH = 22, GUTTER = 92, AXIS = 20, MARGIN = 12;
-const STEPS_MS = [100, 200, 500, 1000, 2000, 5000, 10000, 20000, 30000, 60000, 120000, 300000, 600000, 1200000, 3600000, 7200000];
 const UNKNOWN = 255;
 
 /** The team of a situation, as far as its colours go. */
 function team(situation) { return { robots: situation.robots.map((robot) => ({ ...robot, home: robot.carrier })) }; }
 
-/** Marks for an axis of `span` on `wide` points, at least 60 apart. */
-function* marks(span, wide) {
-  const step = STEPS_MS.find((one) => one / span * wide >= 60) || 14400000;
-  for (let t = 0; t <= span; t += step) yield [t, clock(t, step < 1000)];
+/** Draw an axis of time up to `span` ms: `x` says where a moment is, `room` points it has; lines go from `top` down. */
+function drawTimes(g, ink, { span, x, room, top, wide, high }) {
+  const step = tickStep(span, room, 60);
+  g.font = FONT;
+  g.textBaseline = "middle";
+  g.textAlign = "center";
+  for (let t = 0; t <= span; t += step) {
+    g.fillStyle = ink.line;
+    g.fillRect(x(t), top, 1, high - AXIS - top);
+    g.fillStyle = ink.dim;
+    g.fillText(clock(t, step < 1000), Math.min(x(t), wide - 18), high - AXIS / 2);
+  }
 }
 
 export class JobMap {
   constructor() {
     this.canvas = make("canvas", { role: "img", "aria-label": "Map with targets, meeting points and the ways of the best plan" });
     this.element = make("div", { class: "picture" }, this.canvas);
-    this.situation = this.places = this.ground = null;
+    this.situation = this.places = this.ground = this.painted = null;
   }
 
-  setSituation(situation, places, ground) { Object.assign(this, { situation, places, ground, tiles: null }); }
+  setSituation(situation, places, ground) { Object.assign(this, { situation, places, ground, painted: null }); }
+
+  /** Paint the ground anew when it is drawn next; wanted after a change of theme. */
+  restyle() { this.painted = null; }
 
   draw(plan) {
     const { clientWidth: wide, clientHeight: high } = this.element, g = fitted(this.canvas, wide, high), ink = inks();
@@ -60,6 +70,14 @@ export class JobMap {
   point([x, y]) { return [this.left + (x + 0.5) * this.scale, this.top - (y + 0.5) * this.scale]; }
 
   drawGround(g) {
+    const { width, height } = this.ground;
+    this.painted ??= this.paintGround();
+    g.imageSmoothingEnabled = this.scale < 1;
+    g.drawImage(this.painted, this.left, this.top - height * this.scale, width * this.scale, height * this.scale);
+  }
+
+  /** A canvas with a point for each cell. */
+  paintGround() {
     const { width, height, runs } = this.ground, canvas = make("canvas", { width, height }), image = new ImageData(width, height);
     const pixels = new Uint32Array(image.data.buffer), codes = new Set(), colours = new Map();
     for (let i = 2; i < runs.length; i += 3) codes.add(runs[i]);
@@ -69,8 +87,7 @@ export class JobMap {
       for (let k = runs[i]; k < runs[i] + runs[i + 1]; k++) pixels[(height - 1 - Math.floor(k / width)) * width + k % width] = colours.get(runs[i + 2]) ?? 0;
     }
     canvas.getContext("2d").putImageData(image, 0, 0);
-    g.imageSmoothingEnabled = this.scale < 1;
-    g.drawImage(canvas, this.left, this.top - height * this.scale, width * this.scale, height * this.scale);
+    return canvas;
   }
 
   cell(place, robot) { return this.places[place]?.[robot.type]?.cell ?? null; }
@@ -123,15 +140,7 @@ export class JobLanes {
     g.fillRect(0, 0, wide, high);
     if (!plan || !situation) return;
     const span = Math.max(plan.makespan_ms, 1), x = (t) => GUTTER + t / span * (wide - GUTTER - MARGIN), colours = robotColours(team(situation));
-    g.font = FONT;
-    g.textBaseline = "middle";
-    for (const [t, text] of marks(span, wide - GUTTER)) {
-      g.fillStyle = ink.line;
-      g.fillRect(x(t), 0, 1, high - AXIS);
-      g.fillStyle = ink.dim;
-      g.textAlign = "center";
-      g.fillText(text, Math.min(x(t), wide - 18), high - AXIS / 2);
-    }
+    drawTimes(g, ink, { span, x, room: wide - GUTTER, top: 0, wide, high });
     g.textAlign = "left";
     robots.forEach((robot, i) => this.drawLane(g, robot, i * LANE_HIGH, plan, x, colours.get(robot.name), ink));
   }
@@ -172,15 +181,7 @@ export class MakespanPlot {
   }
 
   drawAxes(g, ink, { wide, high, until, x, y, values }) {
-    g.font = FONT;
-    g.textBaseline = "middle";
-    for (const [t, text] of marks(until, wide - 54)) {
-      g.fillStyle = ink.line;
-      g.fillRect(x(t), 4, 1, high - AXIS - 4);
-      g.fillStyle = ink.dim;
-      g.textAlign = "center";
-      g.fillText(text, Math.min(x(t), wide - 18), high - AXIS / 2);
-    }
+    drawTimes(g, ink, { span: until, x, room: wide - 54, top: 4, wide, high });
     g.textAlign = "right";
     for (const value of values) {
       g.fillStyle = ink.line;

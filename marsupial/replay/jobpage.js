@@ -33,7 +33,7 @@ export class JobPage {
   async begin() {
     this.resized = new ResizeObserver(() => this.draw());
     this.resized.observe(this.element);
-    this.restyle = () => this.draw();
+    this.restyle = () => { this.map.restyle(); this.draw(); };
     window.addEventListener("themechange", this.restyle);
     try {
       this.tell(await get(this.path));
@@ -70,7 +70,9 @@ export class JobPage {
 
   say(text) { setText(this.said, text); this.said.hidden = !text; }
 
+  /** Show how it stands, unless it is known to be over: answers may come later than the end that the stream told. */
   tell(about) {
+    if (this.about?.outcome) return;
     this.about = about;
     this.state.replaceChildren(badge(about.outcome || about.state));
     this.cancel.hidden = about.outcome !== null && about.outcome !== undefined;

@@ -4,14 +4,13 @@
 
 import { inks, robotColours } from "./colours.js";
 import { fitted, make } from "./dom.js";
-import { area, clock } from "./format.js";
+import { area, clock, tickStep } from "./format.js";
 import { lastAt } from "./history.js";
 import { actionInk, bar, cross, line, rover, vehicle } from "./shapes.js";
 import { newsLong, ofSegment } from "./why.js";
 
 const TOP = 50, AXIS = 22, HEAD = 15, RIGHT = 12;
 const TALLEST = 19, LOWEST = 11, ROOM = 260, ROOM_FOR_TWO = 180;  // points of the page: a lane, and all lanes together if they can
-const TICKS = [100, 200, 500, 1e3, 2e3, 5e3, 1e4, 15e3, 3e4, 6e4, 12e4, 3e5, 6e5, 12e5, 18e5, 36e5, 72e5, 144e5];
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 const AHEAD = 1.15;  // how much longer than a mission that goes on its axis is
 
@@ -93,7 +92,7 @@ export class Lanes {
   }
 
   drawAxis() {
-    const { g } = this, step = TICKS.find((one) => one / (this.to - this.from) * (this.width - this.gutter) >= 56) || 288e5;
+    const { g } = this, step = tickStep(this.to - this.from, this.width - this.gutter, 56);
     g.font = `11px ${FONT}`;
     g.textAlign = "center";
     g.textBaseline = "alphabetic";
