@@ -7,7 +7,7 @@ plays both side by side.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
@@ -47,7 +47,7 @@ class PairReplay:
 
 def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
     """Return the best and the worst pair of each rival, of those that both have completed."""
-    found = []
+    found: list[NotablePair] = []
     for rival in outcome.rivals:
         pairs = [
             NotablePair(kind="", case=case, rival=rival, seed=seed, gain=1 - ours / theirs)
@@ -58,8 +58,7 @@ def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
         if pairs:
             ranked = sorted(pairs, key=lambda pair: pair.gain)
             chosen = {"best": ranked[-1]} | ({"worst": ranked[0]} if len(ranked) > 1 else {})
-            for kind, pair in chosen.items():
-                found.append(NotablePair(kind=kind, case=pair.case, rival=pair.rival, seed=pair.seed, gain=pair.gain))
+            found += [replace(pair, kind=kind) for kind, pair in chosen.items()]
     return found
 
 
