@@ -34,11 +34,16 @@ def nothing_runs(within_s: float = 5.0) -> bool:
 
 
 def below_launcher() -> list[psutil.Process]:
-    """Return what runs below the launcher of this process; a process that ends meanwhile is left out.
+    """Return what runs below the launcher of this process; a process that ends meanwhile is left out."""
+    return below_launcher_of(psutil.Process())
 
-    So is what runs on nodes of a cluster that a test has started: those have launchers of their own.
-    """
-    return [process for process in psutil.Process().children(recursive=True) if _is_planning(process)]
+
+def below_launcher_of(parent: psutil.Process) -> list[psutil.Process]:
+    """Return the same of another process; nothing if that has ended."""
+    try:
+        return [process for process in parent.children(recursive=True) if _is_planning(process)]
+    except psutil.NoSuchProcess:
+        return []
 
 
 def _is_planning(process: psutil.Process) -> bool:
@@ -47,8 +52,4 @@ def _is_planning(process: psutil.Process) -> bool:
         alive = process.status() not in _ENDED
     except psutil.NoSuchProcess:
         return False
-    return alive and any("marsupial.processes.fork_server" in name for name in names) and not any(map(_is_node, names))
-
-
-def _is_node(name: str) -> bool:
-    return "/raylet/raylet" in name
+    return alive and any("marsupial.processes.fork_server" in name for name in names)

@@ -10,7 +10,7 @@ from pathlib import Path
 import httpx
 import psutil
 import pytest
-from launcher_tree import below_launcher
+from launcher_tree import below_launcher_of
 from servers import Server
 from service_house import client
 
@@ -63,14 +63,15 @@ class Reports(Observer):
 
 
 @contextmanager
-def leaving_nothing() -> Iterator[set[psutil.Process]]:
-    """Give the processes that are seen below the service during the block, and see that they have ended after it."""
+def leaving_nothing(server: Server) -> Iterator[set[psutil.Process]]:
+    """Give the processes that are seen below a service during the block, and see that they have ended after it."""
     seen: set[psutil.Process] = set()
+    service = psutil.Process(server.process.pid)
     over = threading.Event()
 
     def watch() -> None:
         while not over.wait(0.05):
-            seen.update(below_launcher())
+            seen.update(below_launcher_of(service))
 
     watching = threading.Thread(target=watch)
     watching.start()
@@ -98,9 +99,9 @@ def explore(
     ).status
 
 
-def test_a_job_is_given_a_valid_plan(http: httpx.Client, planner: str) -> None:
+def test_a_job_is_given_a_valid_plan(running: Server, http: httpx.Client, planner: str) -> None:
     body = {**http.get("/v1/demo-data/yard").json(), "planner": planner, "budget": {"seconds": 60}}
-    with leaving_nothing():
+    with leaving_nothing(running):
         links = http.post("/v1/jobs", json=body).json()["links"]
         with http.stream("GET", links["events"]) as answer:
             assert any(line == "event: plan" for line in answer.iter_lines())
@@ -113,7 +114,7 @@ def test_a_job_is_given_a_valid_plan(http: httpx.Client, planner: str) -> None:
 
 def test_a_mission_is_planned_with_it(running: Server, planner: str) -> None:
     reports = Reports()
-    with leaving_nothing():
+    with leaving_nothing(running):
         assert explore(running, planner, reports, lambda: len(reports.all) >= 2) is Status.CANCELLED
     assert {report.planner for report in reports.all} == {planner}
     assert all(report.outcome in ANSWERS and not report.refused for report in reports.all), reports.all
@@ -122,7 +123,7 @@ def test_a_mission_is_planned_with_it(running: Server, planner: str) -> None:
 @pytest.mark.slow
 def test_nothing_of_a_mission_outlives_a_server_that_is_killed(tmp_path: Path, planner: str) -> None:
     reports = Reports()
-    with Server(tmp_path) as server, leaving_nothing():
+    with Server(tmp_path) as server, leaving_nothing(server):
 
         def kill() -> bool:
             if reports.all:
