@@ -19,10 +19,10 @@ from typing import NamedTuple
 from marsupial.errors import InternalError
 from marsupial.planning import engines
 from marsupial.processes.runner import LOCAL, Room, Runner
-from marsupial_service.entries.records import Created, UnknownEntry
+from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Place, Slots
-from marsupial_service.jobs import lookup, table, work
+from marsupial_service.jobs import lookup, table, turns, work
 from marsupial_service.jobs.attempt import Attempt, Lost
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed
@@ -48,6 +48,8 @@ _CPUS = 1.0
 
 _BUSY_RETRY_S = 1
 _HANG_S = 1.0
+_LOOK_S = 0.25
+"""After what pause it is looked whether a job is to make way, while some wait."""
 
 log = logging.getLogger("marsupial.jobs")
 
@@ -76,8 +78,8 @@ class Jobs(Entries[JobRecord]):
         self._settings = settings
         self._slots = slots or Slots(settings.slots)
         self._threads = ThreadPoolExecutor(settings.slots, "job")
-        self._attempts: dict[str, Attempt] = {}
-        self._ours: set[str] = set()
+        self._attempts: set[Attempt] = set()
+        self._ours: set[tuple[int, int]] = set()
         self._is_claiming = False
         self._storing = 0
         self._claiming = asyncio.Lock()
@@ -86,6 +88,7 @@ class Jobs(Entries[JobRecord]):
     async def start(self) -> None:
         """Take up what an earlier run left, and begin to run jobs."""
         await self._begin(PRELOAD)
+        self._go(self._make_way())
         for _ in range(self._settings.slots):
             self._go(self._slot())
 
@@ -94,7 +97,7 @@ class Jobs(Entries[JobRecord]):
         self.leave()
         if self._asked is not None:
             self._asked.close()
-        for attempt in self._attempts.values():
+        for attempt in self._attempts:
             attempt.cancel()
         if not self._tasks:
             return
@@ -164,6 +167,24 @@ class Jobs(Entries[JobRecord]):
         ours = None if self._is_claiming else frozenset(self._ours)
         await self.write(lambda tx: table.recover(tx, self._settings, self.now_ms(), ours, self.quota))
 
+    async def _make_way(self) -> None:
+        """Have jobs make way for those of owners of whom none run, of whatever server."""
+        anew = engines.PROCESSES | self._settings.commands.keys()
+        with self._bells.bell(table.QUEUE) as bell:
+            while not self.stopping:
+                bell.clear()
+                if not await self._is_queued():
+                    await bell.wait()
+                    continue
+                await self._pause(_LOOK_S)
+                with suppress(StoreError):
+                    if await self.read(lambda reader: turns.unserved(reader, self.now_ms())):
+                        job = await self.write(
+                            lambda tx: table.make_way(tx, self._settings, self.now_ms(), anew, self.quota)
+                        )
+                        if job is not None:
+                            log.info("job makes way for another key's", extra={"job": job})
+
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
         with suppress(InternalError):
@@ -199,7 +220,7 @@ class Jobs(Entries[JobRecord]):
         try:
             claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
             if claim is not None:
-                self._ours.add(claim.id)
+                self._ours.add((claim.number, claim.term))
         finally:
             self._is_claiming = False
         return claim
@@ -229,11 +250,12 @@ class Jobs(Entries[JobRecord]):
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
             await self._settle(claim, _failed(error))
         finally:
-            self._ours.discard(claim.id)
+            self._ours.discard((claim.number, claim.term))
 
     async def _attempt(self, claimed: _Claimed) -> Closed | Lost:
         claim, place = claimed.claim, claimed.place
-        attempt = self._attempts[claim.id] = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
+        attempt = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
+        self._attempts.add(attempt)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         self._slots.let_break(place, attempt.cancel)
         heed = asyncio.create_task(self._heed(attempt))
@@ -247,25 +269,21 @@ class Jobs(Entries[JobRecord]):
         finally:
             heed.cancel()
             place.breaks = None
-            del self._attempts[claim.id]
+            self._attempts.discard(attempt)
 
     async def _heed(self, attempt: Attempt) -> None:
-        """End an attempt at a job that is cancelled, through whatever server."""
-        job = attempt.claim.id
-        with self._bells.bell(table.cancelled(job)) as bell:
-            while not await self._is_over(job):
+        """End an attempt at a job that is cancelled or makes way, through whatever server."""
+        with self._bells.bell(table.broken_off(attempt.claim.id)) as bell:
+            while await self._goes_on(attempt.claim):
                 await bell.wait()
                 bell.clear()
             attempt.cancel()
 
-    async def _is_over(self, job: str) -> bool:
+    async def _goes_on(self, claim: table.Claim) -> bool:
         while True:
-            try:
-                return (await self._existing(job)).finished_at_ms is not None
-            except UnknownEntry:
-                return True
-            except StoreError:  # it can't be cancelled then
-                await asyncio.sleep(RETRY_S)
+            with suppress(StoreError):
+                return await self.read(lambda reader: table.is_running(reader, claim))
+            await asyncio.sleep(RETRY_S)  # it can't be cancelled then
 
     async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
         """Store how an attempt ended."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from marsupial.model.objective import Value
@@ -18,16 +18,20 @@ from marsupial_service.entries.quota import NO_QUOTA, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import Reader, made_of
+from marsupial_service.jobs import turns
 from marsupial_service.jobs.documents import line, plan_event, plan_of
 from marsupial_service.jobs.lookup import JOBS
 from marsupial_service.jobs.messages import Analysed, Closed, Found
 from marsupial_service.jobs.records import STATE_OF, JobEventType, JobOutcome, JobRecord, JobSettings, JobState, Metrics
 from marsupial_service.moments import timestamp
-from marsupial_service.store import Transaction
+from marsupial_service.store import Transaction, documents
 from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 
 QUEUE = "queue"
 """The topic of jobs that wait to be claimed."""
+
+_WAY = "way/"
+"""Before the name of an owner, the name of the document that has when a job last made way for them, or was theirs."""
 
 _LEAST_S = 0.1
 """The budget of a job whose time was over when it was broken off."""
@@ -102,9 +106,9 @@ def _find_room(tx: Transaction, owner: str, settings: JobSettings) -> None:
             raise queue_full(min(_LONGEST_RETRY_S, max(1, retry_s)), yours=bool(more))
 
 
-def cancelled(job: str) -> str:
-    """Return the topic on which whoever works on a job hears that it is cancelled."""
-    return f"{job}/cancelled"
+def broken_off(job: str) -> str:
+    """Return the topic on which whoever works on a job hears that it is cancelled, or makes way."""
+    return f"{job}/broken_off"
 
 
 def queue_full(retry_after_s: int, *, yours: bool = False) -> TooMany:
@@ -120,11 +124,8 @@ def is_queued(reader: Reader) -> bool:
 
 
 def claim(tx: Transaction, now_ms: int) -> Claim | None:
-    """Take a job, if one waits: it is running from now on.
-
-    It is the one that has waited longest, of the owner of whom the fewest run, and of those the one served longest ago.
-    """
-    number = next((found for owner in _waiting(tx) if (found := _first_of(tx, owner)) is not None), None)
+    """Take a job, if one waits: it is running from now on."""
+    number = turns.first(tx)
     if number is None:
         return None
     row = tx.execute(
@@ -142,37 +143,6 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
     budget = Budget(seconds=seconds, steps=row["steps"])
     start = None if best is None else plan_of(best[1])
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
-
-
-def _waiting(tx: Transaction) -> Sequence[str]:
-    """Return the owners of jobs that wait, the one first that is to be served next."""
-    counts = "SELECT owner, min(number) AS first, count(*) AS jobs FROM jobs WHERE state = ? AND finished_ms IS NULL"
-    rows = tx.execute(
-        f"SELECT waits.owner FROM ({counts} GROUP BY owner) AS waits"
-        f" LEFT JOIN ({counts} GROUP BY owner) AS runs ON runs.owner = waits.owner"
-        " LEFT JOIN owners ON owners.name = waits.owner"
-        " ORDER BY coalesce(runs.jobs, 0), coalesce(owners.served, 0), waits.first",
-        (JobState.QUEUED, JobState.RUNNING),
-    )
-    return [row["owner"] for row in rows]
-
-
-def _first_of(tx: Transaction, owner: str) -> int | None:
-    """Return the job of an owner that has waited longest, and enter that they are served with it."""
-    row = tx.execute(
-        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
-        + tx.skip_locked,
-        (JobState.QUEUED, owner),
-    ).fetchone()
-    if row is None:
-        return None
-    tx.execute(
-        "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
-        " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
-        (owner,),
-    )
-    number: int = row["number"]
-    return number
 
 
 def counts(reader: Reader) -> Metrics:
@@ -234,7 +204,7 @@ def cancel(tx: Transaction, job: str, now_ms: int, quota: Quota = NO_QUOTA) -> J
     """Put a job into its final state, unless it is in one. Raises UnknownEntry."""
     number = JOBS.held(tx, job).number
     _end(tx, number, Closed(outcome=JobOutcome.CANCELLED, detail="cancelled by a client"), now_ms, quota)
-    tx.news.add(cancelled(job))
+    tx.news.add(broken_off(job))
     return JOBS.existing(tx, job)
 
 
@@ -248,25 +218,48 @@ def give_back(
     return _is_running(tx, claim) and _try_again(tx, claim.number, reason, settings, now_ms, quota)
 
 
+def make_way(
+    tx: Transaction, settings: JobSettings, now_ms: int, anew: Collection[str], quota: Quota = NO_QUOTA
+) -> str | None:
+    """Put a running job into the queue again if an owner waits too long of whom none run; return which.
+
+    Nothing is done for an owner before there was time for such a slot to be theirs, or who has just lost one. `anew`:
+    see `turns.yielding`.
+    """
+    tx.lock(_WAY)
+    for owner in turns.unserved(tx, now_ms):
+        if now_ms - int(documents.text_of(tx, _WAY + owner) or "0") < turns.PATIENCE_MS:
+            continue
+        job = turns.yielding(tx, now_ms, anew)
+        if job is None:
+            break
+        for one in (owner, job["owner"]):
+            documents.keep(tx, _WAY + one, str(now_ms))
+        _try_again(tx, job["number"], "", settings, now_ms, quota)
+        tx.news.add(broken_off(job["id"]))
+        return str(job["id"])
+    return None
+
+
 def recover(
     tx: Transaction,
     settings: JobSettings,
     now_ms: int,
-    ours: Collection[str] | None = None,
+    ours: Collection[tuple[int, int]] | None = None,
     quota: Quota = NO_QUOTA,
 ) -> None:
     """Put jobs that were running when their server died into the queue again, as `give_back` does.
 
-    Also those of this server that are not among `ours`: it was never told that it got them, as the database broke off
-    right after that. They were not begun.
+    Also those of this server that are not among `ours`, by number and term: it was never told that it got them, as the
+    database broke off right after that. They were not begun.
     """
-    sql = "SELECT number, id FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
+    sql = "SELECT number, term FROM jobs WHERE state = ? AND finished_ms IS NULL AND "
     orphaned = f"{sql}(holder IS NULL OR holder NOT IN ({tx.live})){tx.skip_locked}"
     for row in tx.execute(orphaned, (JobState.RUNNING,)).fetchall():
         _try_again(tx, row["number"], "the server ended while it ran", settings, now_ms, quota)
     if ours is not None:
         for row in tx.execute(f"{sql}holder = ?{tx.skip_locked}", (JobState.RUNNING, tx.server)).fetchall():
-            if row["id"] not in ours:
+            if (row["number"], row["term"]) not in ours:
                 tx.execute("UPDATE jobs SET claimed_ms = NULL WHERE number = ?", (row["number"],))
                 _try_again(tx, row["number"], "", settings, now_ms, quota)
 
@@ -278,12 +271,14 @@ def _best(tx: Transaction, number: int) -> tuple[Value, str] | None:
     return None if row is None else (tuple(json.loads(row["score"])), row["actions"])
 
 
+def is_running(reader: Reader, claim: Claim, lock: str = "") -> bool:
+    """Say whether an attempt is under way, and neither over nor lost to another one."""
+    sql = f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{lock}"
+    return reader.execute(sql, (claim.number, JobState.RUNNING, claim.term)).fetchone() is not None
+
+
 def _is_running(tx: Transaction, claim: Claim) -> bool:
-    row = tx.execute(
-        f"SELECT 1 FROM jobs WHERE number = ? AND state = ? AND term = ?{tx.row_lock}",
-        (claim.number, JobState.RUNNING, claim.term),
-    ).fetchone()
-    return row is not None
+    return is_running(tx, claim, tx.row_lock)
 
 
 def _try_again(tx: Transaction, number: int, reason: str, settings: JobSettings, now_ms: int, quota: Quota) -> bool:

@@ -77,7 +77,7 @@ def test_jobs_reserve_their_budgets_and_what_goes_beyond_is_refused_until_there_
         desk.add("c", 0)
     assert caught.value.retry_after_s == 300
     desk.add("c", 0, seconds=5.0)
-    desk.add("of another", 0, owner="you", seconds=60.0)
+    desk.add("of_another", 0, owner="you", seconds=60.0)
 
 
 def test_what_planning_took_is_charged_when_it_ends_and_comes_back_within_an_hour(desk: Desk) -> None:

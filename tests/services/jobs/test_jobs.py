@@ -161,6 +161,22 @@ def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(place:
     asyncio.run(run())
 
 
+def test_a_job_makes_way_for_another_owners_and_goes_on_after_it(place: str, tmp_path: Path) -> None:
+    async def run() -> None:
+        async with open_jobs(place, slots=2) as jobs:
+            long = [await submit(jobs, request(Waits(tmp_path))) for _ in range(3)]
+            await pid_in(tmp_path)
+            other = (await jobs.submit(request(), owner="you")).record.id
+            assert (await jobs.wait(other, 20)).state is JobState.SUCCEEDED
+            (tmp_path / "go").touch()
+            assert [(await ended(jobs, job)).attempts for job in long] == [1, 1, 1]
+            assert [event.type for event in await told(jobs, long[0])].count("state") == 2
+            states = [json.loads(event.data)["state"] for event in await told(jobs, long[1]) if event.type == "state"]
+            assert states == ["queued", "running", "queued", "running"]
+
+    asyncio.run(run())
+
+
 def test_a_queued_job_is_cancelled_without_ever_running(place: str, tmp_path: Path) -> None:
     async def run() -> None:
         async with open_jobs(place) as jobs:

@@ -49,3 +49,20 @@ def test_no_job_is_taken_twice_by_servers_that_claim_at_once(shared: str) -> Non
                 assert types.count("end") == 1
 
     asyncio.run(plan())
+
+
+def test_a_job_makes_way_for_another_owners_on_whatever_server_and_only_one(shared: str, tmp_path: Path) -> None:
+    async def plan() -> None:
+        async with open_jobs(shared) as first, open_jobs(shared) as second, open_jobs(shared) as third:
+            long = [await submit(first, request(Waits(tmp_path))) for _ in range(3)]
+            while {(await first.of("me", job)).state.value for job in long} != {"running"}:
+                await asyncio.sleep(0.02)
+            other = (await third.submit(request(), owner="you")).record.id
+            assert (await first.wait(other, 20)).outcome is JobOutcome.SATISFICING
+            (tmp_path / "go").touch()
+            for job in long:
+                assert (await second.wait(job, 20)).attempts == 1
+            begun = [sum(event.type == "state" for event in await told(third, job)) for job in long]
+            assert sorted(begun) == [2, 2, 4]
+
+    asyncio.run(plan())

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -32,23 +32,33 @@ class Table:
     def do(self, write: Callable[[Transaction], T]) -> T:
         return self.store.write(write).result(10)
 
-    def add(self, job: str = "j", owner: str = "me", settings: JobSettings = SETTINGS) -> JobRecord:
+    def add(
+        self,
+        job: str = "j",
+        owner: str = "me",
+        settings: JobSettings = SETTINGS,
+        planner: str = "greedy",
+        budget: Budget = Budget(seconds=1.0),  # noqa: B008 (it can't be changed)
+    ) -> JobRecord:
         new = table.NewJob(
             id=job,
             owner=owner,
             key=None,
             digest=b"",
-            planner="greedy",
-            budget=Budget(seconds=1.0),
+            planner=planner,
+            budget=budget,
             task=b"task",
             source=b"",
         )
         return self.do(lambda tx: table.insert(tx, new, settings, 1)).record
 
-    def claim(self) -> table.Claim:
-        claim = self.do(lambda tx: table.claim(tx, 2))
+    def claim(self, now_ms: int = 2) -> table.Claim:
+        claim = self.do(lambda tx: table.claim(tx, now_ms))
         assert claim is not None
         return claim
+
+    def make_way(self, now_ms: int, anew: Sequence[str] = ()) -> str | None:
+        return self.do(lambda tx: table.make_way(tx, SETTINGS, now_ms, anew))
 
     def recover(self, now_ms: int) -> None:
         self.do(lambda tx: table.recover(tx, SETTINGS, now_ms))
@@ -193,6 +203,80 @@ def test_an_owner_of_whom_nothing_runs_comes_before_others(jobs: Table) -> None:
     jobs.do(lambda tx: table.finish(tx, done, DONE, 3))
     jobs.add("b2", "b", many)
     assert jobs.claim().id == "b2"
+
+
+MANY = JobSettings(queue=9, key_queue=9)
+LONG = Budget(seconds=30.0)
+
+
+def test_the_newest_job_of_who_has_the_most_makes_way_for_who_has_none_after_a_second_and_once(jobs: Table) -> None:
+    for job in ("a1", "a2", "a3"):
+        jobs.add(job, "a", MANY, budget=LONG)
+        jobs.claim(now_ms=10)
+    jobs.add("b1", "b", MANY, budget=LONG)
+    jobs.claim(now_ms=15)
+    assert jobs.make_way(1900) is None  # nobody waits
+    jobs.do(lambda tx: tx.execute("UPDATE jobs SET claimed_ms = 20 WHERE id = 'a2'"))
+    jobs.add("c1", "c", MANY)  # since 1 ms
+    assert jobs.make_way(1000) is None
+    assert jobs.make_way(1001) == "a2"
+    assert jobs.make_way(1500) is None  # there is a slot for it
+    record = jobs.job("a2")
+    assert (record.state, record.attempts) == (JobState.QUEUED, 0)
+    assert jobs.claim(1501).id == "c1"
+    assert jobs.make_way(9000) is None
+    assert jobs.claim(9000).budget.seconds == pytest.approx(30 - 0.981)
+
+
+def test_jobs_that_would_begin_again_from_nothing_make_way_last(jobs: Table) -> None:
+    kinds = (("a1", "greedy", LONG), ("a2", "aries", LONG), ("a3", "greedy", Budget(steps=10)))
+    for at_ms, (job, planner, budget) in enumerate(kinds):
+        jobs.add(job, "a", MANY, planner, budget)
+        jobs.claim(at_ms)
+    jobs.add("b1", "b", MANY)
+    assert jobs.make_way(2000, ["aries"]) == "a1"
+    assert jobs.make_way(3000, ["aries"]) == "a3"
+
+
+def test_the_only_job_of_an_owner_makes_way_after_as_long_as_all_attempts_at_it_before(jobs: Table) -> None:
+    jobs.add("a1", "a", MANY, budget=LONG)
+    jobs.claim(now_ms=1)
+    jobs.add("b1", "b", MANY)
+    assert jobs.make_way(1000) is None
+    assert jobs.make_way(5001) == "a1"
+    jobs.do(lambda tx: tx.execute("UPDATE jobs SET queued_ms = 90000 WHERE id = 'b1'"))
+    assert jobs.claim(6000).id == "b1"
+    jobs.do(lambda tx: tx.execute("UPDATE jobs SET state = 'queued' WHERE id = 'b1'"))
+    assert jobs.claim(90_000).id == "a1"
+    assert jobs.make_way(94_999) is None
+    assert jobs.make_way(95_000) == "a1"
+
+
+def test_no_job_makes_way_for_an_owner_whose_last_one_ended_just_now(jobs: Table) -> None:
+    jobs.add("b1", "b", MANY)
+    former = jobs.claim(now_ms=1)
+    jobs.add("a1", "a", MANY, budget=LONG)
+    jobs.claim(now_ms=1)
+    jobs.add("b2", "b", MANY)
+    jobs.do(lambda tx: table.finish(tx, former, DONE, 5000))
+    assert jobs.make_way(5999) is None
+    assert jobs.make_way(6000) == "a1"
+    assert jobs.claim(6001).id == "b2"
+    jobs.do(lambda tx: tx.execute("UPDATE jobs SET queued_ms = 1 WHERE id = 'a1'"))
+    jobs.do(lambda tx: tx.execute("UPDATE jobs SET claimed_ms = 1 WHERE id = 'b2'"))
+    assert jobs.make_way(6999) is None  # it has just lost its slot
+    assert jobs.make_way(7000) == "b2"
+
+
+def test_an_attempt_that_made_way_changes_nothing_any_more(jobs: Table) -> None:
+    jobs.add("a1", "a", MANY, budget=LONG)
+    former = jobs.claim(now_ms=1)
+    jobs.add("b1", "b", MANY)
+    jobs.make_way(5001)
+    jobs.claim(5002)
+    assert jobs.store.read(lambda c: table.is_running(c, former)).result(10) is False
+    assert jobs.do(lambda tx: table.finish(tx, former, DONE, 5003)) is False
+    assert jobs.do(lambda tx: table.give_back(tx, former, "", SETTINGS, 5003)) is False
 
 
 def test_one_owner_can_not_fill_the_queue(jobs: Table) -> None:

@@ -1,0 +1,90 @@
+"""Whose turn it is: which job is taken next, and which makes way for an owner of whom none run."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+
+from marsupial_service.entries.table import Reader
+from marsupial_service.jobs.records import JobState
+from marsupial_service.store import Transaction
+from marsupial_service.store.engine import Row
+
+PATIENCE_MS = 1000
+"""How long an owner of whom no job runs waits before one of somebody else makes way."""
+
+
+def first(tx: Transaction) -> int | None:
+    """Return the number of the job that is to be taken, if one waits, and enter that its owner is served with it.
+
+    It is the one that has waited longest, of the owner of whom the fewest run, and of those the one served longest ago.
+    """
+    return next((found for owner in _waiting(tx) if (found := _first_of(tx, owner)) is not None), None)
+
+
+def _waiting(tx: Transaction) -> Sequence[str]:
+    """Return the owners of jobs that wait, the one first that is to be served next."""
+    counts = "SELECT owner, min(number) AS first, count(*) AS jobs FROM jobs WHERE state = ? AND finished_ms IS NULL"
+    rows = tx.execute(
+        f"SELECT waits.owner FROM ({counts} GROUP BY owner) AS waits"
+        f" LEFT JOIN ({counts} GROUP BY owner) AS runs ON runs.owner = waits.owner"
+        " LEFT JOIN owners ON owners.name = waits.owner"
+        " ORDER BY coalesce(runs.jobs, 0), coalesce(owners.served, 0), waits.first",
+        (JobState.QUEUED, JobState.RUNNING),
+    )
+    return [row["owner"] for row in rows]
+
+
+def _first_of(tx: Transaction, owner: str) -> int | None:
+    """Return the job of an owner that has waited longest, and enter that they are served with it."""
+    row = tx.execute(
+        "SELECT number FROM jobs WHERE state = ? AND finished_ms IS NULL AND owner = ? ORDER BY number LIMIT 1"
+        + tx.skip_locked,
+        (JobState.QUEUED, owner),
+    ).fetchone()
+    if row is None:
+        return None
+    tx.execute(
+        "INSERT INTO owners SELECT ?, coalesce(max(served), 0) + 1 FROM owners WHERE true"
+        " ON CONFLICT (name) DO UPDATE SET served = excluded.served",
+        (owner,),
+    )
+    number: int = row["number"]
+    return number
+
+
+def unserved(reader: Reader, now_ms: int) -> list[str]:
+    """Return the owners of whom no job runs, none ended just now and one waits too long: the longest first."""
+    rows = reader.execute(
+        "SELECT owner FROM (SELECT owner, min(queued_ms) AS since_ms FROM jobs WHERE finished_ms IS NULL GROUP BY owner"
+        " HAVING sum(CASE WHEN state = ? THEN 1 ELSE 0 END) = 0) AS waits WHERE since_ms <= ? AND NOT EXISTS"
+        " (SELECT 1 FROM jobs WHERE jobs.owner = waits.owner AND jobs.finished_ms > ?) ORDER BY since_ms",
+        (JobState.RUNNING, now_ms - PATIENCE_MS, now_ms - PATIENCE_MS),
+    )
+    return [row["owner"] for row in rows.fetchall()]
+
+
+def yielding(tx: Transaction, now_ms: int, anew: Collection[str]) -> Row | None:
+    """Return number and id of the running job that makes way for an owner of whom none run, if one is to.
+
+    It is the newest one of an owner of whom the most run, rather none that would begin again from nothing: one with a
+    budget in steps, or of the planners `anew`. If that is the only one of its owner, it has had its turn: as long as
+    all attempts at it before, so that beginning again costs no job more than half of its time.
+    """
+    rows = tx.execute(
+        "SELECT number, id, owner, planner, steps, claimed_ms, spent_ms FROM jobs"
+        f" WHERE state = ? AND finished_ms IS NULL AND claimed_ms IS NOT NULL{tx.skip_locked}",
+        (JobState.RUNNING,),
+    ).fetchall()
+    running = Counter(row["owner"] for row in rows)
+    most = max(running.values(), default=0)
+    return max(
+        (
+            row
+            for row in rows
+            if running[row["owner"]] == most
+            and (most > 1 or now_ms - row["claimed_ms"] >= max(PATIENCE_MS, row["spent_ms"]))
+        ),
+        key=lambda row: (row["steps"] is None and row["planner"] not in anew, row["claimed_ms"]),
+        default=None,
+    )
