@@ -18,7 +18,7 @@ from marsupial.generators import GENERATORS
 from marsupial.model.grid import FLOOR, ROUGH, Grid
 from marsupial.model.robots import RobotType, default_types, uniform_team
 from marsupial.model.scenario import Scenario
-from marsupial.model.sizes import Extent, ground_faults, radius_fault
+from marsupial.model.sizes import MOST, Extent, ground_faults, radius_fault
 
 DEFAULT_CARRIERS, DEFAULT_ROVERS = 2, 2
 RESOLUTION_M = 0.25
@@ -121,9 +121,13 @@ def builtin_scenario(name: str, carriers: int = DEFAULT_CARRIERS, rovers: int = 
 
 
 def bare_map_scenario(
-    name: str, grid: Grid, carriers: int = DEFAULT_CARRIERS, rovers: int = DEFAULT_ROVERS
+    name: str,
+    grid: Grid,
+    carriers: int = DEFAULT_CARRIERS,
+    rovers: int = DEFAULT_ROVERS,
+    most: Mapping[str, float] = MOST,
 ) -> Scenario:
-    """Return the scenario of a map without a scenario file: the default types and team on `grid`.
+    """Return the scenario of a map without a scenario file: the default types and team on `grid`, within sizes `most`.
 
     Raises
     ------
@@ -133,8 +137,8 @@ def bare_map_scenario(
     check_team_size(carriers, rovers)
     kinds = default_types(max(1, rovers))
     extent = Extent(grid.cells.size, grid.resolution_m)
-    faults = [fault for kind in kinds if (fault := radius_fault(kind.radius_m, extent))]
-    faults += ground_faults(kinds, extent)
+    faults = [fault for kind in kinds if (fault := radius_fault(kind.radius_m, extent, most))]
+    faults += ground_faults(kinds, extent, most)
     if faults:
         raise ScenarioError([Problem("resolution_m", f"the default robots are too large: {faults[0]}")])
     return Scenario(name=name, grid=grid, robot_types=kinds, team=uniform_team(carriers, rovers))

@@ -15,11 +15,11 @@ from marsupial.formats.mapfiles.nav2 import understand_image
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.library.missions import planner_for, reachable_area
 from marsupial.mission.placement import place_team
+from marsupial.model.grid import Grid
 from marsupial.model.mapreading import MapReading
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
-from marsupial.model.sizes import Extent, ground_faults, radius_fault
 from marsupial.strategies.registry import current_name
 from marsupial_service.intake.counts import check_count
 from marsupial_service.intake.maps import decoded_image, yaml_header
@@ -55,7 +55,7 @@ def simulation_of(
         scenario = _built_in(asked, limits)
     else:
         reading = _map_of(asked.map, limits)
-        scenario, warnings = _bare(asked, reading, limits), reading.warnings
+        scenario, warnings = _bare(asked, reading.grid, limits), reading.warnings
     team = _placed(asked, scenario)
     brief = _brief(asked, scenario, team, budget, limits, commands)
     own = {one.name: getattr(brief, one.name) for one in fields(Brief)}
@@ -81,17 +81,11 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     return understand_image(header, image)
 
 
-def _bare(asked: MapSimulationBody, reading: MapReading, limits: ServiceLimits) -> Scenario:
+def _bare(asked: MapSimulationBody, grid: Grid, limits: ServiceLimits) -> Scenario:
     try:
-        scenario = bare_map_scenario(asked.map.name, reading.grid, asked.carriers, asked.rovers)
+        return bare_map_scenario(asked.map.name, grid, asked.carriers, asked.rovers, limits.sizes)
     except ScenarioError as error:
         raise refuse("map.yaml", str(error)) from error
-    kinds, extent = scenario.robot_types, Extent(reading.grid.cells.size, reading.grid.resolution_m)
-    faults = [fault for kind in kinds if (fault := radius_fault(kind.radius_m, extent, limits.sizes))]
-    faults += ground_faults(kinds, extent, limits.sizes)
-    if faults:
-        raise refuse("map.yaml", f"resolution: the default robots are too large: {faults[0]}")
-    return scenario
 
 
 def _placed(asked: Asked, scenario: Scenario) -> tuple[PlacedRobot, ...]:
