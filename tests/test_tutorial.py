@@ -65,5 +65,4 @@ def test_a_service_flies_the_same_mission(tmp_path: Path, shell: dict[str, str])
 def test_the_scenario_in_the_text_is_the_file(tmp_path: Path) -> None:
     (shown,) = (block for language, block in BLOCKS.findall(TEXT) if language == "yaml")
     file = (ROOT / "docs" / "tutorial" / "workshop-team.yaml").read_text(encoding="utf-8")
-    lines = [re.sub(r"\s+#.*", "", line) for line in shown.splitlines() if line.strip()]
-    assert set(lines) <= set(file.splitlines())
+    assert [re.sub(r"\s+#.*", "", line) for line in shown.splitlines()] == file.splitlines()

@@ -17,7 +17,7 @@ from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.runner import Runner
-from marsupial.bench.compare.tables import headline_table
+from marsupial.bench.compare.tables import BETTER, headline_table
 from marsupial.bench.documents import documents
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
@@ -204,6 +204,8 @@ def report(out: Path) -> None:
             file.unlink()
     table = headline_table(outcome)
     print_table(table.heads, [[cell.text for cell in row] for row in table.rows], right=range(1, len(table.heads)))
+    if table.rows:
+        say(f"{BETTER}; won/lost/tied are pairs of missions")
     missing = outcome.planned - len(outcome.rows)
     if missing:
         warn(f"{missing} of {outcome.planned} missions are missing")

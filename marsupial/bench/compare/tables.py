@@ -24,6 +24,9 @@ NOTHING = "–"
 
 RATIO_DIGITS = 2
 
+BETTER = "better and worse are cases where the 95 % interval of the paired differences leaves out 0"
+"""What the main table counts beside pairs that are won and lost."""
+
 
 @dataclass(frozen=True, slots=True)
 class TableCell:
@@ -85,8 +88,7 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
     table = ReportTable(
         title="In short",
         caption=f"Against {outcome.base}, over all team sizes. Gains are means over pairs of 1 - time / base's time "
-        "and of Q / base's Q - 1; better and worse are cases where the 95 % interval of the paired differences "
-        "leaves out 0; pairs are missions with the same map, team and starts.",
+        f"and of Q / base's Q - 1; {BETTER}; pairs are missions with the same map, team and starts.",
         heads=("scenario", "contender", "metric", "gain", "better", "worse", "won/lost/tied"),
     )
     for scenario in outcome.scenarios:
@@ -113,11 +115,12 @@ def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) ->
     for rival in outcome.rivals:
         by_whom = f" by {rival}" if several else ""
         name = "saved" if measure.better < 0 else "gained"
-        pair_heads += [f"{name}{by_whom}", f"{name}{by_whom}, {unit} (95 % interval)", "won/lost/tied"]
+        pair_heads += [f"{name}{by_whom}, of the mean", f"{name}{by_whom}, {unit} (95 % interval)", "won/lost/tied"]
     table = ReportTable(
         title=f"{measure.heading}: {scenario}",
         caption=f"{measure.heading} in {unit}, mean ± half of the 95 % confidence interval, and the paired "
-        f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}; teams are carriers x rovers of each.",
+        f"{'saving' if measure.better < 0 else 'gain'} against {outcome.base}, also as a share of its mean, in which "
+        "long missions weigh more than in the mean of the pairs' shares above; teams are carriers x rovers of each.",
         heads=("team", *(f"{contender}, {unit}" for contender in outcome.contenders), *pair_heads),
         scenario=scenario,
         main=measure in (TIME, QUALITY),
