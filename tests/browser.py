@@ -130,14 +130,14 @@ return Object.fromEntries(Object.entries(counts).map(([pixel, count]) => [hex(Nu
 
 
 @contextmanager
-def chromium() -> Iterator[WebDriver]:
-    """Run a browser."""
+def chromium(*more: str) -> Iterator[WebDriver]:
+    """Run a browser, with `more` options."""
     from selenium.webdriver import Chrome, ChromeOptions
     from selenium.webdriver.chrome.service import Service
 
     options = ChromeOptions()
     options.binary_location = shutil.which(CHROMIUM) or CHROMIUM
-    for option in OPTIONS:
+    for option in (*OPTIONS, *more):
         options.add_argument(option)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = Chrome(options, Service(shutil.which(DRIVER)))

@@ -32,6 +32,7 @@ def command(
     ] = FULL.load_seconds,
     fair_jobs: Annotated[int, typer.Option(min=0, help="Jobs timed while another key floods.")] = FULL.fair_jobs,
     stored: Annotated[int, typer.Option(min=0, help="Reports of which nearly all are removed.")] = FULL.stored,
+    pages: Annotated[int, typer.Option(min=0, help="Plans timed until a page in a browser shows them.")] = FULL.pages,
     fuzz_minutes: Annotated[
         float, typer.Option(min=0, help="Minutes of Schemathesis, if it is installed.")
     ] = FULL.fuzz_minutes,
@@ -59,6 +60,7 @@ def command(
         load_seconds=load_seconds,
         fair_jobs=fair_jobs,
         stored=stored,
+        pages=pages,
         fuzz_minutes=fuzz_minutes,
         seed=seed,
     )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from trial import attack, fair, fuzz, hostile, kills, loads, shared_kills, shrinking, speed
+from trial import attack, fair, fuzz, hostile, kills, loads, pages, shared_kills, shrinking, speed
 from trial.rows import TrialRow
 
 
@@ -34,6 +34,8 @@ class Extent:
         Jobs of one key, beside a flood of another's.
     stored
         Reports of which nearly all are removed again.
+    pages
+        Plans of jobs, and as many of missions, that are timed until a page shows them.
     """
 
     kills: int = 1000
@@ -45,6 +47,7 @@ class Extent:
     load_seconds: float = 60.0
     fair_jobs: int = 20
     stored: int = 100_000
+    pages: int = 50
     fuzz_minutes: float = 15.0
     seed: int = 1
 
@@ -60,9 +63,10 @@ QUICK = Extent(
     load_seconds=10.0,
     fair_jobs=2,
     stored=5000,
+    pages=10,
     fuzz_minutes=0.0,
 )
-"""A look at everything but fuzzing, in two minutes on a quiet machine."""
+"""A look at everything but fuzzing, in five minutes on a quiet machine."""
 
 
 def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[TrialRow]:
@@ -81,6 +85,8 @@ def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[TrialRow]:
         yield from loads.missions_rows(extent.load_seconds, say)
     if extent.fair_jobs:
         yield from fair.rows(extent.fair_jobs, say)
+    if extent.pages:
+        yield from pages.rows(extent.pages, say)
     if extent.stored:
         yield from shrinking.rows(extent.stored, say)
     if extent.half_open:

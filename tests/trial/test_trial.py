@@ -49,7 +49,7 @@ def test_nothing_is_lost_where_a_database_that_servers_share_is_killed_too(tmp_p
 def test_nothing_is_lost_in_a_short_trial(tmp_path: Path) -> None:
     file = tmp_path / "rows.json"
     few = ["--kills=6", "--hostile=12", "--clients=4", "--posts=5", "--plans=4", "--half-open=50", "--fuzz-minutes=0"]
-    few += ["--load-seconds=2", "--fair-jobs=1", "--stored=2000"]
+    few += ["--load-seconds=2", "--fair-jobs=1", "--stored=2000", "--pages=1"]
     subprocess.run([*TRIAL, *few, f"--json={file}"], cwd=TESTS, check=False, timeout=600, stdout=subprocess.DEVNULL)
     rows = {row["requirement"]: row for row in json.loads(file.read_text())}
     counted = [row for row in rows.values() if row["goal"] == "0"]
