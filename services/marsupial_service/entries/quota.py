@@ -23,8 +23,8 @@ _DOCUMENT = "planning/"
 """Before the name of the owner, the name of the document that has that moment, in ms since 1970."""
 
 _RESERVED = (
-    "SELECT owner, sum(coalesce(seconds, ?) - spent_ms / 1000.0) AS seconds FROM jobs"
-    " WHERE finished_ms IS NULL AND owner = coalesce(?, owner) GROUP BY owner"
+    "SELECT owner, sum(left_s) AS seconds FROM (SELECT owner, coalesce(seconds, ?) - spent_ms / 1000.0 AS left_s"
+    " FROM jobs WHERE finished_ms IS NULL AND owner = coalesce(?, owner)) AS open WHERE left_s > 0 GROUP BY owner"
 )
 
 

@@ -78,6 +78,7 @@ class Jobs(Entries[JobRecord]):
         self._settings = settings
         self._slots = slots or Slots(settings.slots)
         self._threads = ThreadPoolExecutor(settings.slots, "job")
+        self._anew = engines.PROCESSES | settings.commands.keys()
         self._attempts: set[Attempt] = set()
         self._ours: set[tuple[int, int]] = set()
         self._is_claiming = False
@@ -169,7 +170,6 @@ class Jobs(Entries[JobRecord]):
 
     async def _make_way(self) -> None:
         """Have jobs make way for those of owners of whom none run, of whatever server."""
-        anew = engines.PROCESSES | self._settings.commands.keys()
         with self._bells.bell(table.QUEUE) as bell:
             while not self.stopping:
                 bell.clear()
@@ -180,7 +180,7 @@ class Jobs(Entries[JobRecord]):
                 with suppress(StoreError):
                     if await self.read(lambda reader: turns.unserved(reader, self.now_ms())):
                         job = await self.write(
-                            lambda tx: table.make_way(tx, self._settings, self.now_ms(), anew, self.quota)
+                            lambda tx: table.make_way(tx, self._settings, self.now_ms(), self._anew, self.quota)
                         )
                         if job is not None:
                             log.info("job makes way for another key's", extra={"job": job})
@@ -218,7 +218,7 @@ class Jobs(Entries[JobRecord]):
         """Take a job, if one waits; it is among ours from now on."""
         self._is_claiming = True
         try:
-            claim = await self.surely(lambda tx: table.claim(tx, self.now_ms()))
+            claim = await self.surely(lambda tx: table.claim(tx, self.now_ms(), self._anew))
             if claim is not None:
                 self._ours.add((claim.number, claim.term))
         finally:

@@ -123,8 +123,12 @@ def is_queued(reader: Reader) -> bool:
     return reader.execute(sql, (JobState.QUEUED,)).fetchone() is not None
 
 
-def claim(tx: Transaction, now_ms: int) -> Claim | None:
-    """Take a job, if one waits: it is running from now on."""
+def claim(tx: Transaction, now_ms: int, anew: Collection[str] = ()) -> Claim | None:
+    """Take a job, if one waits: it is running from now on. `anew` are planners that begin again from nothing.
+
+    What broken off attempts took is taken off its budget, but that of those planners: they get all of it again, as long
+    as it doesn't take more than twice as much together.
+    """
     number = turns.first(tx)
     if number is None:
         return None
@@ -139,7 +143,10 @@ def claim(tx: Transaction, now_ms: int) -> Claim | None:
     term = JOBS.take_over(tx, number, claimed_ms=now_ms)
     _tell_state(tx, number, now_ms)
     best = _best(tx, number)
-    seconds = None if row["seconds"] is None else max(_LEAST_S, row["seconds"] - row["spent_ms"] / 1000)
+    seconds = row["seconds"]
+    if seconds is not None:
+        all_s = 2 * seconds if row["planner"] in anew else seconds
+        seconds = max(_LEAST_S, min(seconds, all_s - row["spent_ms"] / 1000))
     budget = Budget(seconds=seconds, steps=row["steps"])
     start = None if best is None else plan_of(best[1])
     return made_of(Claim, row, term=term, attempt=attempt, budget=budget, start=start)
@@ -287,11 +294,11 @@ def _try_again(tx: Transaction, number: int, reason: str, settings: JobSettings,
         detail = f"given up after {attempts} attempts; in the last one, {reason}"
         _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms, quota)
         return False
-    planned_ms = _charge(tx, number, now_ms, quota)
+    took_ms = _charge(tx, number, now_ms, quota)
     counted = attempts if reason else attempts - 1
     JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
     if not reason:
-        tx.execute("UPDATE jobs SET spent_ms = spent_ms + ? WHERE number = ?", (planned_ms, number))
+        tx.execute("UPDATE jobs SET spent_ms = spent_ms + ? WHERE number = ?", (took_ms, number))
     _tell_state(tx, number, now_ms)
     tx.news.add(QUEUE)
     return True
@@ -308,10 +315,10 @@ def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota) -> int:
     ).fetchone()
     if row is None or row["claimed_ms"] is None:
         return 0
-    left_ms = 1000 * quota.asked_s(row["seconds"]) - row["spent_ms"]
-    planned_ms = round(max(0, min(now_ms - row["claimed_ms"], left_ms)))
-    quota.charge(tx, row["owner"], planned_ms, now_ms)
-    return planned_ms
+    took_ms: int = max(0, now_ms - row["claimed_ms"])
+    left_ms = max(0, 1000 * quota.asked_s(row["seconds"]) - row["spent_ms"])
+    quota.charge(tx, row["owner"], round(min(took_ms, left_ms)), now_ms)
+    return took_ms
 
 
 def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota) -> bool:

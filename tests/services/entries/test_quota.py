@@ -106,6 +106,14 @@ def test_one_that_is_cancelled_while_it_runs_is_charged_once(desk: Desk) -> None
     assert desk.left_s(6000) == pytest.approx(54.0)
 
 
+def test_one_that_began_again_from_nothing_is_charged_its_budget_and_reserves_nothing_beyond(desk: Desk) -> None:
+    desk.add("a", 0)
+    for begun_ms in (0, 8000):
+        claim = desk.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
+        desk.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA))  # type: ignore[misc]
+    assert desk.left_s(16_000) == pytest.approx(50.0, abs=0.3)
+
+
 def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(desk: Desk) -> None:
     desk.add("a", 0)
     claim = desk.claim(0)

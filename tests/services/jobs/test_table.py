@@ -173,6 +173,17 @@ def test_the_time_an_attempt_took_that_we_ended_is_taken_off_the_budget(jobs: Ta
     assert jobs.job().budget.seconds == 1.0
 
 
+def test_a_planner_that_begins_again_gets_all_of_its_budget_twice_at_most(jobs: Table) -> None:
+    jobs.add(planner="aries", budget=Budget(seconds=4.0))
+    lefts = []
+    for begun_ms in (0, 10_000, 20_000):
+        claim = jobs.do(lambda tx, at=begun_ms: table.claim(tx, at, ["aries"]))
+        assert claim is not None
+        lefts.append(claim.budget.seconds)
+        jobs.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 3000))
+    assert lefts == [4.0, 4.0, 2.0]
+
+
 def test_a_job_given_back_is_before_those_that_came_later(jobs: Table) -> None:
     jobs.add("a")
     jobs.add("b")
