@@ -113,11 +113,14 @@ def test_two_missions_have_one_clock_and_a_sentence_that_says_what_sets_them_apa
     browser: Browser, tmp_path: Path
 ) -> None:
     ended = EVENTS[-1]
-    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_000))
-    slower = (*OTHER[:-1], replace(ended, exploration_ms=16_000))
+    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_400))
+    slower = (*OTHER[:-1], replace(ended, exploration_ms=15_600))
+    browser.open(written(tmp_path, slower, explored) + "#t=14")
+    sentence = browser.text(".difference b")
+    assert sentence == "heuristic explored 25.8 % slower than temporal: it finished at 0:16, 0:04 later."
     browser.open(written(tmp_path, explored, slower) + "#t=14")
     sentence = browser.text(".difference b")
-    assert sentence == "temporal finished exploring 0:04 earlier (25 %): at 0:12, heuristic at 0:16."
+    assert sentence == "temporal explored 20.5 % faster than heuristic: it finished at 0:12, 0:04 earlier."
     assert browser.value("document.querySelectorAll('.transport').length") == 1
     labels = browser.value("[...document.querySelectorAll('canvas.map')].map((one) => one.getAttribute('aria-label'))")
     assert labels[0].replace("temporal", "heuristic") == labels[1]
