@@ -126,7 +126,7 @@ export class StartForm {
     if (!yaml) missing.push({ pointer: "/map/yaml", detail: "choose the map's yaml file" });
     if (!image) missing.push({ pointer: "/map/image_base64", detail: "choose the image that the yaml file names" });
     if (missing.length) throw new Refused(0, { errors: missing });
-    return { name: yaml.name.replace(/\.ya?ml$/i, "") || "map", yaml: await yaml.text(), image_base64: await base64(image) };
+    return { name: yaml.name.replace(/\.ya?ml$/i, "") || "map", yaml: await yaml.text(), image_base64: await base64(image), image_name: image.name };
   }
 
   refuse(error) {
