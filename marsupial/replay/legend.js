@@ -7,12 +7,12 @@ import { onlyFor } from "./why.js";
 
 const SIGN_WIDE = 26, SIGN_HIGH = 18;
 
-/** The signs of the map; terrains with who can drive on them, where not all can. */
+/** The signs of the map; terrains that were seen, with who can drive on them, where not all can. */
 export function mapLegend(missions) {
   const [mission] = missions, ink = inks(), team = mission.robots, colours = robotColours(mission);
   const carrier = team.find((robot) => robot.carrier), riders = team.filter((robot) => carrier && robot.home === carrier.name);
   const loose = riders[0] || team.find((robot) => !robot.carrier), middle = SIGN_HIGH / 2;
-  const used = mission.start.terrains.filter((terrain) => terrain.code < 2 || missions.some((one) => one.start.types.some((type) => type.terrains.includes(terrain.code))));
+  const used = mission.start.terrains.filter((terrain) => terrain.code < 2 || missions.some((one) => one.sightings.codes.has(terrain.code)));
   const box = (fill) => (g) => { g.fillStyle = fill; g.strokeStyle = ink.dim; g.fillRect(4, 3, 18, 12); g.strokeRect(4.5, 3.5, 17, 11); };
   return entries([
     carrier && [(g) => vehicle(g, 13, middle, 8, 0, colours.get(carrier.name), carrier.kind.capacity, riders.slice(0, 1).map((one) => colours.get(one.name)), ink),

@@ -22,7 +22,7 @@ export class Figures {
   }
 
   draw(t, views) {
-    setText(this.time, clock(Math.min(t, this.mission.ended ? this.mission.to : t)));
+    setText(this.time, clock(t));
     setText(this.known, area(this.mission.openArea(t)));
     setText(this.driven, metres(views.reduce((sum, view) => sum + view.driven, 0)));
   }

@@ -34,7 +34,7 @@ export class StartForm {
     }
     const { scenarios, strategies, planners, defaults } = this.offer;
     this.element.lastChild.remove();
-    const names = strategies.map((one) => [one.name, one.name]);
+    const names = strategies.map((one) => [one.name, one.with_rovers ? one.name : `${one.name} (rovers 0 only)`]);
     this.element.append(
       this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "a map of mine (nav2) …"]], scenarios[0].name),
       this.note = make("p", { class: "dim note" }),
