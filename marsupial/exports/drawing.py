@@ -214,12 +214,12 @@ class MissionDrawing:
         ]
         if others:
             names = ", ".join(terrain.name for terrain in others)
-            grounds.insert(2, (shortened(f"seen: {names}", 14), {**square, "color": self.palette.other}))
+            grounds.insert(2, (shortened(names, 14), {**square, "color": self.palette.other}))
         marks: list[tuple[str, Look]] = [
             ("carrier", {"marker": "o", "markersize": 11, "color": grey}),
             ("rover", {"marker": "D", "markersize": 6.5, "color": grey}),
-            ("set down", {"marker": "v", **self._mark(filled=True)}),
-            ("picked up", {"marker": "^", **self._mark(filled=False)}),
+            ("undocked", {"marker": "v", **self._mark(filled=True)}),
+            ("docked", {"marker": "^", **self._mark(filled=False)}),
         ]
         for column, entries in enumerate((grounds, marks)):
             for row, (label, look) in enumerate(entries):
@@ -293,8 +293,8 @@ class MissionDrawing:
         return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
 
-GROUNDS = (("never seen", "unknown"), ("seen", "free"), ("wall", "wall"), ("frontier", "frontier"))
-"""What the key says of colours of the palette."""
+GROUNDS = (("unknown", "unknown"), ("floor", "free"), ("obstacle", "wall"), ("frontier", "frontier"))
+"""What the key says of colours of the palette: the words of the page, in ``legend.js``."""
 
 
 def shortened(text: str, most: int) -> str:

@@ -15,6 +15,7 @@ from PIL import Image
 from servers import Server
 from undisturbed import STEPS, undisturbed
 
+from marsupial.replay.palette import LIGHT
 from marsupial_service.operations.keys import KeyFile
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
@@ -254,6 +255,19 @@ def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(brow
         browser.wait(f"document.querySelector('{picture}').width > 100")
         assert len(browser.colours(picture)) > 4
     assert browser.errors() == []
+
+
+def test_rovers_of_a_job_have_shades_of_their_carriers_colour_also_on_the_ground(
+    browser: Browser, house: Server
+) -> None:
+    demo = house.ask("GET", "/v1/demo-data/office-2x2").document
+    job = house.ask("POST", "/v1/jobs", {**demo, "planner": "greedy"}).document
+    browser.open(f"{house.url}/#/jobs/{job['id']}")
+    browser.wait("document.querySelector('.makespan').dataset.revision && document.querySelector('.job-lanes canvas')")
+    browser.wait("document.querySelector('.job-lanes canvas').height > 60")
+    shown = browser.colours(".job-lanes canvas")
+    assert {f"{colour}ff" for family in LIGHT.families[:2] for colour in family[:3]} <= set(shown)
+    assert not {f"{family[0]}ff" for family in LIGHT.families[2:]} & set(shown)
 
 
 def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, house: Server) -> None:
