@@ -9,11 +9,11 @@ from marsupial.model.plan import ActionName
 
 
 class Activity(StrEnum):
-    """Keys of `Palette.actions`."""
+    """Keys of `Palette.actions`, and what keys of pictures call them; the page has the same words in ``legend.js``."""
 
     DRIVE = "drive"
     EXPLORE = "explore"
-    RIDE = "ride"
+    ABOARD = "aboard"
     DOCK = "dock"
     UNDOCK = "undock"
     WAIT = "wait"
@@ -30,10 +30,10 @@ _TEXTS = {Activity.DRIVE: "drives", Activity.EXPLORE: "explores", Activity.WAIT:
 
 
 def activity(robot: RobotView) -> Activity:
-    """Return what a robot does; being aboard is riding unless it docks or undocks."""
+    """Return what a robot does; a rover that docks or undocks is not aboard."""
     if robot.action is not None:
         return _OF_ACTION[robot.action.name]
-    return Activity.WAIT if robot.carrier is None else Activity.RIDE
+    return Activity.WAIT if robot.carrier is None else Activity.ABOARD
 
 
 def activity_text(robot: RobotView) -> str:
@@ -41,10 +41,10 @@ def activity_text(robot: RobotView) -> str:
     if robot.lost:
         return "lost"
     does, action = activity(robot), robot.action
-    if does is Activity.RIDE:
+    if does is Activity.ABOARD:
         return f"aboard {robot.carrier}"
     if action is None or action.carrier is None:
         return _TEXTS[does]
     if action.robot == robot.name:
-        return f"docks on {action.carrier}" if does is Activity.DOCK else f"leaves {action.carrier}"
-    return f"picks up {action.robot}" if does is Activity.DOCK else f"sets down {action.robot}"
+        return f"docks on {action.carrier}" if does is Activity.DOCK else f"undocks from {action.carrier}"
+    return f"{does}s {action.robot}"

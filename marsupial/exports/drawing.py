@@ -19,10 +19,11 @@ from matplotlib.lines import Line2D
 
 from marsupial.exports.activity import Activity, activity, activity_text
 from marsupial.exports.ground import box, coarse, ground_image
-from marsupial.exports.lanes import clock_text, draw_lanes
+from marsupial.exports.lanes import draw_lanes
 from marsupial.exports.trails import drives, handovers, trail
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView, Track
+from marsupial.model.clock import clock_text
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import Role
@@ -213,12 +214,12 @@ class MissionDrawing:
         ]
         if others:
             names = ", ".join(terrain.name for terrain in others)
-            grounds.insert(2, (shortened(f"seen: {names}", 14), {**square, "color": self.palette.other}))
+            grounds.insert(2, (shortened(names, 14), {**square, "color": self.palette.other}))
         marks: list[tuple[str, Look]] = [
             ("carrier", {"marker": "o", "markersize": 11, "color": grey}),
             ("rover", {"marker": "D", "markersize": 6.5, "color": grey}),
-            ("set down", {"marker": "v", **self._mark(filled=True)}),
-            ("picked up", {"marker": "^", **self._mark(filled=False)}),
+            ("undocked", {"marker": "v", **self._mark(filled=True)}),
+            ("docked", {"marker": "^", **self._mark(filled=False)}),
         ]
         for column, entries in enumerate((grounds, marks)):
             for row, (label, look) in enumerate(entries):
@@ -243,7 +244,7 @@ class MissionDrawing:
         for robot in robots:
             self._show_robot(robot, tracks[robot.name], {other.name: other for other in robots})
         known = self.playback.coverage_at(t_ms)
-        self._clock.set_text(clock_text(t_ms))
+        self._clock.set_text(clock_text(t_ms / 1000))
         self._known.set_text(f"{known.open_m2:.0f} m² known")
         self._cover.set_x(t_ms / 60_000)
         self._cover.set_width(max(0.0, (self.playback.end_ms - t_ms) / 60_000))
@@ -292,8 +293,8 @@ class MissionDrawing:
         return np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
 
-GROUNDS = (("never seen", "unknown"), ("seen", "free"), ("wall", "wall"), ("frontier", "frontier"))
-"""What the key says of colours of the palette."""
+GROUNDS = (("unknown", "unknown"), ("floor", "free"), ("obstacle", "wall"), ("frontier", "frontier"))
+"""What the key says of colours of the palette: the words of the page, in ``legend.js``."""
 
 
 def shortened(text: str, most: int) -> str:

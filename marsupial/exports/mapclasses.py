@@ -31,8 +31,8 @@ TEXTS = {
     MapClass.NARROW: "free, too narrow for all",
     MapClass.ISLAND: "island: cut off from the rest",
     MapClass.LEAK: "leak at the border",
-    MapClass.WALL: "wall",
-    MapClass.UNSEEN: "never seen",
+    MapClass.WALL: "obstacle",
+    MapClass.UNSEEN: "unknown",
 }
 """What a key says of each, in its order."""
 

@@ -111,7 +111,7 @@ def _draw_starts(axes: Axes, mission: MissionStarted, colours: Mapping[str, str]
 
 def _legend(mission: MissionStarted, colours: Mapping[str, str]) -> list[Line2D]:
     robots = [Line2D([], [], color=colour, label=name, **_line(mission, name)) for name, colour in colours.items()]
-    signs = (("o", "start", "#777777"), ("v", "set down", "#777777"), ("^", "picked up", "white"))
+    signs = (("o", "start", "#777777"), ("v", "undocked", "#777777"), ("^", "docked", "white"))
     return robots + [
         Line2D([], [], linestyle="", marker=mark, color=face, markeredgecolor="#555555", label=name)
         for mark, name, face in signs

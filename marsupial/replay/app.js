@@ -16,7 +16,7 @@ import { decider } from "./why.js";
 
 const LAYERS = [["labels", "names", true], ["plan", "plan", true], ["trails", "trails", true], ["sensors", "sensor range", false]];
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
-const RESTYLE_MS = 500;  // the lanes of a live mission are drawn anew so often at most
+const RENEW_MS = 250;  // so often at most, what a live mission has more is shown: drawing its lanes takes longest
 
 /** Put a view of `missions` (one or two, each with its first line) in `container`.
 
@@ -27,27 +27,30 @@ export function show(container, missions, options = {}) { return new View(contai
 
 class View {
   constructor(container, missions, options) {
-    Object.assign(this, { container, missions, options, over: new AbortController(), drawing: false, styled: 0, from: Math.min(...missions.map((one) => one.from)) });
+    Object.assign(this, { container, missions, options, over: new AbortController(), drawing: false, from: Math.min(...missions.map((one) => one.from)), renewed: performance.now(), renewing: 0 });
+    this.measure();
     this.names = sideNames(missions);
     this.tip = new Tip();
-    this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest() });
+    this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest });
     this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], missions.length > 1, () => this.draw(), this.tip));
     this.lanes = new Lanes(missions, this.names);
     this.build();
     this.listen();
     this.setTheme(this.themeAsked());
     this.resized = new ResizeObserver(() => this.resize());
-    for (const element of [...this.panes.map((pane) => pane.map.element), this.lanes.element]) this.resized.observe(element);
+    for (const element of [...this.panes.flatMap((pane) => pane.sized), this.lanes.element]) this.resized.observe(element);
     this.open();
   }
 
-  span() { return [this.from, Math.max(...this.missions.map((mission) => mission.to))]; }
-
-  /** The newest moment that is known of all missions: of two that go on, the slower one is waited for. */
-  newest() {
+  /** Note how far the missions have been told, which is as far as they are shown: the end of all, and the newest moment
+      that is known of all; of two that go on, the slower one is waited for. */
+  measure() {
     const open = this.missions.filter((mission) => !mission.ended);
-    return open.length ? Math.min(...open.map((mission) => mission.to)) : this.span()[1];
+    this.to = Math.max(...this.missions.map((mission) => mission.to));
+    this.newest = open.length ? Math.min(...open.map((mission) => mission.to)) : this.to;
   }
+
+  span() { return [this.from, this.to]; }
 
   build() {
     const two = this.missions.length > 1, { tools = [] } = this.options;
@@ -111,7 +114,7 @@ class View {
   /** Play; or where motion is not wanted, or the address names a moment, stand still there. */
   open() {
     const { transport } = this, still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    transport.t = this.options.live ? this.newest() : still ? tellingMoment(this.missions[0]) : this.from;
+    transport.t = this.options.live ? this.newest : still ? tellingMoment(this.missions[0]) : this.from;
     const given = this.readHash();
     if (this.options.live) transport.grew();
     else if (!still && !given.has("t") && given.get("play") !== "0") transport.play();
@@ -139,13 +142,21 @@ class View {
     document.documentElement.dataset.theme = theme;
     for (const pane of this.panes) pane.map.restyle();
     this.lanes.restyle();
-    this.mapLegend.replaceChildren(...mapLegend(this.missions));
+    this.drawLegend();
     this.laneLegend.replaceChildren(...laneLegend(this.missions));
     this.draw();
   }
 
+  /** Draw the legend of the map, which has the terrains that were seen so far. */
+  drawLegend() {
+    this.mapLegend.replaceChildren(...mapLegend(this.missions));
+    this.explained = this.terrainsSeen();
+  }
+
+  terrainsSeen() { return this.missions.reduce((sum, mission) => sum + mission.sightings.codes.size, 0); }
+
   resize() {
-    for (const pane of this.panes) pane.map.resize();
+    for (const pane of this.panes) pane.resize();
     this.lanes.restyle();
     this.drawNow();  // at once: a canvas of another size is empty
   }
@@ -174,12 +185,20 @@ class View {
     act();
   }
 
-  /** The missions have more lines. */
+  /** The missions have more lines: they are shown soon. */
   grew() {
-    const now = performance.now();
-    if (now - this.styled > RESTYLE_MS) { this.styled = now; if (this.lanes.whole) this.lanes.showAll(); this.lanes.restyle(); }
-    this.transport.grew(this.missions.every((mission) => mission.ended));
-    if (this.missions.every((mission) => mission.ended)) { this.lanes.showAll(); this.lanes.restyle(); }
+    if (!this.renewing) this.renewing = setTimeout(() => this.renew(), Math.max(0, this.renewed + RENEW_MS - performance.now()));
+  }
+
+  renew() {
+    const over = this.missions.every((mission) => mission.ended);
+    this.renewing = 0;
+    this.renewed = performance.now();
+    this.measure();
+    if (this.lanes.whole || over) this.lanes.showAll();
+    this.lanes.restyle();
+    if (this.explained !== this.terrainsSeen()) this.drawLegend();
+    this.transport.grew(over);
   }
 
   /** Ask for a picture; several wishes before the next one are one. */
@@ -199,23 +218,24 @@ class View {
   }
 
   drawPanels(t) {
-    const [mission] = this.missions, own = Math.min(t, mission.ended ? mission.to : t), views = mission.views(own), { figures, team, report, plans } = this.panels;
-    figures.draw(own, views);
+    const [mission] = this.missions, views = mission.views(t), { figures, team, report, plans } = this.panels;
+    figures.draw(t, views);
     team.draw(views, this.panes[0].map.followed);
-    report.draw(own, views);
-    plans.draw(own);
-    setText(this.state, stateAt(mission, own));
-    this.state.className = `badge ${isOver(mission, own) ? mission.ended.status : ""}`;
+    report.draw(t, views);
+    plans.draw(t);
+    setText(this.state, stateAt(mission, t));
+    this.state.className = `badge ${isOver(mission, t) ? mission.ended.status : ""}`;
   }
 
   drawDifference(t) {
     setText(this.difference.firstChild, outcome(this.missions, this.names));
-    setText(this.difference.lastChild, lead(this.missions, this.names, t));
+    setText(this.difference.lastChild, lead(this.missions, this.names, Math.min(t, this.newest)));
   }
 
   /** Stop drawing and listening. */
   close() {
     this.over.abort();
+    clearTimeout(this.renewing);
     this.transport.closed = true;
     this.transport.pause();
     this.resized.disconnect();

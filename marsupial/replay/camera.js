@@ -2,12 +2,14 @@
 
 const CLOSEST = 200, FURTHEST = 0.02;  // points of the page a cell
 const FOLLOWED = 14;  // points a metre, at least, when a robot is followed
+const MARGIN = 12;  // points between what is fitted and the edge
 
 export class Camera {
   constructor(mission) {
     this.mission = mission;
     this.size = { width: 1, height: 1 };
     this.left = this.top = 0;
+    this.covers = [[0, 0, 0, 0], [1, 0, 0, 0]];
     this.scale = 1;
     this.fitted = true;
     this.version = 0;  // goes up whenever anything is to be drawn elsewhere
@@ -15,19 +17,24 @@ export class Camera {
 
   /** Show all that is ever known. */
   fit() {
-    const { width, height } = this.size, { sightings: { box }, start } = this.mission;
+    const { size: { height }, covers: [[before, above, wide, high], [width]], mission: { sightings: { box }, start } } = this;
     const shown = box || { left: 0, right: start.width - 1, low: 0, high: start.height - 1 };
     const across = shown.right - shown.left + 1, up = shown.high - shown.low + 1;
-    this.scale = Math.max(FURTHEST, Math.min((width - 24) / across, (height - 24) / up));
-    this.left = (width - across * this.scale) / 2 - shown.left * this.scale;
-    this.top = (height + up * this.scale) / 2 + shown.low * this.scale;
+    const scale = ([left, top]) => Math.max(FURTHEST, Math.min((width - left - 2 * MARGIN) / across, (height - top - 2 * MARGIN) / up));
+    const below = [0, above + high], beside = [before + wide, 0], [left, top] = scale(below) >= scale(beside) ? below : beside;
+    this.scale = scale([left, top]);
+    this.left = (left + width - across * this.scale) / 2 - shown.left * this.scale;
+    this.top = (top + height + up * this.scale) / 2 + shown.low * this.scale;
     this.fitted = true;
     this.version++;
   }
 
-  resize(width, height) {
+  /** Take the size of the canvas. `covers` are boxes (left, top, width, height) that stand on it, at the top: the map is
+      fitted below the first or beside it, left of the second, and no name is written under them. */
+  resize(width, height, covers) {
     const dx = (width - this.size.width) / 2, dy = (height - this.size.height) / 2;
     this.size = { width, height };
+    this.covers = covers;
     if (this.fitted) this.fit(); else this.pan(dx, dy);
   }
 

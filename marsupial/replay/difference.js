@@ -10,7 +10,8 @@ export function sideNames(missions) {
   return way ? missions.map(way) : missions.map((mission, i) => `${mission.start.strategy}${missions.length > 1 ? ` (${"AB"[i]})` : ""}`);
 }
 
-/** What came out, where both have ended: which one finished exploring earlier and by how much. */
+/** What came out, where both have ended, as `compare` tells it of a pair: how much faster the first one explored, as a share
+    of the second one's time, and when it finished. */
 export function outcome(missions, names) {
   const ends = missions.map((mission) => mission.ended);
   if (ends.some((end) => end === null)) return "";
@@ -23,9 +24,10 @@ export function outcome(missions, names) {
     const done = times[0] === null ? 1 : 0;
     return `${names[done]} finished exploring at ${clock(times[done])}; ${names[1 - done]} left ${count(ends[1 - done].remaining.length, "frontier")}.`;
   }
-  const first = times[1] < times[0] ? 1 : 0, less = times[1 - first] - times[first];
-  if (less === 0) return `Both finished exploring at ${clock(times[0])}.`;
-  return `${names[first]} finished exploring ${clock(less)} earlier (${Math.round(100 * less / times[1 - first])} %): at ${clock(times[first])}, ${names[1 - first]} at ${clock(times[1 - first])}.`;
+  const [time, other] = times, gain = (100 * Math.abs(other - time) / other).toFixed(1), [at, before] = times.map((ms) => Math.round(ms / 1000));
+  if (time === other) return `Both finished exploring at ${clock(time)}.`;
+  const earlier = before === at ? "" : `, ${clock(1000 * Math.abs(before - at))} ${time < other ? "earlier" : "later"}`;
+  return `${names[0]} explored ${gain} % ${time < other ? "faster" : "slower"} than ${names[1]}: it finished at ${clock(time)}${earlier}.`;
 }
 
 /** How they stand at a moment. */

@@ -1,4 +1,5 @@
-/* The missions and jobs there are, the newest first: those that were started here, and those of robots elsewhere. */
+/* The missions and jobs there are, the newest first: those that were started here, and those of robots elsewhere. Two
+   missions that are ticked can be watched side by side. */
 
 import { make } from "./dom.js";
 import { clock } from "./format.js";
@@ -36,10 +37,12 @@ export class EntryList {
     this.kind = kind;
     const { title, heads, none } = KINDS[kind];
     this.rows = make("tbody");
-    this.table = make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", class: text, text })))), this.rows);
+    this.table = make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col", "data-head": text, text })))), this.rows);
     this.none = make("p", { class: "dim", text: none });
     this.more = make("button", { type: "button", text: "Show older ones", onclick: () => { this.limit = Math.min(200, 4 * this.limit); this.refresh(); } });
-    this.element = make("section", { class: "card list" }, make("h2", { text: title }), this.none, this.table, this.more);
+    this.ticked = [];
+    this.beside = make("a", { class: "beside", text: "Show the two side by side", hidden: true });
+    this.element = make("section", { class: "card list" }, make("h2", { text: title }), this.none, this.table, this.more, this.beside);
     this.limit = 12;
     this.none.hidden = this.table.hidden = this.more.hidden = true;
     this.shown = "";
@@ -77,8 +80,20 @@ export class EntryList {
     this.rows.replaceChildren(...entries.map((one) => this.row(one)));
   }
 
+  /** A box that chooses a mission; of three, the first one is chosen no more. */
+  tick({ id, name }) {
+    const box = make("input", { type: "checkbox", value: id, checked: this.ticked.includes(id), "aria-label": `Show ${name} beside another`, title: "Tick two to see them side by side" });
+    box.addEventListener("change", () => {
+      this.ticked = [...this.ticked.filter((other) => other !== id), ...(box.checked ? [id] : [])].slice(-2);
+      for (const other of this.rows.querySelectorAll("input")) other.checked = this.ticked.includes(other.value);
+      this.beside.hidden = this.ticked.length < 2;
+      this.beside.href = `#/missions/${this.ticked.join(",")}`;
+    });
+    return box;
+  }
+
   row(one) {
     const { cells, heads } = KINDS[this.kind], [first, ...rest] = cells(one), link = make("a", { href: `#/${this.kind}/${one.id}`, text: first });
-    return make("tr", {}, make("td", {}, link), ...rest.map((cell, i) => make("td", { class: heads[i + 1] }, cell)));
+    return make("tr", {}, make("td", {}, ...(this.kind === "missions" ? [this.tick(one)] : []), link), ...rest.map((cell, i) => make("td", { "data-head": heads[i + 1] }, cell)));
   }
 }

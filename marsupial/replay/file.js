@@ -1,8 +1,8 @@
 /* A replay file: the logs stand in the page, packed, and are played from there. */
 
 import { show } from "./app.js";
-import { make } from "./dom.js";
 import { readMission } from "./model.js";
+import { saveButton } from "./saving.js";
 
 /** The text of a log that stands in the page, as bytes packed by gzip and written in base 64. */
 async function unpacked(element) {
@@ -10,18 +10,10 @@ async function unpacked(element) {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
 }
 
-function save(texts) {
-  for (const { text, name } of texts) {
-    const address = URL.createObjectURL(new Blob([text], { type: "application/jsonl" }));
-    make("a", { href: address, download: `${name.replace(/[^\w.-]+/g, "-") || "mission"}.jsonl` }).click();
-    setTimeout(() => URL.revokeObjectURL(address), 10000);
-  }
-}
-
 async function open() {
   const texts = await Promise.all([...document.querySelectorAll("script.log")].map(unpacked));
   const missions = texts.map(readMission), named = texts.map((text, i) => ({ text, name: `${missions[i].start.scenario}-${missions[i].start.strategy}` }));
-  show(document.getElementById("app"), missions, { save: [texts.length > 1 ? "Save logs" : "Save log", () => save(named)] });
+  show(document.getElementById("app"), missions, { save: saveButton(texts.length, () => named) });
 }
 
 open();

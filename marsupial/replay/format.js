@@ -1,8 +1,8 @@
 /* How figures are written, everywhere on the page: one rounding for each quantity. */
 
-/** Milliseconds as m:ss or h:mm:ss, with tenths where asked. */
+/** Milliseconds as m:ss or h:mm:ss, with tenths where asked; rounded as `marsupial.model.clock` does. */
 export function clock(ms, tenths = false) {
-  const whole = tenths ? Math.floor(ms / 100) / 10 : Math.floor(ms / 1000);
+  const whole = tenths ? Math.round(ms / 100) / 10 : Math.round(ms / 1000);
   const hours = Math.floor(whole / 3600), minutes = Math.floor(whole / 60) % 60, seconds = whole - 3600 * hours - 60 * minutes;
   const text = (tenths ? seconds.toFixed(1) : String(seconds)).padStart(tenths ? 4 : 2, "0");
   return hours ? `${hours}:${String(minutes).padStart(2, "0")}:${text}` : `${minutes}:${text}`;

@@ -9,8 +9,16 @@ const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
 const LANE_HIGH = 22, GUTTER = 92, AXIS = 20, MARGIN = 12;
 const UNKNOWN = 255;
 
-/** The team of a situation, as far as its colours go. */
-function team(situation) { return { robots: situation.robots.map((robot) => ({ ...robot, home: robot.carrier })) }; }
+/** The team of a situation, as far as its colours go: a rover on the ground is one of the carrier named before it. */
+function team({ robots, types }) {
+  const carriers = new Set(types.filter((type) => type.role === "carrier").map((type) => type.name));
+  let last = null;
+  return { robots: robots.map((robot) => {
+    if (!carriers.has(robot.type)) return { ...robot, home: robot.carrier ?? last };
+    last = robot.name;
+    return { ...robot, home: null };
+  }) };
+}
 
 /** Draw an axis of time up to `span` ms: `x` says where a moment is, `room` points it has; lines go from `top` down. */
 function drawTimes(g, ink, { span, x, room, top, wide, high }) {

@@ -1,15 +1,18 @@
-/* What keys do, and the list of them. */
+/* What keys do, and the list of them; beside it, words of the page that need some. */
 
 import { button, make } from "./dom.js";
 
 const TOLD = [["space", "play or pause"], ["← →", "5 s back or on; with shift 60 s"], ["+ −", "faster, slower"], ["[ ]", "plan before, next plan"],
   ["home end", "start, end"], ["N S P T", "names, sensor range, plan, trails"], ["F", "the whole map"], ["D", "dark or light"], ["esc", "close the card, follow no more"],
   ["wheel", "zoom where the pointer is"], ["ctrl + wheel", "on the lanes: look closer at a time"], ["click", "on a frontier, target or robot: what, who and why"]];
+const DOCKING = "To undock a rover is to set it down, to dock it is to pick it up; aboard is a rover that its carrier carries.";
+const AREAS = "Areas: known is all ground seen that is no obstacle, also where no robot can stand; reachable is where robots of the team "
+  + "could get to; explored is as much of the reachable as was seen, and their share is the coverage.";
 
-/** A dialog that tells the keys. */
+/** A dialog that tells the keys, and what words mean. */
 export function keysDialog() {
   const dialog = make("dialog", { class: "keys", "aria-label": "Keys" },
-    make("h2", { text: "Keys and pointer" }), make("dl", {}, ...TOLD.flatMap(([key, does]) => [make("dt", { text: key }), make("dd", { text: does })])));
+    make("h2", { text: "Keys and pointer" }), make("dl", {}, ...TOLD.flatMap(([key, does]) => [make("dt", { text: key }), make("dd", { text: does })])), make("p", { text: DOCKING }), make("p", { text: AREAS }));
   dialog.append(button("Close", "Close", () => dialog.close()));
   return dialog;
 }

@@ -63,6 +63,7 @@ export class Sightings {
     this.areaTimes = [t];
     this.areas = [0];  // in cells
     this.box = null;
+    this.codes = new Set();
     this.head = new Tiles();
     this.keyframes = [new Map()];
     this.keyframeDone = [0];
@@ -75,6 +76,7 @@ export class Sightings {
     read((x, y, cells, code) => {
       this.runs.push(x, y, cells, code);
       this.open += this.head.write(x, y, cells, code);
+      this.codes.add(code);
       this.stretch(x, y, cells);
     });
     this.times.push(t);

@@ -11,7 +11,7 @@ function widthOf(g, name) {
 }
 
 export class Labels {
-  constructor(g, ink, size) { Object.assign(this, { g, ink, size, taken: [], loose: [] }); }  // boxes: left, top, width, height
+  constructor(g, ink, { size, covers }) { Object.assign(this, { g, ink, size, taken: [...covers], loose: [] }); }  // boxes: left, top, width, height
 
   /** No name shall lie on what is within r of a point. */
   keepFree(x, y, r) { this.taken.push([x - r, y - r, 2 * r, 2 * r]); }

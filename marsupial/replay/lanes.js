@@ -207,7 +207,6 @@ export class Lanes {
   /** Draw the moment: cursor, what is known by then, and the plan in force as thin lines under the lanes. */
   draw(t) {
     if (!this.width) return;
-    if (t > this.to && this.whole) { this.showAll(); this.restyle(); }
     const x = Math.round(2 * this.x(t)) / 2, shown = `${x} ${this.missions.map((mission) => mission.planIndex(t))}`;
     if (shown === this.shown) return;
     this.shown = shown;

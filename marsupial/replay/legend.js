@@ -7,12 +7,12 @@ import { onlyFor } from "./why.js";
 
 const SIGN_WIDE = 26, SIGN_HIGH = 18;
 
-/** The signs of the map; terrains with who can drive on them, where not all can. */
+/** The signs of the map; terrains that were seen, with who can drive on them, where not all can. */
 export function mapLegend(missions) {
   const [mission] = missions, ink = inks(), team = mission.robots, colours = robotColours(mission);
   const carrier = team.find((robot) => robot.carrier), riders = team.filter((robot) => carrier && robot.home === carrier.name);
   const loose = riders[0] || team.find((robot) => !robot.carrier), middle = SIGN_HIGH / 2;
-  const used = mission.start.terrains.filter((terrain) => terrain.code < 2 || missions.some((one) => one.start.types.some((type) => type.terrains.includes(terrain.code))));
+  const used = mission.start.terrains.filter((terrain) => terrain.code < 2 || missions.some((one) => one.sightings.codes.has(terrain.code)));
   const box = (fill) => (g) => { g.fillStyle = fill; g.strokeStyle = ink.dim; g.fillRect(4, 3, 18, 12); g.strokeRect(4.5, 3.5, 17, 11); };
   return entries([
     carrier && [(g) => vehicle(g, 13, middle, 8, 0, colours.get(carrier.name), carrier.kind.capacity, riders.slice(0, 1).map((one) => colours.get(one.name)), ink),
@@ -39,7 +39,7 @@ export function laneLegend(missions) {
   const ink = inks(), [mission] = missions, carrier = mission.robots.find((robot) => robot.carrier), middle = SIGN_HIGH / 2;
   const lane = (name, end) => (g) => bar(g, 2, 3, 22, 12, name, end, ink);
   return entries([
-    [lane("move", "done"), "drive"], [lane("explore", "done"), "explore"], [lane("undock", "done"), "set down"], [lane("dock", "done"), "pick up"],
+    [lane("move", "done"), "drive"], [lane("explore", "done"), "explore"], [lane("undock", "done"), "undock"], [lane("dock", "done"), "dock"],
     carrier && [(g) => line(g, [[1, middle], [25, middle]], robotColours(mission).get(carrier.name), 2), "aboard"],
     [lane("move", "superseded"), "given up for a new plan"], [lane("move", "blocked"), "blocked or failed"],
     [(g) => { g.fillStyle = ink.drive; g.fillRect(2, 12, 22, 2.5); }, "as planned now"],

@@ -43,10 +43,11 @@ export class MapView {
     this.painted = -1;
   }
 
-  resize() {
+  /** Take the size of the page's element; `covers` as in `Camera.resize`. */
+  resize(covers) {
     const { clientWidth, clientHeight } = this.element;
     if (!clientWidth || !clientHeight) return;
-    this.camera.resize(clientWidth, clientHeight);
+    this.camera.resize(clientWidth, clientHeight, covers);
     fitted(this.floor, clientWidth, clientHeight);
     fitted(this.canvas, clientWidth, clientHeight);
     this.layer.forget();
@@ -96,7 +97,7 @@ export class MapView {
     this.hits = [];
     g.clearRect(0, 0, size.width, size.height);
     const over = mission.ended !== null && t >= mission.to, plan = over ? null : mission.planAt(t);
-    const labels = new Labels(g, this.ink, size);
+    const labels = new Labels(g, this.ink, this.camera);
     if (show.sensors) for (const view of views) this.drawRange(view);
     if (show.trails) this.drawTrails(views, t);
     if (show.plan && plan) this.drawPlan(plan, views, t, show.labels, labels);

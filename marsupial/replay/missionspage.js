@@ -4,6 +4,7 @@ import { show } from "./app.js";
 import { make, setText } from "./dom.js";
 import { badge, robots } from "./entrylist.js";
 import { Mission, readMission } from "./model.js";
+import { saveButton } from "./saving.js";
 import { get, getText, post } from "./service.js";
 import { Stream } from "./stream.js";
 
@@ -31,13 +32,15 @@ class Followed {
   async begin() {
     this.tell(await get(this.path));
     if (this.about.state === "ended") {
-      const log = await getText(`${this.path}/log`);
+      const log = await this.log();
       if (log) { this.model = readMission(log); this.lines = this.model.lines; }
       this.news();
       return;
     }
     this.stream = new Stream(`${this.path}/events`, (event) => this.take(event), (reason) => this.over(reason));
   }
+
+  log() { return getText(`${this.path}/log`); }
 
   take({ type, data }) {
     if (type === "log") {
@@ -89,13 +92,23 @@ export class MissionsPage {
     this.stage = make("div", { class: "stage-of-view" }, make("p", { class: "said", text: WAITING }));
     this.element = make("div", { class: "missions-page" }, make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)), this.said, this.stage);
     this.view = null;
+    this.lost = [];
     this.wished = false;
   }
 
   async begin() {
     for (const one of this.followed) {
-      try { await one.begin(); } catch (error) { one.say(error.message); }
+      try { await one.begin(); } catch (error) { this.drop(one, error.message); }
     }
+  }
+
+  /** Show the others only: there is nothing to be had of this one. */
+  drop(one, why) {
+    this.followed = this.followed.filter((other) => other !== one);
+    this.lost.push(why);
+    one.element.remove();
+    if (!this.followed.length) this.stage.replaceChildren();
+    this.wish();
   }
 
   /** Something is new: it is shown with the next picture. */
@@ -106,13 +119,13 @@ export class MissionsPage {
   }
 
   update() {
-    const said = this.followed.flatMap((one) => [one.said, ...warningsOf(one)]).filter(Boolean).join("\n");
+    const said = [...new Set([...this.lost, ...this.followed.flatMap((one) => [one.said, ...warningsOf(one)])])].filter(Boolean).join("\n");
     setText(this.said, said);
     this.said.hidden = !said;
     if (this.view === null) {
-      if (this.followed.some((one) => one.model.start === null)) return;
-      const live = !this.followed.every((one) => one.isOver);
-      this.view = show(this.stage, this.followed.map((one) => one.model), { live, rate: live ? this.rate() : null });
+      if (!this.followed.length || this.followed.some((one) => one.model.start === null)) return;
+      const live = !this.followed.every((one) => one.isOver), save = saveButton(this.followed.length, () => this.logs());
+      this.view = show(this.stage, this.followed.map((one) => one.model), { live, rate: live ? this.rate() : null, save });
     } else this.view.grew();
   }
 
@@ -120,6 +133,16 @@ export class MissionsPage {
   rate() {
     const speeds = this.followed.map((one) => one.about.simulation?.speed ?? null);
     return speeds.every((speed) => speed !== null && speed === speeds[0]) ? speeds[0] : null;
+  }
+
+  /** The missions' logs as they are now. */
+  async logs() {
+    try {
+      return await Promise.all(this.followed.map(async (one) => ({ text: await one.log(), name: `${one.about.name}-${one.about.strategy}` })));
+    } catch (error) {
+      this.followed[0].say(error.message);
+      return [];
+    }
   }
 
   close() {

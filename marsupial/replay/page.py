@@ -23,7 +23,7 @@ from marsupial.replay.palette import DARK, LIGHT, Palette
 MODULES = (
     *("format", "history", "strips", "legs", "places", "knownmap", "model", "ground"),
     *("dom", "colours", "shapes", "why", "routes", "labels", "frontier", "camera", "planlayer", "map", "pointer"),
-    *("panels", "pane", "lanes", "legend", "difference", "telling", "tip", "keys", "transport", "app"),
+    *("panels", "pane", "lanes", "legend", "difference", "telling", "tip", "keys", "transport", "app", "saving"),
 )
 """The page's modules, ``NAME.js``, each after those that it imports."""
 

@@ -32,11 +32,11 @@ class Palette:
     page, ink, dim
         What is behind everything, text and outlines, text of less weight.
     unknown, free, wall, other
-        Ground: never seen, floor, obstacles, any other terrain.
+        Ground: unknown, floor, obstacles, any other terrain.
     frontier
         Where known ground ends, and targets; drawn with an outline of `ink`.
     actions
-        By what a robot does: ``drive``, ``explore``, ``ride`` (aboard a driving carrier), ``dock``, ``undock``,
+        By what a robot does: ``drive``, ``explore``, ``aboard`` (a carrier), ``dock``, ``undock``,
         ``wait``.
     """
 
@@ -102,7 +102,7 @@ LIGHT = Palette(
     actions={
         "drive": "#9097a1",
         "explore": "#ffd60a",
-        "ride": "#c6cdd5",
+        "aboard": "#c6cdd5",
         "dock": "#111418",
         "undock": "#5c636d",
         "wait": "#f4f5f7",
@@ -141,7 +141,7 @@ DARK = Palette(
     actions={
         "drive": "#7d8590",
         "explore": "#ffe14d",
-        "ride": "#4a515c",
+        "aboard": "#4a515c",
         "dock": "#ffffff",
         "undock": "#b9c0c9",
         "wait": "#23282f",

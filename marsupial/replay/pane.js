@@ -21,16 +21,27 @@ export class Pane {
     this.where = make("p", { class: "where", "aria-hidden": "true" });
     this.card = make("div", { class: "picked", role: "status", hidden: true });
     this.following = make("button", { type: "button", class: "following", text: "following", hidden: true, onclick: () => this.follow(null) });
+    this.buttons = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" },
+      button("Zoom in", "+", () => zoom(1.5)), button("Zoom out", "−", () => zoom(1 / 1.5)), button("Show the whole map", icon(WHOLE), () => zoom(0)));
     this.element = make("section", { class: "pane", "aria-label": `Map of ${name}` },
       ...(headed ? [make("h2", { class: "pane-head" }, make("span", { text: name }), this.state)] : []),
-      make("div", { class: "stage" }, this.map.element, make("div", { class: "zoom", role: "group", "aria-label": "Zoom" },
-        button("Zoom in", "+", () => zoom(1.5)), button("Zoom out", "−", () => zoom(1 / 1.5)), button("Show the whole map", icon(WHOLE), () => zoom(0))),
-      make("div", { class: "chips" }, this.known, this.following), this.card, this.where));
+      make("div", { class: "stage" }, this.map.element, this.buttons, make("div", { class: "chips" }, this.known, this.following), this.card, this.where));
     listenMap(this.map.canvas, this.map.camera, {
       moved: () => { this.follow(null); changed(); }, clicked: (x, y) => this.pick(x, y),
       over: (x, y, event) => { tip.show(event, this.story(this.map.hit(x, y))); setText(this.where, this.map.whereAt(x, y)); },
       left: () => { tip.hide(); setText(this.where, ""); },
     });
+  }
+
+  /** What a change in size of which asks for `resize`. */
+  get sized() { return [this.map.element, this.known]; }
+
+  resize() {
+    const stage = this.map.element.getBoundingClientRect();
+    this.map.resize([this.known, this.buttons].map((one) => {
+      const { left, top, width, height } = one.getBoundingClientRect();
+      return [left - stage.left, top - stage.top, width, height];
+    }));
   }
 
   /** Keep a robot in the middle; null: no more. */
@@ -80,7 +91,7 @@ export class Pane {
 
   draw(t, show) {
     this.t = t;
-    const own = Math.min(t, this.mission.ended ? this.mission.to : t), over = isOver(this.mission, own);
+    const own = Math.min(t, this.mission.to), over = isOver(this.mission, own);
     this.map.draw(own, show);
     setText(this.state, stateAt(this.mission, own));
     this.state.className = `badge ${over ? this.mission.ended.status : ""}`;

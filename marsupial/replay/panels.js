@@ -22,7 +22,7 @@ export class Figures {
   }
 
   draw(t, views) {
-    setText(this.time, clock(Math.min(t, this.mission.ended ? this.mission.to : t)));
+    setText(this.time, clock(t));
     setText(this.known, area(this.mission.openArea(t)));
     setText(this.driven, metres(views.reduce((sum, view) => sum + view.driven, 0)));
   }
@@ -80,7 +80,7 @@ export class Report {
     const plan = this.mission.planAt(t), { down, up } = this.mission.docked.at(t), out = views.filter((view) => !view.robot.carrier && !view.carrier);
     return [figures([
       ["targets", plan ? plan.targets.length : 0], ["plans so far", this.mission.planIndex(t) + 1],
-      ["set down", count(down, "time")], ["picked up", count(up, "time")], ["rovers out", out.length], ["aboard", views.filter((view) => view.carrier).length],
+      ["undocked", count(down, "time")], ["docked", count(up, "time")], ["rovers out", out.length], ["aboard", views.filter((view) => view.carrier).length],
     ])];
   }
 
@@ -91,7 +91,7 @@ export class Report {
       ["explored in", ended.exploration_ms === null ? "never" : clock(ended.exploration_ms)], ["ended at", clock(ended.t_ms)],
       ["reachable", area(ended.reachable_area_m2)], ["explored", share(covered)],
       ["distance", metres(total(ended.distance_m))], ["energy", energy(total(ended.energy_j))],
-      ["set down", count(ended.deployments, "time")], ["picked up", count(ended.retrievals, "time")],
+      ["undocked", count(ended.deployments, "time")], ["docked", count(ended.retrievals, "time")],
       ["plans", ended.plans_valid], ["refused", ended.plans_invalid],
     ]), this.remaining(ended.remaining)];
   }

@@ -34,7 +34,7 @@ export class PlanLayer {
     this.drawWays(g, plan, views, t, look);
     this.drawMeetings(g, plan, look);
     this.drawTargets(g, plan, look);
-    const labels = new Labels(g, look.ink, camera.size);
+    const labels = new Labels(g, look.ink, camera);
     if (named && points >= NAMED) this.drawNames(plan, camera, labels);
     this.taken = labels.taken;
   }

@@ -34,7 +34,7 @@ export class StartForm {
     }
     const { scenarios, strategies, planners, defaults } = this.offer;
     this.element.lastChild.remove();
-    const names = strategies.map((one) => [one.name, one.name]);
+    const names = strategies.map((one) => [one.name, one.with_rovers ? one.name : `${one.name} (rovers 0 only)`]);
     this.element.append(
       this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "a map of mine (nav2) …"]], scenarios[0].name),
       this.note = make("p", { class: "dim note" }),
@@ -126,7 +126,7 @@ export class StartForm {
     if (!yaml) missing.push({ pointer: "/map/yaml", detail: "choose the map's yaml file" });
     if (!image) missing.push({ pointer: "/map/image_base64", detail: "choose the image that the yaml file names" });
     if (missing.length) throw new Refused(0, { errors: missing });
-    return { name: yaml.name.replace(/\.ya?ml$/i, "") || "map", yaml: await yaml.text(), image_base64: await base64(image) };
+    return { name: yaml.name.replace(/\.ya?ml$/i, "") || "map", yaml: await yaml.text(), image_base64: await base64(image), image_name: image.name };
   }
 
   refuse(error) {

@@ -2,7 +2,7 @@
 
 import { area, clock, count, listed, metres, point, seconds } from "./format.js";
 
-const DOES = { move: "drives to", explore: "explores", dock: "docks on", undock: "is set down by" };
+const DOES = { move: "drives to", explore: "explores", dock: "docks on", undock: "undocks from" };
 const ENDS = {
   done: "done", superseded: "given up for the next plan", blocked: "stopped: its route is no longer passable",
   failed: "failed: its robots could not do it", lost: "a robot was lost",
@@ -83,7 +83,7 @@ export function doing(mission, view) {
 export function act(mission, action, robot) {
   if (action.carrier === null) return `${DOES[action.name]} ${mission.places.label(action.place)}`;
   if (action.robot === robot.name) return `${DOES[action.name]} ${action.carrier}`;
-  return `${action.name === "dock" ? "takes" : "sets down"} ${action.robot}`;
+  return `${action.name}s ${action.robot}`;
 }
 
 /** What is to be told of a robot at t. */
@@ -173,7 +173,7 @@ export function ofMeeting(mission, name, t) {
   ];
   for (const action of plan ? plan.actions : []) {
     if (action.place !== name || action.carrier === null) continue;
-    lines.push(`${clock(action.start_ms)}: ${action.carrier} ${action.name === "dock" ? "takes" : "sets down"} ${action.robot}`);
+    lines.push(`${clock(action.start_ms)}: ${action.carrier} ${action.name}s ${action.robot}`);
   }
   return { title: `Meeting point ${place.label}`, lines };
 }

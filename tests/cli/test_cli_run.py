@@ -146,9 +146,10 @@ def test_a_mission_that_runs_out_of_time_is_no_success(capsys: pytest.CaptureFix
 
 
 def test_a_summary_for_people_names_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "lobby", *QUICK, "--time-limit", "5"]) == 5
+    assert main(["run", "lobby", *QUICK, "--time-limit", "5", "--carriers", "1"]) == 5
     out = capsys.readouterr().out
     assert "time_limit: time limit of 5 s reached" in out
+    assert "1 carrier, 2 rovers" in out
     assert "\nleft: " in out
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import re
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,6 +17,7 @@ from marsupial.exports.ground import coarse, frontier, ground_image
 from marsupial.exports.lanes import stretches
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
+from marsupial.replay.page import module_text
 from marsupial.replay.palette import DARK, LIGHT
 
 EVENTS = synthetic_mission()
@@ -35,8 +37,8 @@ def test_a_figure_says_in_words_who_does_what_at_its_moment() -> None:
     at_start, in_yard = (texts(figure(EVENTS, "svg", at_ms=t_ms)) for t_ms in (0, 12_000))
     assert {"two halves", "0:00", "carrier1", "rover1_1", "aboard carrier1", "drives"} <= set(at_start)
     assert {"0:12", "explores", "waits", "aboard carrier1"} <= set(in_yard)
-    assert {"never seen", "wall", "frontier", "set down", "picked up"} <= set(at_start)
-    assert "seen: rough" in at_start
+    assert {"unknown", "floor", "obstacle", "frontier", "undocked", "docked"} <= set(at_start)
+    assert "rough" in at_start
 
 
 def test_a_moment_outside_the_mission_is_its_start_or_end() -> None:
@@ -75,7 +77,7 @@ def test_lanes_are_what_robots_do() -> None:
     found = stretches(Playback(EVENTS))["rover1_1"]
     minutes = [round(60 * start, 3) for start, _ in found[Activity.EXPLORE]]
     assert minutes == [10.002, 12.503]
-    assert found[Activity.RIDE][0] == (0.0, pytest.approx(5.001 / 60))
+    assert found[Activity.ABOARD][0] == (0.0, pytest.approx(5.001 / 60))
     assert found[Activity.DOCK] == [(pytest.approx(16.005 / 60), pytest.approx(10 / 60))]
 
 
@@ -90,3 +92,9 @@ def test_walls_of_one_cell_stay_walls_in_a_small_picture() -> None:
     cells[5] = OBSTACLE
     assert (coarse(cells, 4)[1] == OBSTACLE).all()
     assert (coarse(cells, 4)[[0, 2]] == FLOOR).all()
+
+
+def test_the_page_has_the_same_words_in_its_keys() -> None:
+    legend = module_text("legend.js")
+    for word in [*(does for does in Activity if does is not Activity.WAIT), "unknown"]:
+        assert re.search(rf'"{word}\b', legend), word

@@ -73,7 +73,7 @@ def test_the_picture_has_the_colours_of_all_that_occurs_and_says_what_they_are()
     assert {COLOURS[MapClass(int(kind))] for kind in np.unique(classes)} <= shown
     svg = map_figure(grid, classes, "hall", starts, kind="svg", warnings=["something is odd"])
     text = "\n".join(ElementTree.fromstring(svg).itertext())
-    assert {"hall", "carrier1", "start, drawn by seed 1", "wall", "never seen", "only rovers can"} <= {
+    assert {"hall", "carrier1", "start, drawn by seed 1", "obstacle", "unknown", "only rovers can"} <= {
         line.strip() for line in text.splitlines()
     }
     assert "! something is odd" in text

@@ -165,7 +165,7 @@ def test_each_drawing_stands_alone_so_that_a_viewer_can_jump(plain: list[Said]) 
 def test_labels_say_what_robots_do_and_plans_whereto(plain: list[Said]) -> None:
     labels = {(one.t_ms, entity.id): entity.texts[0].text for one in plain if one.topic == "/robots"
               for entity in one.message.entities}  # fmt: skip
-    assert labels[5001, "carrier1"] == "carrier1: sets down rover1_1"
+    assert labels[5001, "carrier1"] == "carrier1: undocks rover1_1"
     assert labels[16005, "rover1_1"] == "rover1_1: docks on carrier1"
     plan = next(one.message for one in plain if one.topic == "/plan")
     texts = [entity.texts[0].text for entity in plan.entities if entity.texts]

@@ -203,7 +203,7 @@ def test_the_drawing_shows_the_map_the_robots_and_the_metrics(lobby: marsupial.E
     assert "coverage 100.0%" in axes.get_title(loc="left")
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[:6] == ["carrier1", "rover1_1", "rover1_2", "carrier2", "rover2_1", "rover2_2"]
-    assert {"start", "set down", "picked up"} <= set(labels)
+    assert {"start", "undocked", "docked"} <= set(labels)
     marks = [line.get_marker() for line in axes.get_lines()]
     assert (marks.count("v"), marks.count("^")) == (lobby.deployments, lobby.retrievals)
     assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]

@@ -28,6 +28,15 @@ return null;
 """Move the pointer over a canvas until what is told begins with a text; return what is told, and where."""
 
 
+UNDER = """
+const canvas = document.querySelector("canvas.floor"), cover = document.querySelector(arguments[0]);
+const stage = canvas.getBoundingClientRect(), box = cover.getBoundingClientRect(), ratio = canvas.width / stage.width;
+const corner = [box.left - stage.left, box.top - stage.top, box.width, box.height].map((v) => Math.round(v * ratio));
+return new Set(new Uint32Array(canvas.getContext("2d").getImageData(...corner).data.buffer)).size;
+"""
+"""Return how many colours the ground has under an element."""
+
+
 def written(folder: Path, *missions: Sequence[MissionEvent]) -> str:
     file = folder / "replay.html"
     file.write_text(replay_page(*missions), encoding="utf-8")
@@ -113,11 +122,14 @@ def test_two_missions_have_one_clock_and_a_sentence_that_says_what_sets_them_apa
     browser: Browser, tmp_path: Path
 ) -> None:
     ended = EVENTS[-1]
-    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_000))
-    slower = (*OTHER[:-1], replace(ended, exploration_ms=16_000))
+    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_400))
+    slower = (*OTHER[:-1], replace(ended, exploration_ms=15_600))
+    browser.open(written(tmp_path, slower, explored) + "#t=14")
+    sentence = browser.text(".difference b")
+    assert sentence == "heuristic explored 25.8 % slower than temporal: it finished at 0:16, 0:04 later."
     browser.open(written(tmp_path, explored, slower) + "#t=14")
     sentence = browser.text(".difference b")
-    assert sentence == "temporal finished exploring 0:04 earlier (25 %): at 0:12, heuristic at 0:16."
+    assert sentence == "temporal explored 20.5 % faster than heuristic: it finished at 0:12, 0:04 earlier."
     assert browser.value("document.querySelectorAll('.transport').length") == 1
     labels = browser.value("[...document.querySelectorAll('canvas.map')].map((one) => one.getAttribute('aria-label'))")
     assert labels[0].replace("temporal", "heuristic") == labels[1]
@@ -149,6 +161,15 @@ def test_a_click_on_a_target_tells_who_reaches_it_and_who_does_not(browser: Brow
     assert "rovers can explore it" in card
     assert "carriers cannot" in card
     assert "rover1_1 goes there by plan 1: there at 0:17" in card
+
+
+@pytest.mark.parametrize("view", [DESK, PHONE])
+def test_the_map_is_fitted_where_nothing_stands_on_it(browser: Browser, tmp_path: Path, view: View) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=99", view)
+    browser.wait("document.querySelector('.known')?.textContent.includes('reachable')")
+    drawn(browser)
+    for cover in (".known", ".zoom"):
+        assert browser.run(UNDER, cover) == 1, f"the map is under {cover}"
 
 
 def test_a_robot_is_followed_from_its_row_until_the_whole_map_is_asked_for(browser: Browser, tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +15,7 @@ from PIL import Image
 from servers import Server
 from undisturbed import STEPS, undisturbed
 
+from marsupial.replay.palette import LIGHT
 from marsupial_service.operations.keys import KeyFile
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
@@ -72,6 +75,14 @@ def scrub(browser: Browser, t_ms: int) -> None:
     )
 
 
+def choose_speed(browser: Browser, speed: str) -> None:
+    browser.run(
+        "const list = document.querySelector('.speed select'); list.value = arguments[0];"
+        " list.dispatchEvent(new Event('change'))",
+        speed,
+    )
+
+
 def is_live(browser: Browser) -> bool:
     return browser.value("document.querySelector('.transport .live').getAttribute('aria-pressed')") == "true"
 
@@ -81,6 +92,9 @@ def test_a_mission_is_run_from_the_form_scrubbed_and_followed_live_to_its_end(br
     browser.wait("Number(document.querySelector('.transport input[type=range]').value) > 3000")
     assert is_live(browser)
     assert drawn(browser)
+    assert browser.value("document.querySelector('.layers input').offsetHeight < 20"), "boxes are no text fields"
+    browser.run(_WATCH_CLOCK)
+    assert browser.value("document.querySelector('.speed select').value") == "5", "the speed that was asked for"
     scrub(browser, 1000)
     browser.wait("document.querySelector('.transport output').textContent.startsWith('0:01.0')")
     assert not is_live(browser)
@@ -92,19 +106,27 @@ def test_a_mission_is_run_from_the_form_scrubbed_and_followed_live_to_its_end(br
     assert is_live(browser)
     browser.wait("document.querySelector('.followed .badge').textContent === 'complete'")
     assert house.ask("GET", f"/v1/missions/{mission}").document["status"] == "complete"
-    assert browser.text(".view > header .badge") == "complete"
+    browser.wait("document.querySelector('.view > header .badge').textContent === 'complete'")
+    assert browser.value("document.querySelector('.speed select').value") == "1", "all of it in 45 s at most"
+    assert browser.value("window.ahead") <= 0, "no moment is shown before it is known"
+    browser.run("URL.createObjectURL = (blob) => { blob.text().then((text) => { window.saved = text; }); return '#'; }")
+    browser.click(".view > header button[title^=Save]")
+    assert browser.wait("window.saved") == house.ask("GET", f"/v1/missions/{mission}/log").document
     assert browser.errors() == []
 
 
 def test_two_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, house: Server) -> None:
     missions = start(browser, house, beside="heuristic", speed=100, budget=0.1)
     assert len(missions) == 2
+    choose_speed(browser, "20")
     told = [house.ask("GET", f"/v1/missions/{mission}").document for mission in missions]
     assert [one["strategy"] for one in told] == ["temporal", "heuristic"]
     assert told[0]["simulation"]["seed"] == told[1]["simulation"]["seed"]
     browser.wait("[...document.querySelectorAll('.followed .badge')].every((one) => one.textContent === 'complete')")
     assert browser.value("document.querySelectorAll('.pane').length") == 2
     assert browser.value("document.querySelectorAll('.transport').length") == 1
+    browser.wait("document.querySelector('.transport .live').hidden")
+    assert browser.value("document.querySelector('.speed select').value") == "20", "what was chosen stays"
     assert drawn(browser)
     browser.look(PHONE)
     assert browser.value("document.documentElement.scrollWidth <= innerWidth")
@@ -142,6 +164,54 @@ def test_what_is_wrong_with_a_map_stands_beside_the_field_that_was_meant(
     assert browser.text(".view > header h1") == "room"
 
 
+def test_an_image_that_the_yaml_does_not_name_is_refused_beside_its_field(
+    browser: Browser, house: Server, tmp_path: Path
+) -> None:
+    yaml, image = tmp_path / "room.yaml", tmp_path / "mended.png"
+    yaml.write_text(YAML)
+    Image.new("L", (48, 36), 254).save(image)
+    browser.open(f"{house.url}/")
+    choose(browser, scenario="")
+    browser.find("#start-yaml").send_keys(str(yaml))
+    browser.find("#start-image").send_keys(str(image))
+    browser.click("form.start button.first")
+    browser.wait("document.querySelector('#start-image-problem').textContent.includes('yaml names room.png')")
+
+
+def test_all_that_is_odd_about_a_map_stands_above_its_mission(browser: Browser, house: Server) -> None:
+    picture = io.BytesIO()
+    Image.new("L", (48, 36), 254).save(picture, "PNG")
+    image = base64.b64encode(picture.getvalue()).decode()
+    body = {"map": {"name": "hall", "yaml": YAML, "image_base64": image}, "planner": "greedy", "speed": 10}
+    mission = house.ask("POST", "/v1/simulations", body).document
+    browser.open(f"{house.url}/#/missions/{mission['id']}")
+    browser.find(".view")
+    said = browser.text(".missions-page > .said")
+    assert len(mission["simulation"]["warnings"]) > 1
+    for warning in mission["simulation"]["warnings"]:
+        assert warning in said
+    house.ask("POST", mission["links"]["cancel"])
+
+
+def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, house: Server) -> None:
+    missions = [begun(house, speed=100, seed=seed) for seed in (1, 2)]
+    browser.open(f"{house.url}/")
+    for mission in missions:
+        browser.click(f".list input[value='{mission}']")
+    browser.click(".list .beside")
+    browser.wait("document.querySelectorAll('.pane').length === 2")
+    assert browser.value("location.hash") == f"#/missions/{','.join(missions)}"
+
+
+def test_of_a_mission_that_there_is_not_nothing_is_waited_for(browser: Browser, house: Server) -> None:
+    mission = begun(house, speed=100)
+    browser.open(f"{house.url}/#/missions/nothing")
+    browser.wait("document.querySelector('.said').textContent.includes('no such mission')")
+    assert browser.text("#content") == "there is no such mission, or no longer"
+    browser.open(f"{house.url}/#/missions/nothing,{mission}")
+    browser.find(".view.one")
+
+
 def test_a_page_whose_server_is_killed_says_so_and_goes_on_when_it_is_back(browser: Browser, house: Server) -> None:
     mission = begun(house, speed=10)
     browser.open(f"{house.url}/#/missions/{mission}")
@@ -172,6 +242,10 @@ def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browse
 def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(browser: Browser, house: Server) -> None:
     demo = house.ask("GET", "/v1/demo-data/yard").document
     job = house.ask("POST", "/v1/jobs", {**demo, "planner": "anytime", "budget": {"seconds": 1}}).document
+    browser.open(f"{house.url}/")
+    browser.find(f".list a[href$='{job['id']}']")
+    sizes = "[...document.querySelectorAll('.list td')].map((one) => getComputedStyle(one).fontSize)"
+    assert len(set(browser.value(sizes))) == 1
     browser.open(f"{house.url}/#/jobs/{job['id']}")
     browser.wait("document.querySelector('.job-page .badge')?.textContent === 'satisficing'")
     best = house.ask("GET", job["links"]["self"]).document["best"]
@@ -181,6 +255,19 @@ def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(brow
         browser.wait(f"document.querySelector('{picture}').width > 100")
         assert len(browser.colours(picture)) > 4
     assert browser.errors() == []
+
+
+def test_rovers_of_a_job_have_shades_of_their_carriers_colour_also_on_the_ground(
+    browser: Browser, house: Server
+) -> None:
+    demo = house.ask("GET", "/v1/demo-data/office-2x2").document
+    job = house.ask("POST", "/v1/jobs", {**demo, "planner": "greedy"}).document
+    browser.open(f"{house.url}/#/jobs/{job['id']}")
+    browser.wait("document.querySelector('.makespan').dataset.revision && document.querySelector('.job-lanes canvas')")
+    browser.wait("document.querySelector('.job-lanes canvas').height > 60")
+    shown = browser.colours(".job-lanes canvas")
+    assert {f"{colour}ff" for family in LIGHT.families[:2] for colour in family[:3]} <= set(shown)
+    assert not {f"{family[0]}ff" for family in LIGHT.families[2:]} & set(shown)
 
 
 def test_missions_and_jobs_are_listed_whoever_has_begun_them(browser: Browser, house: Server) -> None:
@@ -233,6 +320,17 @@ def test_every_word_of_the_start_page_can_be_read(browser: Browser, house: Serve
     assert faint == []
     assert browser.value("document.documentElement.scrollWidth <= innerWidth")
 
+
+_WATCH_CLOCK = """
+const seconds = (text) => text.split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
+window.ahead = -Infinity;
+const watch = () => {
+  const [now, known] = document.querySelector(".clock").textContent.split(" / ").map(seconds);
+  window.ahead = Math.max(window.ahead, now - known);
+  requestAnimationFrame(watch);
+};
+watch();
+"""
 
 _FAINT = """
 const parse = (css) => (css.match(/[\\d.]+/g) || []).map(Number);

@@ -15,7 +15,7 @@ from rich.table import Table
 from marsupial.bench.compare.conduct import Watch
 from marsupial.bench.compare.rows import Row
 from marsupial.cli.display.messages import say
-from marsupial.library.metrics import clock
+from marsupial.model.clock import clock_text
 
 LINE_EVERY_S = 30.0
 """Wall-clock time between two lines."""
@@ -69,7 +69,7 @@ class Lines:
         """Return how far it is, and how long it will take at the pace so far."""
         elapsed = self._now() - self._begun
         left = elapsed / max(1, done - self._before) * (total - done)
-        ending = f"about {clock(left)} left" if done < total else f"done in {clock(elapsed)}"
+        ending = f"about {clock_text(left)} left" if done < total else f"done in {clock_text(elapsed)}"
         return f"{done:>{len(str(total))}} of {total} missions ({done / total:.0%}), {ending}"
 
     def _is_due(self) -> bool:

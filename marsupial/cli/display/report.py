@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from marsupial.bench.compare.plan import Contender
 from marsupial.cli.display.tables import print_facts, print_table, print_text
-from marsupial.library.metrics import METRICS, Summary
+from marsupial.library.metrics import METRICS, Summary, counted
 from marsupial.model.mission import Remaining
 
 SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
@@ -31,7 +31,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     lines = {
         "status": f"{summary.status}: {summary.reason}",
         "mission": f"{summary.scenario}, {summary.strategy} ({summary.planner}), seed {summary.seed}",
-        "team": f"{summary.carriers} carriers, {summary.robots - summary.carriers} rovers",
+        "team": f"{counted(summary.carriers, 'carrier')}, {counted(summary.robots - summary.carriers, 'rover')}",
         "exploration time": told["exploration time"],
         "mission time": told["mission time"],
         "coverage": f"{told['coverage']} ({summary.explored_area_m2:.1f} of {told['reachable area']})",
@@ -55,10 +55,10 @@ def remaining_lines(summary: Summary) -> list[str]:
 
 
 def _counted(frontiers: list[Remaining]) -> str:
-    cell = frontiers[0].cell
+    cell, cells = frontiers[0].cell, counted(sum(frontier.frontier_cells for frontier in frontiers), "cell")
     if len(frontiers) == 1:
-        return f"a frontier of {frontiers[0].frontier_cells} cells at ({cell.x}, {cell.y})"
-    return f"{len(frontiers)} frontiers of {sum(f.frontier_cells for f in frontiers)} cells, as at ({cell.x}, {cell.y})"
+        return f"a frontier of {cells} at ({cell.x}, {cell.y})"
+    return f"{len(frontiers)} frontiers of {cells}, as at ({cell.x}, {cell.y})"
 
 
 def print_comparison(summaries: Sequence[Summary]) -> None:

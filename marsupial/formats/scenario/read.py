@@ -89,10 +89,19 @@ def is_scenario_file(path: Path | str) -> bool:
     if path.suffix.lower() not in (".yaml", ".yml"):
         return path.suffix.lower() == ".json"
     try:
-        data, _ = parse(path)
+        return is_scenario_text(read_text(path, ScenarioError, MOST_BYTES))
     except ScenarioError:
         return False
-    return isinstance(data, Mapping) and not {"format", "team", "robot_types"}.isdisjoint(data)
+
+
+def is_scenario_text(text: str) -> bool:
+    """Say the same of what a YAML file holds; of any text, since nothing is made of it."""
+    try:
+        top = None if _is_deep(text) else yaml.compose(text, SafeLoader)
+    except yaml.YAMLError:
+        return False
+    names = {key.value for key, _ in top.value} if isinstance(top, yaml.MappingNode) else set()
+    return not {"format", "team", "robot_types"}.isdisjoint(name for name in names if isinstance(name, str))
 
 
 def parse(path: Path) -> tuple[object, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
@@ -31,6 +32,8 @@ HEADERS: Mapping[str, str] = {
 }
 """What is sent with the page: it may use its own style and nothing else."""
 
+_CODE = re.compile("`{1,2}([^`]+)`{1,2}")
+
 _LEVELS = 4
 """How deep what stands in a schema is told before only its kind is."""
 
@@ -43,7 +46,7 @@ def page_of(document: Mapping[str, Any]) -> str:
     parts = [
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>',
-        f'<h1>{title}</h1><p>{escape(info["description"])}</p>',
+        f'<h1>{title}</h1><p>{_prose(info["description"])}</p>',
         '<p>For programs: <a href="openapi.json">openapi.json</a>.</p><h2>Routes</h2><ul>',
         *(f'<li><a href="#{escape(o["operationId"])}"><code>{m.upper()} {escape(p)}</code></a></li>'
           for p, m, o in _operations(document)),
@@ -64,7 +67,7 @@ def _operations(document: Mapping[str, Any]) -> Iterator[tuple[str, str, Mapping
 
 def _operation(path: str, method: str, operation: Mapping[str, Any]) -> Iterator[str]:
     yield f'<h3 id="{escape(operation["operationId"])}"><code><span class="method">{method.upper()}</span> '
-    yield f"{escape(path)}</code></h3><p>{escape(operation.get('description', ''))}</p><table>"
+    yield f"{escape(path)}</code></h3><p>{_prose(operation.get('description', ''))}</p><table>"
     for one in operation.get("parameters", ()):
         name = f"<code>{escape(one['name'])}</code> in {escape(one['in'])}{_must(one.get('required', False))}"
         yield _row(name, _kind(one["schema"]), one.get("description", ""))
@@ -89,7 +92,7 @@ def _kinds_of(part: Mapping[str, Any]) -> str:
 
 
 def _schema(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
-    yield f'<h3 id="{escape(name)}"><code>{escape(name)}</code></h3><p>{escape(schema.get("description", ""))}</p>'
+    yield f'<h3 id="{escape(name)}"><code>{escape(name)}</code></h3><p>{_prose(schema.get("description", ""))}</p>'
     required = schema.get("required", ())
     if "properties" not in schema:
         yield f"<p>{_kind(schema)}</p>"
@@ -101,7 +104,12 @@ def _schema(name: str, schema: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _row(name: str, kind: str, said: str) -> str:
-    return f"<tr><td>{name}</td><td>{kind}</td><td>{escape(said)}</td></tr>"
+    return f"<tr><td>{name}</td><td>{kind}</td><td>{_prose(said)}</td></tr>"
+
+
+def _prose(text: str) -> str:
+    """Return a description as HTML; what stands between backticks is code."""
+    return _CODE.sub(r"<code>\1</code>", escape(text))
 
 
 def _must(required: bool) -> str:

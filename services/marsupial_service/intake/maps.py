@@ -18,6 +18,7 @@ from marsupial.formats.mapfiles.images import GreyImage, grey_of, size_of
 from marsupial.formats.mapfiles.nav2 import understand_image
 from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, header_of
 from marsupial.formats.mapfiles.terrain_mask import apply_mask
+from marsupial.formats.scenario import is_scenario_text
 from marsupial.formats.scenario.map import drawn_cells, mask_codes
 from marsupial.model.grid import Grid, Terrain
 from marsupial.model.situation import SituationGoal
@@ -27,6 +28,8 @@ from marsupial_service.intake.counts import check_count
 from marsupial_service.intake.team import ORIGIN, check_meetings, homes_of, robots_of, terrains_of, types_of
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
+
+_SCENARIO = "this is a marsupial scenario, not a map.yaml; use `marsupial run FILE --server URL`"
 
 
 def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
@@ -100,6 +103,9 @@ def yaml_header(yaml: str, notes: Notes) -> Nav2Header | None:
     try:
         return header_of(yaml.encode())
     except MapError as error:
+        if is_scenario_text(yaml):
+            notes.wrong("yaml", _SCENARIO)
+            return None
         for problem in error.problems:
             notes.wrong("yaml", str(problem))
         return None

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from pathlib import PureWindowsPath
 
-from marsupial.errors import EngineUnavailable, InputError, ScenarioError
+from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioError
 from marsupial.formats.fields import Notes, unknown
 from marsupial.formats.mapfiles.nav2 import understand_image
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.library.missions import planner_for, reachable_area
+from marsupial.maps.describe import describe
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Grid
 from marsupial.model.mapreading import MapReading
@@ -50,16 +52,17 @@ def simulation_of(
     asked: Asked = body.root
     check_count("/carriers", asked.carriers * (1 + asked.rovers), limits.robots, "robots with their rovers")
     budget = budget_of(asked.budget, limits, DEFAULT_BUDGET_S)
-    warnings: Sequence[str] = ()
+    warnings: tuple[str, ...] = ()
     if isinstance(asked, ScenarioSimulationBody):
         scenario = _built_in(asked, limits)
     else:
         reading = _map_of(asked.map, limits)
-        scenario, warnings = _bare(asked, reading.grid, limits), reading.warnings
-    team = _placed(asked, scenario)
+        scenario = _bare(asked, reading.grid, limits)
+        warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
+    team = _placed(asked, scenario, warnings)
     brief = _brief(asked, scenario, team, budget, limits, commands)
     own = {one.name: getattr(brief, one.name) for one in fields(Brief)}
-    return SimulatedBrief(**own, truth=scenario.grid, speed=asked.speed, warnings=tuple(warnings)), sent.digest
+    return SimulatedBrief(**own, truth=scenario.grid, speed=asked.speed, warnings=warnings), sent.digest
 
 
 def _built_in(asked: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
@@ -78,6 +81,9 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     notes.check(InputError)
     assert header is not None
     assert image is not None
+    meant = PureWindowsPath(header.image)  # whose separators are those of all systems
+    if body.image_name is not None and PureWindowsPath(body.image_name).stem != meant.stem:
+        raise refuse("map.image_base64", f"the yaml names {meant.name}, you chose {body.image_name}")
     return understand_image(header, image)
 
 
@@ -88,13 +94,15 @@ def _bare(asked: MapSimulationBody, grid: Grid, limits: ServiceLimits) -> Scenar
         raise refuse("map.yaml", str(error)) from error
 
 
-def _placed(asked: Asked, scenario: Scenario) -> tuple[PlacedRobot, ...]:
+def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
+    """Return where the robots start; where there is no room, what is odd about the map is told first: it may be why."""
     try:
         return place_team(scenario, asked.seed)
     except ScenarioError as error:
         first = any(problem.path.startswith("team[0]") for problem in error.problems)
         where = "carriers" if not first else "map" if isinstance(asked, MapSimulationBody) else "scenario"
-        raise refuse(where, "; ".join(problem.message for problem in error.problems)) from error
+        said = Problem(where, "; ".join(problem.message for problem in error.problems))
+        raise InputError([*(Problem("map", text) for text in warnings), said]) from error
 
 
 def _brief(

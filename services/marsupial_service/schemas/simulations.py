@@ -14,11 +14,15 @@ DEFAULT_STRATEGY, DEFAULT_PLANNER, DEFAULT_SEED = "temporal", "auto", 1
 
 
 class UploadedMapBody(RequestBody):
-    """A map of nav2: its name, the text of its yaml file, and its image, PNG or PGM, in base 64."""
+    """A map of nav2: its name, the text of its yaml file, and its image, PNG or PGM, in base 64.
+
+    Where `image_name`, the image's file, is told, it has to be the one that the yaml file names; its suffix may differ.
+    """
 
     name: Name = "map"
     yaml: str
     image_base64: str
+    image_name: Maybe[Name] = None
 
 
 class _Simulation(RequestBody):

@@ -162,5 +162,6 @@ def test_the_page_of_documents_needs_nothing_from_elsewhere(server: Server) -> N
     assert (status, kind.partition(";")[0]) == (200, "text/html")
     assert "<script" not in page
     assert "//" not in page.replace("https://www.rfc-editor.org", "")
+    assert "`" not in page
     for name in ("CommandsData", "DriveCommand", "ReportBody"):
         assert f'<h3 id="{name}">' in page

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import base64
 import io
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -11,6 +12,7 @@ from servers import Server
 from service_house import client, pointers, problem
 
 from marsupial.generators.builtin import SCENARIOS
+from marsupial.library.scenarios import load_scenario
 from marsupial.strategies.registry import strategy_names
 
 YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
@@ -73,6 +75,32 @@ def test_an_uploaded_map_is_explored_and_what_is_odd_about_it_is_told(http: http
     http.post(mission["links"]["cancel"])
 
 
+def test_a_map_is_warned_of_as_run_warns_of_its_files(http: httpx.Client, tmp_path: Path) -> None:
+    open_room = Image.new("L", (40, 30), 254)
+    open_room.paste(0, (5, 5, 15, 15))
+    open_room.save(tmp_path / "room.png")
+    yaml = tmp_path / "room.yaml"
+    yaml.write_text(YAML.replace("0.25\nor", "3.7\nor"))
+    told = [text.removeprefix(f"{yaml}: ") for text in load_scenario(str(yaml), 1, 0).warnings()]
+    image = base64.b64encode((tmp_path / "room.png").read_bytes()).decode()
+    mission = http.post("/v1/simulations", json=on_map(yaml.read_text(), image, carriers=1, rovers=0)).json()
+    assert mission["simulation"]["warnings"] == told
+    assert any("leaks" in text for text in told)
+    assert any("3.7 m per cell" in text for text in told)
+    http.post(mission["links"]["cancel"])
+
+
+@pytest.mark.parametrize(("chosen", "accepted"), [("room.png", True), ("room.pgm", True), ("mended.png", False)])
+def test_the_image_has_to_be_the_one_that_the_yaml_names(http: httpx.Client, chosen: str, accepted: bool) -> None:
+    body = on_map(YAML.replace("room.png", "maps/room.png"))
+    answer = http.post("/v1/simulations", json={**body, "map": {**body["map"], "image_name": chosen}})
+    if accepted:
+        http.post(answer.json()["links"]["cancel"])
+    else:
+        told = {"pointer": "/map/image_base64", "detail": "the yaml names room.png, you chose mended.png"}
+        assert problem(answer, 422, "invalid")["errors"] == [told]
+
+
 @pytest.mark.parametrize(
     ("body", "pointer", "said"),
     [
@@ -90,6 +118,9 @@ def test_an_uploaded_map_is_explored_and_what_is_odd_about_it_is_told(http: http
         (on_map(image="bm8="), "/map/image_base64", "not a PNG or PGM"),
         (on_map(image="###"), "/map/image_base64", "not base64"),
         (on_map(image=picture(free=0)), "/map", "no room"),
+        (on_map(image=picture(free=0)), "/map", "there is no free cell"),
+        (on_map(YAML.replace("negate: 0", "negate: 1")), "/map", "free space leaks to the border"),
+        (on_map("format: marsupial-scenario\nversion: 1\n"), "/map/yaml", "this is a marsupial scenario"),
         ({"carriers": 1}, "/scenario", "needs one of scenario, map"),
     ],
 )
