@@ -12,6 +12,7 @@ from marsupial.exports.activity import Activity, activity
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import views
 from marsupial.replay.palette import Palette
+from marsupial.wording import clock
 
 LANE = 0.72
 """Height of a lane's bars, of the room that it has."""
@@ -35,7 +36,7 @@ def draw_lanes(axes: Axes, playback: Playback, palette: Palette, colours: Mappin
     for label, name in zip(axes.get_yticklabels(), names, strict=True):
         label.set_color(colours[name])
         label.set_fontweight("bold")
-    axes.xaxis.set_major_formatter(lambda minutes, _: clock_text(round(minutes * 60_000)))
+    axes.xaxis.set_major_formatter(lambda minutes, _: clock(60 * minutes))
     axes.spines[:].set_visible(False)
     shown = [does for does in Activity if does is not Activity.WAIT]
     handles = [Patch(facecolor=palette.actions[does], label=str(does)) for does in shown]
@@ -69,10 +70,3 @@ def _changes(playback: Playback) -> dict[str, list[tuple[int, Activity]]]:
             if not changes or changes[-1][1] is not does:
                 changes.append((t_ms, does))
     return found
-
-
-def clock_text(t_ms: int) -> str:
-    """Return a time as m:ss, or h:mm:ss."""
-    minutes, seconds = divmod(t_ms // 1000, 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{seconds:02}" if hours else f"{minutes}:{seconds:02}"

@@ -19,6 +19,7 @@ from marsupial.model.mission import MissionEnded, Remaining, Status
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
+from marsupial.wording import clock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,18 +77,6 @@ class Metric:
     def read(self, text: str) -> float | int:
         """Return the value that CSV has."""
         return int(text) if self.decimals is None else float(text)
-
-
-def clock(seconds: float) -> str:
-    """Return a time as ``1:02:03`` or ``2:03``."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-
-
-def counted(number: int, noun: str) -> str:
-    """Return a number of things, as ``1 mission`` or ``2 missions``."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _clock_or_never(seconds: float | None) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 import marsupial
 from marsupial.bench.compare.rows import METRIC_BY_COLUMN, Row, Timing
-from marsupial.library.metrics import METRICS, clock
+from marsupial.library.metrics import METRICS
 
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
 
@@ -50,10 +50,6 @@ def test_a_metric_that_a_mission_does_not_have_is_none(lobby: marsupial.Explorat
     metric = METRICS["exploration_time_s"]
     without = replace(lobby, exploration_time_s=None)
     assert (metric.of(without), metric.cell(without), metric.shown(without)) == (None, None, "never done")
-
-
-def test_times_are_shown_as_on_a_clock() -> None:
-    assert [clock(seconds) for seconds in (0, 59.6, 61, 3600, 3723.4)] == ["0:00", "1:00", "1:01", "1:00:00", "1:02:03"]
 
 
 @pytest.mark.parametrize("key", [key for key in METRICS if "." not in key])

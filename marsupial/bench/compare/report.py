@@ -15,7 +15,7 @@ from marsupial.bench.compare.header import budget_text
 from marsupial.bench.compare.pairs import PairReplay
 from marsupial.bench.compare.statements import Experiment, Finding, reading
 from marsupial.bench.compare.tables import ReportTable, TableCell
-from marsupial.library.metrics import counted
+from marsupial.wording import counted
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 

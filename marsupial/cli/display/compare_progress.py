@@ -15,7 +15,7 @@ from rich.table import Table
 from marsupial.bench.compare.conduct import Watch
 from marsupial.bench.compare.rows import Row
 from marsupial.cli.display.messages import say
-from marsupial.library.metrics import clock
+from marsupial.wording import clock
 
 LINE_EVERY_S = 30.0
 """Wall-clock time between two lines."""

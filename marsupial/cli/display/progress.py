@@ -17,12 +17,12 @@ from rich.text import Text
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
-from marsupial.library.metrics import clock, counted
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import PlanningReport
+from marsupial.wording import clock, counted
 
 LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))
 """Simulated time between two lines: up to each time its own, so that long missions are no flood of lines."""

@@ -12,10 +12,10 @@ from rich.live import Live
 from rich.text import Text
 
 from marsupial.cli.display.picture import Picture, moves, plan_text, printable
-from marsupial.library.metrics import counted
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import MissionEnded, MissionEvent, Planned
+from marsupial.wording import clock, counted
 
 FRAME_S = 0.1
 
@@ -44,17 +44,10 @@ def play(
 
 def summary_lines(playback: Playback) -> list[str]:
     """Return a line for each plan and one for the end."""
-    lines = [
-        f"{clock_text(plan.t_ms)}  {_known(playback, plan.t_ms)}  {plan_text(plan)}; {_counted(plan)}"
-        for plan in playback.plans
-    ]
-    return [*lines, f"{clock_text(playback.end_ms)}  {_known(playback, playback.end_ms)}  {_end_text(playback.ended)}"]
-
-
-def clock_text(t_ms: int) -> str:
-    """Return a time as h:mm:ss."""
-    minutes, seconds = divmod(t_ms // 1000, 60)
-    return f"{minutes // 60}:{minutes % 60:02}:{seconds:02}"
+    news = [(plan.t_ms, f"{plan_text(plan)}; {_counted(plan)}") for plan in playback.plans]
+    news.append((playback.end_ms, _end_text(playback.ended)))
+    wide = max(len(clock(t_ms / 1000)) for t_ms, _ in news)
+    return [f"{clock(t_ms / 1000):>{wide}}  {_known(playback, t_ms)}  {text}" for t_ms, text in news]
 
 
 def _animate(
@@ -89,7 +82,7 @@ class _Screen:
         over = t_ms >= self._playback.end_ms
         news = _end_text(self._playback.ended) if over else plan_text(plan) if plan else "no plan yet"
         line = Text(no_wrap=True, overflow="ellipsis")
-        line.append(clock_text(t_ms), style="bold")
+        line.append(clock(t_ms / 1000), style="bold")
         line.append(f"  {_known(self._playback, t_ms)}  {news}")
         return line
 
