@@ -52,8 +52,10 @@ class MissionRequest:
     server: str | None = None
 
 
-def carry_out(request: MissionRequest, *, again: bool = False) -> Summary:
-    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
+def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
+    """Run the mission, with progress on stderr, and return its summary, and the scenario as it was carried out.
+
+    The first Ctrl-C ends it with its stop report.
 
     Parameters
     ----------
@@ -88,7 +90,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> Summary:
             seed=request.seed,
             observer=Observers(observers),
         )
-    return replace(summary, log=request.log)
+    return replace(summary, log=request.log), scenario
 
 
 def warn_of(loaded: LoadedScenario) -> None:

@@ -49,7 +49,8 @@ def page(
     none after them.
     """
     facts = (
-        f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
+        f"{counted(len(outcome.rows), 'mission')}: {counted(len(outcome.contenders), 'contender')}, "
+        f"{counted(len(outcome.cases), 'case')}, "
         f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
         f"marsupial {outcome.header['marsupial']}"
     )

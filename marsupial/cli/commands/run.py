@@ -64,9 +64,9 @@ def run(
         time_limit_s=time_limit,
         server=server,
     )
-    summary = carry_out(request)
+    summary, explored = carry_out(request)
     if json:
         print_json(summary.as_dict())
     else:
-        print_summary(summary)
+        print_summary(summary, explored.grid)
     raise typer.Exit(MISSION_CODES[summary.status])

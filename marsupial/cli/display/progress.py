@@ -97,9 +97,8 @@ class _Lines(Observer):
     def event(self, event: MissionEvent) -> None:
         self._watch.event(event)
         if isinstance(event, MissionStarted):
-            self.alive.say(
-                f"{event.scenario}: {event.strategy} ({event.planner}), {len(event.robots)} robots, seed {event.seed}"
-            )
+            robots = counted(len(event.robots), "robot")
+            self.alive.say(f"{event.scenario}: {event.strategy} ({event.planner}), {robots}, seed {event.seed}")
         elif isinstance(event, MissionEnded):
             self.alive.say(f"{self._head()}  {event.status}: {event.reason}")
             return

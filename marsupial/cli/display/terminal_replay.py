@@ -99,5 +99,5 @@ def _counted(plan: Planned) -> str:
 def _end_text(ended: MissionEnded | None) -> str:
     if ended is None:
         return "the log ends here, without a stop report"
-    left = f", {len(ended.remaining)} frontiers left" if ended.remaining else ""
+    left = f", {counted(len(ended.remaining), 'frontier')} left" if ended.remaining else ""
     return printable(f"{ended.status}: {ended.reason}; coverage {100 * ended.coverage:.1f} %{left}")

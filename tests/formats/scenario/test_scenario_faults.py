@@ -198,7 +198,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "more rovers than places": (
         {"robot_types__0__capacity": 0},
-        ["team[0]: carries 1 rovers, type 'carrier' has capacity 0"],
+        ["team[0]: carries 1 rover, type 'carrier' has capacity 0"],
     ),
     "a start and a carrier": (
         {"team__1__start": [1.5, 1.5]},
