@@ -348,6 +348,7 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
         ("image", 7, "must be a text, got 7"),
         ("image", "", "must be a text, got ''"),
         ("resolution", True, "must be a number, got true"),
+        ("resolution", "0,05", "must be a number, got '0,05', did you mean 0.05?"),
         ("resolution", float("nan"), "must be finite, got nan"),
         ("resolution", 10**400, "must be finite, got 1000000"),
         ("origin", 0.0, "must be a list of 3 numbers, got 0.0"),
@@ -435,6 +436,21 @@ def test_a_yaml_that_is_no_mapping_is_refused(tmp_path: Path, text: str) -> None
 def test_broken_yaml_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "map.yaml").write_text(text)
     assert problems_of(tmp_path / "map.yaml")[""].startswith("is not valid YAML")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "image: a.pgm\n\tresolution: 1",
+            "is not valid YAML: line 2, column 1: a tab can't stand here: YAML is indented",
+        ),
+        ("image: [a.pgm\n", "is not valid YAML: line 2, column 1: expected ',' or ']', but got '<stream end>'"),
+    ],
+)
+def test_broken_yaml_is_told_with_its_place(tmp_path: Path, text: str, told: str) -> None:
+    (tmp_path / "map.yaml").write_text(text)
+    assert problems_of(tmp_path / "map.yaml")[""].startswith(told)
 
 
 def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:
