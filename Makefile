@@ -43,6 +43,7 @@ wheel: $(STAMP)
 	HATCH_BUILD_HOOKS_ENABLE=true $(BIN)/python -m build --wheel
 
 $(STAMP): pyproject.toml
+	@echo "installing into $(VENV), for a minute or two ..."
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable ".[dev]"

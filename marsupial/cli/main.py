@@ -33,6 +33,7 @@ from marsupial.cli.commands.store import store
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED
 from marsupial.cli.interrupt import Interrupted, interruptible
+from marsupial.cli.late_help import LateHelp
 from marsupial.errors import InternalError, MarsupialError
 
 app = typer.Typer(
@@ -69,9 +70,9 @@ def _program(
     context.obj.debug = debug
 
 
-app.command()(run)
+app.command(cls=LateHelp)(run)
 app.command()(replay)
-app.command()(compare)
+app.command(cls=LateHelp)(compare)
 app.command()(reproduce)
 app.command()(plan)
 app.command()(export)

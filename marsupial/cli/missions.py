@@ -29,6 +29,9 @@ from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, with
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.registry import current_name
 
+PATIENCE_S = 60.0
+"""How long a service is tried that is not there or busy."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionRequest:
@@ -49,8 +52,10 @@ class MissionRequest:
     server: str | None = None
 
 
-def carry_out(request: MissionRequest, *, again: bool = False) -> Summary:
-    """Run the mission, with progress on stderr; the first Ctrl-C ends it with its stop report.
+def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
+    """Run the mission, with progress on stderr, and return its summary, and the scenario as it was carried out.
+
+    The first Ctrl-C ends it with its stop report.
 
     Parameters
     ----------
@@ -72,7 +77,11 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> Summary:
         observers: list[Observer] = [stack.enter_context(progress())]
         if request.log is not None:
             observers.append(stack.enter_context(_Log(request.log)))
-        run = simulate if request.server is None else _by(request.server)
+        run: Callable[..., Summary]
+        if request.server is None:
+            run = partial(simulate, cancelled=stack.enter_context(asked_to_stop()))
+        else:
+            run = _by(request.server)
         summary = run(
             scenario,
             strategy=request.strategy,
@@ -80,9 +89,8 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> Summary:
             budget=budget,
             seed=request.seed,
             observer=Observers(observers),
-            cancelled=stack.enter_context(asked_to_stop()),
         )
-    return replace(summary, log=request.log)
+    return replace(summary, log=request.log), scenario
 
 
 def warn_of(loaded: LoadedScenario) -> None:
@@ -130,16 +138,20 @@ def _planner(request: MissionRequest, budget: Budget) -> str:
 def _by(server: str) -> Callable[..., Summary]:
     """Return what runs a mission that is planned by a service."""
     try:
-        from marsupial_client import Client
+        from marsupial_client import Busy, Client
     except ImportError as error:
         raise EngineUnavailable(f"--server needs {error.name}: pip install 'marsupial[client]'") from error
     from marsupial_service.missions.driving import simulate_by
 
+    def missed(error: Exception) -> None:
+        there = "" if isinstance(error, Busy) else ": is `marsupial serve` running there?"
+        say(f"{error}; trying for {PATIENCE_S:g} s{there}")
+
     try:
-        client = Client(server, key=os.environ.get("MARSUPIAL_KEY"))
+        client = Client(server, key=os.environ.get("MARSUPIAL_KEY"), patience_s=PATIENCE_S, missed=missed)
     except ValueError as error:
         raise UsageError(f"--server: {error}") from error
-    return partial(simulate_by, client)
+    return partial(simulate_by, client, stopping=asked_to_stop)
 
 
 def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:

@@ -12,6 +12,7 @@ from marsupial.library.plans import Plans, Proposal
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.planning.engines import engine
+from marsupial.wording import counted
 
 
 def search(situation: Situation, planner: str, budget: Budget) -> Plans:
@@ -58,7 +59,7 @@ def _line(proposal: Proposal) -> str:
     words = "" if proposal.violation is None else f", refused: {proposal.violation}"
     return (
         f"{proposal.elapsed_s:8.3f} s  makespan {proposal.plan.makespan_ms / 1000:.3f} s, "
-        f"{len(proposal.plan.actions)} actions{words}"
+        f"{counted(len(proposal.plan.actions), 'action')}{words}"
     )
 
 

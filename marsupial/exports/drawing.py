@@ -23,11 +23,11 @@ from marsupial.exports.lanes import draw_lanes
 from marsupial.exports.trails import drives, handovers, trail
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView, Track
-from marsupial.model.clock import clock_text
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import Role
 from marsupial.replay.palette import LIGHT, Palette, robot_looks
+from marsupial.wording import clock
 
 WIDTH_IN, HEIGHT_IN = 12.8, 7.2
 
@@ -244,7 +244,7 @@ class MissionDrawing:
         for robot in robots:
             self._show_robot(robot, tracks[robot.name], {other.name: other for other in robots})
         known = self.playback.coverage_at(t_ms)
-        self._clock.set_text(clock_text(t_ms / 1000))
+        self._clock.set_text(clock(t_ms / 1000))
         self._known.set_text(f"{known.open_m2:.0f} m² known")
         self._cover.set_x(t_ms / 60_000)
         self._cover.set_width(max(0.0, (self.playback.end_ms - t_ms) / 60_000))

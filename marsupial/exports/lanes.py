@@ -11,8 +11,8 @@ from matplotlib.patches import Patch, Rectangle
 from marsupial.exports.activity import Activity, activity
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import views
-from marsupial.model.clock import clock_text
 from marsupial.replay.palette import Palette
+from marsupial.wording import clock
 
 LANE = 0.72
 """Height of a lane's bars, of the room that it has."""
@@ -36,7 +36,7 @@ def draw_lanes(axes: Axes, playback: Playback, palette: Palette, colours: Mappin
     for label, name in zip(axes.get_yticklabels(), names, strict=True):
         label.set_color(colours[name])
         label.set_fontweight("bold")
-    axes.xaxis.set_major_formatter(lambda minutes, _: clock_text(minutes * 60))
+    axes.xaxis.set_major_formatter(lambda minutes, _: clock(60 * minutes))
     axes.spines[:].set_visible(False)
     shown = [does for does in Activity if does is not Activity.WAIT]
     handles = [Patch(facecolor=palette.actions[does], label=str(does)) for does in shown]

@@ -40,6 +40,10 @@ LEAK_M = 0.3
 """How far from the border free cells on it are marked: a line of one cell would not be seen."""
 
 
+LEAST_ISLANDS_M2 = 0.05
+"""Islands that come to less than that, all together, are not told apart: nobody would see them."""
+
+
 def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
     """Return the `MapClass` of every cell, uint8 (height, width).
 
@@ -55,7 +59,9 @@ def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
     labels, count = parts(anybody)
     if count:
         largest = int(np.bincount(labels.ravel())[1:].argmax()) + 1
-        found[anybody & (labels != largest)] = MapClass.ISLAND
+        islands = anybody & (labels != largest)
+        if np.count_nonzero(islands) * grid.cell_area_m2 >= LEAST_ISLANDS_M2:
+            found[islands] = MapClass.ISLAND
         found[_leak(grid, free, labels == largest)] = MapClass.LEAK
     return found.astype(np.uint8)
 

@@ -13,15 +13,21 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 
 from marsupial.errors import UsageError
 from marsupial.exports.figure import file_of
 from marsupial.exports.ground import coarse
+from marsupial.exports.mapaxes import MapAxes
 from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass
+from marsupial.exports.marknames import name_marks
 from marsupial.model.grid import Cell, CellArray, Grid
 from marsupial.replay.palette import LIGHT
 
 WIDTH_IN, KEY_IN, DPI = 10.0, 3.3, 150.0
+TICKS_IN = 0.65
+"""Left of the map, for what the ticks say."""
+
 MOST_PIXELS = 1400
 """Of the map's longer side: more would be finer than the figure, and make an SVG of megabytes."""
 
@@ -35,6 +41,7 @@ def map_figure(
     starts: Mapping[str, Cell],
     *,
     kind: str,
+    start_text: str = "start",
     warnings: Sequence[str] = (),
 ) -> bytes:
     """Return the figure as a file.
@@ -47,6 +54,8 @@ def map_figure(
         Where robots start, by name.
     kind
         One of `KINDS`.
+    start_text
+        What the key says of starts.
     warnings
         What looks wrong about the map; written below it.
 
@@ -57,18 +66,19 @@ def map_figure(
     """
     if kind not in KINDS:
         raise UsageError(f"can't write .{kind}; there are {', '.join('.' + name for name in KINDS)}")
-    wide_in = WIDTH_IN - KEY_IN - 0.3
+    wide_in = WIDTH_IN - KEY_IN - TICKS_IN + 0.2
     high_in = min(12.0, max(3.2, wide_in * grid.height / grid.width))
     below_in = 0.25 * sum(len(wrapped(text)) for text in warnings)
-    whole_in = high_in + 0.75 + below_in
+    whole_in = high_in + 0.9 + below_in
     figure = Figure(figsize=(WIDTH_IN, whole_in), dpi=DPI, facecolor=LIGHT.page)
     FigureCanvasAgg(figure)
-    place = (0.5 / WIDTH_IN, (below_in + 0.25) / whole_in, wide_in / WIDTH_IN, high_in / whole_in)
+    place = (TICKS_IN / WIDTH_IN, (below_in + 0.4) / whole_in, wide_in / WIDTH_IN, high_in / whole_in)
     axes = figure.add_axes(place)
-    _draw_map(axes, grid, classes)
-    _draw_starts(axes, grid, starts)
+    frame = MapAxes(grid.width, grid.height, grid.resolution_m, grid.origin_m)
+    _draw_map(axes, frame, classes)
+    _draw_starts(axes, frame, classes, starts)
     figure.text(0.2 / WIDTH_IN, 1 - 0.14 / whole_in, title, fontsize=13, fontweight="bold", color=LIGHT.ink, va="top")
-    _key(figure, grid, classes, starts=bool(starts), top=1 - 0.5 / whole_in)
+    _key(figure, grid, classes, start_text if starts else "", top=1 - 0.5 / whole_in)
     for row, line in enumerate(line for text in warnings for line in wrapped(text)):
         y = (below_in - 0.25 * row) / whole_in
         figure.text(0.2 / WIDTH_IN, y, line, fontsize=9, color=COLOURS[MapClass.LEAK], va="top")
@@ -85,39 +95,41 @@ def wrapped(text: str, most: int = 118) -> list[str]:
     return lines
 
 
-def _draw_map(axes: Axes, grid: Grid, classes: CellArray) -> None:
+def _draw_map(axes: Axes, frame: MapAxes, classes: CellArray) -> None:
     block = max(1, math.ceil(max(classes.shape) / MOST_PIXELS))
     picture = coarse(classes, block)
     image = np.zeros((*picture.shape, 3), dtype=np.uint8)
     for kind in MapClass:
         image[picture == kind] = tuple(bytes.fromhex(COLOURS[kind][1:]))
-    height, width = (block * size * grid.resolution_m for size in picture.shape)
-    axes.imshow(image, origin="lower", extent=(0.0, width, 0.0, height), interpolation="nearest")
-    axes.set_xlim(0, grid.width * grid.resolution_m)
-    axes.set_ylim(0, grid.height * grid.resolution_m)
+    height, width = (block * size for size in picture.shape)
+    axes.imshow(image, origin="lower", extent=frame.part(width, height), interpolation="nearest")
+    axes.axis(frame.extent)
     axes.set_anchor("NW")
     axes.tick_params(labelsize=8, colors=LIGHT.dim, length=2)
-    axes.xaxis.set_major_formatter("{x:g} m")
-    axes.yaxis.set_major_formatter("{x:g} m")
-    axes.yaxis.set_major_locator(MaxNLocator(6, prune="lower"))
+    axes.yaxis.set_major_locator(MaxNLocator(6))
+    frame.label(axes)
+    axes.xaxis.label.set_color(LIGHT.dim)
     axes.spines[:].set_color(LIGHT.dim)
 
 
-def _draw_starts(axes: Axes, grid: Grid, starts: Mapping[str, Cell]) -> None:
-    for number, (name, cell) in enumerate(starts.items()):
-        x, y = ((value + 0.5) * grid.resolution_m for value in cell)
+def _draw_starts(axes: Axes, frame: MapAxes, classes: CellArray, starts: Mapping[str, Cell]) -> None:
+    marks = {name: frame.centre(cell) for name, cell in starts.items()}
+    for x, y in marks.values():
         axes.plot(x, y, "*", markersize=13, color=LIGHT.frontier, markeredgecolor=LIGHT.ink, markeredgewidth=1.0)
-        aside: dict[str, Any] = {
-            "textcoords": "offset points",
-            "xytext": (9, 8 + 12 * (len(starts) - 1 - number)),
-            "fontsize": 8,
-        }
-        box = {"boxstyle": "round,pad=0.15", "facecolor": LIGHT.page, "edgecolor": "none", "alpha": 0.8}
-        axes.annotate(name, (x, y), color=LIGHT.ink, bbox=box, **aside)
+    name_marks(axes, marks, lambda box: _walled(axes, classes, box))
 
 
-def _key(figure: Figure, grid: Grid, classes: CellArray, *, starts: bool, top: float) -> None:
-    """Say what the colours mean and of how much ground; what does not occur is left out."""
+def _walled(axes: Axes, classes: CellArray, box: Bbox) -> float:
+    """Return how much of a box in the figure (pixels) is walls, 0 to 1."""
+    height, width = classes.shape
+    low, high = axes.transAxes.inverted().transform(box.get_points()) * (width, height)
+    left, bottom = np.maximum(low, 0).astype(int)
+    under = classes[bottom : max(0, math.ceil(high[1])), left : max(0, math.ceil(high[0]))]
+    return float(np.mean(under == MapClass.WALL)) if under.size else 0.0
+
+
+def _key(figure: Figure, grid: Grid, classes: CellArray, start_text: str, *, top: float) -> None:
+    """Say what the colours mean and of how much ground; what does not occur is left out, and starts without a text."""
     counts = np.bincount(classes.ravel(), minlength=256)
     handles: list[Any] = [
         Patch(
@@ -128,9 +140,9 @@ def _key(figure: Figure, grid: Grid, classes: CellArray, *, starts: bool, top: f
         for kind, text in TEXTS.items()
         if counts[kind]
     ]
-    if starts:
+    if start_text:
         star: dict[str, Any] = {"marker": "*", "markersize": 12, "markeredgecolor": LIGHT.ink}
-        handles.append(Line2D([], [], linestyle="", color=LIGHT.frontier, label="start, drawn by seed 1", **star))
+        handles.append(Line2D([], [], linestyle="", color=LIGHT.frontier, label=start_text, **star))
     figure.legend(
         handles=handles, loc="upper left", bbox_to_anchor=(1 - (KEY_IN - 0.45) / WIDTH_IN, top), fontsize=9,
         frameon=False, labelcolor=LIGHT.ink, handlelength=1.3, handleheight=1.3, labelspacing=0.8,

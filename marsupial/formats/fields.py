@@ -26,6 +26,7 @@ FINITE = Bound(-math.inf, math.inf)
 _LONGEST_TYPED, _MOST_TYPOS, _MOST_OPTIONS = 30, 10, 40
 """What is compared to find the word that was meant: the time for it goes with length, square, and number of words."""
 
+_DECIMAL_COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+)\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 
@@ -248,7 +249,8 @@ def shown(value: object) -> str:
 def number_fault(value: object) -> str | None:
     """Say what keeps `value` from being a finite number."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return f"must be a number, got {shown(value)}"
+        meant = isinstance(value, str) and _DECIMAL_COMMA.match(value)
+        return f"must be a number, got {shown(value)}" + (f", did you mean {meant[1]}.{meant[2]}?" if meant else "")
     if abs(value) > MOST or not math.isfinite(value):
         return f"must be finite, got {shown(value)}"
     return None

@@ -37,6 +37,19 @@ def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
     return [replace(problem, line=_line(root, problem.path)) for problem in problems]
 
 
+def yaml_fault(error: Exception, text: str | bytes) -> str:
+    """Say in a line why reading `text` as YAML failed with `error`, and where in it if that is known."""
+    if not isinstance(error, yaml.MarkedYAMLError) or error.problem is None:
+        return str(error).splitlines()[0]
+    mark = error.problem_mark
+    if mark is None:
+        return error.problem
+    rest = text.splitlines()[mark.line : mark.line + 1]
+    tab = bool(rest) and rest[0][mark.column : mark.column + 1] in ("\t", b"\t")
+    words = "a tab can't stand here: YAML is indented by spaces" if tab else error.problem
+    return f"line {mark.line + 1}, column {mark.column + 1}: {words}"
+
+
 def _line(node: yaml.Node, path: str) -> int | None:
     """Return the line of the last part of a path (``robot_types[1].speed_mps``) that is there; None where none is."""
     line = None

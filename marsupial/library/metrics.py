@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from marsupial.model.clock import clock_text
 from marsupial.model.mission import MissionEnded, Remaining, Status
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
+from marsupial.wording import clock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,13 +79,8 @@ class Metric:
         return int(text) if self.decimals is None else float(text)
 
 
-def counted(number: int, noun: str) -> str:
-    """Return a number of things, as ``1 mission`` or ``2 missions``."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
 def _clock_or_never(seconds: float | None) -> str:
-    return "never done" if seconds is None else clock_text(seconds)
+    return "never done" if seconds is None else clock(seconds)
 
 
 def _digits(count: int, unit: str = "") -> Callable[[float], str]:
@@ -159,7 +154,7 @@ class Summary:
         text=_clock_or_never, better=-1, decimals=3,
     )  # fmt: skip
     mission_time_s: float = _metric(
-        "mission time", "s", "simulated time at which the mission ended", text=clock_text, better=-1, decimals=3
+        "mission time", "s", "simulated time at which the mission ended", text=clock, better=-1, decimals=3
     )
     coverage: float = _metric(
         "coverage", "", "known share of the reachable area, 0 to 1", text="{:.1%}".format, better=1, decimals=6

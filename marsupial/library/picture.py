@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from marsupial.exports.ground import frontier, ground_image
+from marsupial.exports.mapaxes import MapAxes
 from marsupial.exports.trails import Drive, Handover, drives, handovers, trail
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.mission.playback import Playback
@@ -50,16 +51,14 @@ def mission_figure(events: Sequence[MissionEvent], summary: Summary) -> MissionF
     figure = MissionFigure(figsize=(WIDTH_IN, max(3.0, 0.8 * WIDTH_IN * shape + 0.9)), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots()
-    resolution = mission.resolution_m
-    extent = (0.0, mission.width * resolution, 0.0, mission.height * resolution)
+    frame = MapAxes(mission.width, mission.height, mission.resolution_m, mission.origin_m)
     cells = playback.cells_at(playback.end_ms)
-    axes.imshow(ground_image(cells, LIGHT), origin="lower", extent=extent, interpolation="nearest")
+    axes.imshow(ground_image(cells, LIGHT), origin="lower", extent=frame.extent, interpolation="nearest")
     colours = {name: LIGHT.robot(look) for name, look in robot_looks(mission).items()}
-    _draw_trails(axes, mission, drives(playback), colours)
-    _draw_meetings(axes, handovers(playback), colours, resolution)
-    _draw_starts(axes, mission, colours)
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
+    _draw_trails(axes, frame, mission, drives(playback), colours)
+    _draw_meetings(axes, frame, handovers(playback), colours)
+    _draw_starts(axes, frame, mission, colours)
+    frame.label(axes)
     axes.set_title(_title(summary), fontsize=10, loc="left")
     figure.legend(
         handles=[*_legend(mission, colours), *_grounds(mission, cells)],
@@ -78,12 +77,16 @@ def _title(summary: Summary) -> str:
 
 
 def _draw_trails(
-    axes: Axes, mission: MissionStarted, driven: Mapping[str, list[Drive]], colours: Mapping[str, str]
+    axes: Axes,
+    frame: MapAxes,
+    mission: MissionStarted,
+    driven: Mapping[str, list[Drive]],
+    colours: Mapping[str, str],
 ) -> None:
     for robot, found in driven.items():
         points = trail(found, max(int(drive.times_ms[-1]) for drive in found)) if found else np.empty((0, 2))
         if len(points):
-            x, y = ((points + 0.5) * mission.resolution_m).T
+            x, y = frame.points(points).T
             axes.plot(x, y, color=colours[robot], **_line(mission, robot))
 
 
@@ -93,19 +96,19 @@ def _line(mission: MissionStarted, robot: str) -> dict[str, Any]:
     return {"linewidth": 1.0 if is_rover else 2.2, "alpha": 0.95 if is_rover else 0.55, "solid_capstyle": "round"}
 
 
-def _draw_meetings(axes: Axes, places: Sequence[Handover], colours: Mapping[str, str], resolution_m: float) -> None:
+def _draw_meetings(axes: Axes, frame: MapAxes, places: Sequence[Handover], colours: Mapping[str, str]) -> None:
     for place in places:
         rover = place.rover
-        x, y = ((value + 0.5) * resolution_m for value in place.cell)
+        x, y = frame.centre(place.cell)
         filled = place.name is ActionName.UNDOCK
         axes.plot(x, y, "v" if filled else "^", markersize=5.5, markeredgewidth=1.1, markeredgecolor=colours[rover],
                   color=colours[rover] if filled else "white", zorder=4)  # fmt: skip
 
 
-def _draw_starts(axes: Axes, mission: MissionStarted, colours: Mapping[str, str]) -> None:
+def _draw_starts(axes: Axes, frame: MapAxes, mission: MissionStarted, colours: Mapping[str, str]) -> None:
     for robot in mission.robots:
         if robot.cell is not None:
-            x, y = ((value + 0.5) * mission.resolution_m for value in robot.cell)
+            x, y = frame.centre(robot.cell)
             axes.plot(x, y, "o", markersize=8, color=colours[robot.name], markeredgecolor="black", zorder=5)
 
 

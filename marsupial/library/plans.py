@@ -18,6 +18,7 @@ from marsupial.planning.engines import engine
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode
+from marsupial.wording import counted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,7 +57,7 @@ class Plans(Iterator[Plan]):
 
     def __repr__(self) -> str:
         best = "no plan yet" if self.best is None else f"makespan {self.best.makespan_ms / 1000:g} s"
-        return f"<{len(self.proposals)} plans so far: {best}>"
+        return f"<{counted(len(self.proposals), 'plan')} so far: {best}>"
 
     def all(self) -> Iterator[Proposal]:
         """Yield every plan that is still to come, better or not, accepted or not."""

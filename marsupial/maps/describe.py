@@ -12,14 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.maps.footprint import disc
-from marsupial.maps.reach import parts, standable
+from marsupial.maps.footprint import Footprint, disc, footprint_of
+from marsupial.maps.reach import parts
+from marsupial.maps.specks import find_specks, painted
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
 from marsupial.model.robots import RobotType, Role, default_types
+from marsupial.wording import counted
 
 USUAL_RESOLUTION_M = (0.005, 1.0)
 USUAL_EXTENT_M = 5000.0
+
+NOTABLE_GAIN = 0.05
+"""Specks are told if robots could get to so much more ground without them, as a share of what they get to now."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,13 +122,15 @@ def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | No
     unknown = _share(grid, "unknown", UNKNOWN, int(counts[UNKNOWN]))
     free = tuple(shares[code] for code in range(OBSTACLE + 1, UNKNOWN) if counts[code])
     border_cells, leaking = _leak(grid)
-    reach, masks = _reaches(grid, kinds)
+    reach, footprints = _reaches(grid, kinds)
+    masks = [footprint.standable for footprint in footprints]
     warnings = [
         *(reading.warnings if reading is not None else ()),
         *_content_warnings(shares[OBSTACLE], unknown, free, reading),
         *_leak_warnings(grid, border_cells, leaking, reach or _reaches(grid, default_types(1))[0], reading),
         *_scale_warnings(grid),
         *_reach_warnings(grid, kinds, reach, masks),
+        *_speck_warnings(grid, kinds, reach, footprints),  # changes the masks
     ]
     return MapDescription(
         format="" if reading is None else reading.format,
@@ -166,11 +173,11 @@ def _leak(grid: Grid) -> tuple[int, int]:
     return int(np.count_nonzero(border)), int(np.count_nonzero(leaking[labels]))
 
 
-def _reaches(grid: Grid, kinds: Sequence[RobotType]) -> tuple[tuple[TypeReach, ...], list[Mask]]:
-    reach, masks = [], []
+def _reaches(grid: Grid, kinds: Sequence[RobotType]) -> tuple[tuple[TypeReach, ...], list[Footprint]]:
+    reach, footprints = [], []
     for kind in kinds:
-        mask = standable(grid, kind)
-        labels, count = parts(mask)
+        footprint = footprint_of(grid, kind)
+        labels, count = parts(footprint.standable)
         sizes = np.bincount(labels.ravel(), minlength=2)[1:]
         largest = int(sizes.argmax()) + 1
         reach.append(
@@ -182,8 +189,8 @@ def _reaches(grid: Grid, kinds: Sequence[RobotType]) -> tuple[tuple[TypeReach, .
                 at_border=_at_border(labels == largest, kind, grid.resolution_m),
             )
         )
-        masks.append(mask)
-    return tuple(reach), masks
+        footprints.append(footprint)
+    return tuple(reach), footprints
 
 
 def _at_border(places: Mask, kind: RobotType, resolution_m: float) -> bool:
@@ -248,4 +255,26 @@ def _reach_warnings(
         found.append(
             f"rovers can stand nowhere that carriers can't (a cell is {grid.resolution_m:g} m): nothing needs a rover"
         )
+    return found
+
+
+def _speck_warnings(
+    grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...], footprints: list[Footprint]
+) -> list[str]:
+    """Warn if specks smaller than a carrier keep it out of ground; the carriers' footprints get to know them."""
+    carriers = [i for i, kind in enumerate(kinds) if kind.role is Role.CARRIER and reach[i].parts]
+    if not carriers or not (grid.cells == UNKNOWN).any():
+        return []
+    found, specks = [], find_specks(grid)
+    for i in carriers:
+        small = specks.smaller(len(footprints[i].offsets))
+        footprints[i].reveal(small.cells, painted(grid, small))
+        labels, _ = parts(footprints[i].standable)
+        gain_m2 = int(np.bincount(labels.ravel(), minlength=2)[1:].max()) * grid.cell_area_m2 - reach[i].area_m2
+        if gain_m2 > NOTABLE_GAIN * reach[i].area_m2:
+            keep, them = ("keeps", "it") if small.number == 1 else ("keep", "them")
+            found.append(
+                f"{counted(small.number, 'speck')} of unknown inside free space {keep} {reach[i].type} (radius "
+                f"{reach[i].radius_m:g} m) out of {gain_m2:.4g} m2: paint {them} free, unless something stands there"
+            )
     return found

@@ -98,12 +98,17 @@ def known_parts(grid: Grid) -> Iterator[Ints]:
         yield np.flatnonzero(grid.cells[first : first + rows] != UNKNOWN) + first * grid.width
 
 
-def standable(grid: Grid, kind: RobotType) -> Mask:
-    """Return the mask (height, width) of the cells where a robot of type `kind` may stand."""
+def footprint_of(grid: Grid, kind: RobotType) -> Footprint:
+    """Return the cells where a robot of type `kind` may stand, ready to be told of what is unknown yet."""
     footprint = Footprint(grid.cells.shape, kind, grid.resolution_m)
     for cells in known_parts(grid):
         footprint.reveal(cells, grid.cells)
-    return footprint.standable
+    return footprint
+
+
+def standable(grid: Grid, kind: RobotType) -> Mask:
+    """Return the mask (height, width) of the cells where a robot of type `kind` may stand."""
+    return footprint_of(grid, kind).standable
 
 
 @native

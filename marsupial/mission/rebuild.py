@@ -48,6 +48,13 @@ class Moment:
         return surveyor.survey(self.robots, self.t_ms, self.meetings)
 
 
+def check_moment(events: Sequence[log.MissionEvent], t_ms: int) -> None:
+    """Raise UsageError if the mission of these events had not begun at `t_ms`, or was over before."""
+    begin_s, end_s = events[0].t_ms / 1000, events[-1].t_ms / 1000
+    if not begin_s <= t_ms / 1000 <= end_s:
+        raise UsageError(f"there is nothing at {t_ms / 1000:g} s: the mission goes from {begin_s:g} s to {end_s:g} s")
+
+
 def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     """Return the mission of these events (all of it up to then) at `t_ms`.
 
@@ -56,13 +63,7 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     UsageError
         If the mission was over before.
     """
-    mission = events[0]
-    assert isinstance(mission, log.MissionStarted)
-    if not mission.t_ms <= t_ms <= events[-1].t_ms:
-        raise UsageError(
-            f"there is nothing at {t_ms / 1000:g} s: the mission goes from {mission.t_ms / 1000:g} s "
-            f"to {events[-1].t_ms / 1000:g} s"
-        )
+    check_moment(events, t_ms)
     state, past = MissionTracker(), in_last_frame(events[: _cut(events, t_ms)])
     mission = past[0]
     assert isinstance(mission, log.MissionStarted)

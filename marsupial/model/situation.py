@@ -20,6 +20,7 @@ import numpy.typing as npt
 from marsupial.errors import Problem, SituationError
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
+from marsupial.wording import counted
 
 UNREACHABLE = -1
 """Entry of a travel table where there is no path."""
@@ -251,6 +252,6 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
     capacities = {kind.name: kind.capacity for kind in situation.types}
     for i, robot in enumerate(situation.robots):
         if load.get(robot.name, 0) > capacities.get(robot.type, 0):
-            text = f"{robot.name} carries {load[robot.name]} rovers, capacity {capacities[robot.type]}"
+            text = f"{robot.name} carries {counted(load[robot.name], 'rover')}, capacity {capacities[robot.type]}"
             problems.append(Problem(f"robots[{i}]", text))
     return problems

@@ -8,6 +8,7 @@ from typing import Any, Self, TypeVar
 
 import httpx2
 
+from marsupial_client.conversation import Missed
 from marsupial_client.core import AsyncJob, AsyncMission, Service, uses_environment
 from marsupial_client.documents import (
     ActionsPlan,
@@ -139,10 +140,11 @@ class Client:
         key: str | None = None,
         timeout_s: float = 60.0,
         patience_s: float = 60.0,
+        missed: Missed | None = None,
         http: httpx2.Client | None = None,
     ) -> None:
         http = http or httpx2.Client(trust_env=uses_environment(url))
-        self._service = Service(Blocking(http), url, key=key, timeout_s=timeout_s, patience_s=patience_s)
+        self._service = Service(Blocking(http), url, key=key, timeout_s=timeout_s, patience_s=patience_s, missed=missed)
 
     def close(self) -> None:
         """Close all connections."""

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import json
 import random
-from collections.abc import AsyncGenerator, Mapping
+import re
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import aclosing
 from http import HTTPStatus
 from typing import Any
 
 import httpx2
 
-from marsupial_client.errors import Busy, Refused, Unreachable, refusal
+from marsupial_client.errors import Busy, Unreachable, refusal
 from marsupial_client.events import END
 from marsupial_client.transports import Transport
 
@@ -24,8 +25,15 @@ FIRST_PAUSE_S = 0.1
 LONGEST_PAUSE_S = 2.0
 """Between tries, where the service doesn't say by ``Retry-After``: a server that is back is found soon."""
 
+MISSED_S = 1.5
+"""After so long those who wait are told."""
+
 SILENCE_S = 45.0
 """A stream that is silent for so long is dead: the service says every 15 s that it is still there."""
+
+
+Missed = Callable[[Unreachable | Busy], object]
+"""Told why the service is missed, each time that it is, once."""
 
 
 class Broken(Exception):
@@ -56,14 +64,24 @@ class Conversation:
         How long to wait for a connection and for each part of an answer.
     patience_s
         How long to try, from when the service is first missed.
+    missed
+        Told when it has been missed for a while (`MISSED_S`).
     """
 
     def __init__(
-        self, transport: Transport, url: httpx2.URL, *, key: str | None, timeout_s: float, patience_s: float
+        self,
+        transport: Transport,
+        url: httpx2.URL,
+        *,
+        key: str | None,
+        timeout_s: float,
+        patience_s: float,
+        missed: Missed | None = None,
     ) -> None:
         self.transport = transport
         self.url = str(url).rstrip("/")
         self.patience_s = patience_s
+        self.missed = missed
         self._timeout_s = timeout_s
         self._headers = {} if key is None else {"Authorization": f"Bearer {key}"}
 
@@ -142,27 +160,39 @@ class _Tries:
     def __init__(self, conversation: Conversation) -> None:
         self._conversation = conversation
         self._failures = 0
-        self._until: float | None = None
+        self._since: float | None = None
+        self._told = False
 
     def reached(self) -> None:
         """Say that the service answers: patience begins anew, and pauses go on growing until something comes."""
-        self._until = None
+        self._since, self._told = None, False
 
     async def again(self, error: Exception) -> None:
         """Pause before the next try. Raises Unreachable or the Busy that `error` is if it is not worth while."""
-        transport, patience_s = self._conversation.transport, self._conversation.patience_s
+        transport, missed = self._conversation.transport, self._conversation.missed
         now = transport.now()
-        self._until = now + patience_s if self._until is None else self._until
-        left_s = self._until - now
+        self._since = now if self._since is None else self._since
+        left_s = self._since + self._conversation.patience_s - now
         asked_s = (error.retry_after_s or 0.0) if isinstance(error, Busy) else 0.0
+        why = (
+            error
+            if isinstance(error, Busy)
+            else Unreachable(f"{self._conversation.url} can't be reached ({_said(error)})")
+        )
         if left_s <= 0 or asked_s > left_s:
-            if isinstance(error, Refused):
-                raise error
-            said = str(error) or type(error).__name__
-            raise Unreachable(f"{self._conversation.url} can't be reached: {said}") from error
+            raise why from (None if why is error else error)
+        if missed is not None and not self._told and (now - self._since >= MISSED_S or asked_s >= MISSED_S):
+            self._told = True
+            missed(why)
         longest_s = min(LONGEST_PAUSE_S, FIRST_PAUSE_S * 2**self._failures)
         self._failures += 1
         await transport.pause(min(left_s, max(asked_s, random.uniform(longest_s / 2, longest_s))))
+
+
+def _said(error: Exception) -> str:
+    """Return what an error says, in the middle of a sentence."""
+    text = re.sub(r"^\[Errno -?\d+\] ", "", str(error)) or type(error).__name__
+    return text[:1].lower() + text[1:] if text[1:2].islower() and " " in text else text
 
 
 def _check(response: httpx2.Response, path: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import httpx2
 
-from marsupial_client.conversation import Conversation
+from marsupial_client.conversation import Conversation, Missed
 from marsupial_client.documents import (
     ActionsPlan,
     Analysis,
@@ -230,8 +230,19 @@ class Service:
     Raises ValueError if that is no address.
     """
 
-    def __init__(self, transport: Transport, url: str, *, key: str | None, timeout_s: float, patience_s: float) -> None:
-        self.conversation = Conversation(transport, address(url), key=key, timeout_s=timeout_s, patience_s=patience_s)
+    def __init__(
+        self,
+        transport: Transport,
+        url: str,
+        *,
+        key: str | None,
+        timeout_s: float,
+        patience_s: float,
+        missed: Missed | None = None,
+    ) -> None:
+        self.conversation = Conversation(
+            transport, address(url), key=key, timeout_s=timeout_s, patience_s=patience_s, missed=missed
+        )
 
     async def ready(self) -> Ready:
         """Wait until the service plans and stores, as long as patience lasts."""

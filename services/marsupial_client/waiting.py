@@ -7,6 +7,7 @@ from typing import Self
 
 import httpx2
 
+from marsupial_client.conversation import Missed
 from marsupial_client.core import Service, uses_environment
 from marsupial_client.transports import Waiting
 
@@ -24,6 +25,8 @@ class AsyncClient(Service):
         How long to wait for a connection and for each part of an answer.
     patience_s
         How long to try again while the service is not there or busy; `math.inf` never gives up.
+    missed
+        Called with `Unreachable` or `Busy` when the service has been missed for a second or two; it is tried further.
     http
         What to send with, if it is to have certificates, proxies or hooks of its own; it is closed with the client.
 
@@ -40,10 +43,11 @@ class AsyncClient(Service):
         key: str | None = None,
         timeout_s: float = 60.0,
         patience_s: float = 60.0,
+        missed: Missed | None = None,
         http: httpx2.AsyncClient | None = None,
     ) -> None:
         http = http or httpx2.AsyncClient(trust_env=uses_environment(url))
-        super().__init__(Waiting(http), url, key=key, timeout_s=timeout_s, patience_s=patience_s)
+        super().__init__(Waiting(http), url, key=key, timeout_s=timeout_s, patience_s=patience_s, missed=missed)
 
     async def close(self) -> None:
         """Close all connections."""

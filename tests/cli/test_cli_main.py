@@ -13,6 +13,8 @@ from marsupial.cli import main as program
 from marsupial.cli.interrupt import Interrupted
 from marsupial.cli.main import main
 from marsupial.errors import InternalError
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.registry import strategy_names
 
 COMMANDS = (
     "run",
@@ -91,6 +93,13 @@ def example_of(capsys: pytest.CaptureFixture[str], command: str) -> list[str]:
     _, _, after = capsys.readouterr().out.partition("Example: ")
     lines = [line.strip() for line in re.split(r"Options:|Arguments:", after)[0].splitlines()]
     return [line for line in lines if line]
+
+
+@pytest.mark.parametrize("command", ["run", "compare"])
+def test_help_of_commands_that_take_strategies_lists_them_all(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    assert main([command, "--help"]) == 0
+    told = re.split(r"[\s,.]+", capsys.readouterr().out)
+    assert {*strategy_names(), CLAIRVOYANT} <= set(told)
 
 
 def test_help_imports_nothing_heavy() -> None:

@@ -73,6 +73,39 @@ def test_a_picture_is_shown_and_written(capsys: pytest.CaptureFixture[str], tmp_
     assert "carriers can stand here" not in capsys.readouterr().out
 
 
+SCENARIO = """
+format: marsupial-scenario
+version: 1
+name: yard
+map: {{file: yard.map}}
+robot_types:
+  - {{name: carrier, role: carrier, speed_mps: 1.0, sensor_range_m: 5.0, radius_m: 0.3, terrains: [floor],
+     capacity: 1}}
+team:
+  - {{name: atlas, type: carrier, start: {first}}}
+  - {{name: borea, type: carrier, start: {second}}}
+{rest}
+"""
+
+
+@pytest.mark.parametrize(
+    ("fields", "told"),
+    [
+        ({}, "start, drawn by seed 1"),
+        ({"rest": "start_seed: 7"}, "start, drawn by seed 7"),
+        ({"first": "[1.5, 1.5]"}, "start, given or drawn by seed 1"),
+        ({"first": "[1.5, 1.5]", "second": "[3.5, 1.5]"}, "start"),
+    ],
+)
+def test_a_picture_says_where_its_starts_are_from(tmp_path: Path, yard: str, fields: dict[str, str], told: str) -> None:
+    Path(f"{yard}.scenario.yaml").write_text(
+        SCENARIO.format(**{"first": "drawn", "second": "drawn", "rest": ""} | fields)
+    )
+    figure = tmp_path / "yard.svg"
+    assert main(["map", f"{yard}.scenario.yaml", "--out", str(figure), "--no-picture"]) == 0
+    assert f">{told}</text>" in figure.read_text()
+
+
 def test_a_picture_of_another_kind_is_a_wrong_usage(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str
 ) -> None:

@@ -45,7 +45,7 @@ def changed(path: tuple[str | int, ...], value: object) -> str:
         (("robots", 0, "free_at_ms"), True, "robots[0].free_at_ms: must be an integer, got true"),
         (("types", 0, "capacity"), -1, "types[0].capacity: must be 0 or more"),
         (("types", 0, "capacity"), 10**30, "types[0].capacity: must be at most"),
-        (("types", 0, "capacity"), 0, "carries 1 rovers, capacity 0"),
+        (("types", 0, "capacity"), 0, "carries 1 rover, capacity 0"),
         (("types", 1, "dock_ms"), 0.5, "types[1].dock_ms: must be an integer, got 0.5"),
         (("targets", 0, "name"), "t2", "places"),
         (("targets", 0, "explorers"), ["lorry"], "targets[0].explorers: unknown robot type 'lorry'"),

@@ -66,5 +66,7 @@ def test_what_can_not_be_exported_is_a_wrong_usage(
 ) -> None:
     assert main(["replay", str(log), "--export", str(tmp_path / "lobby.avi")]) == 2
     assert "can't write .avi; there are .gif, .mp4, .svg" in capsys.readouterr().err
+    assert main(["replay", str(log), "--export", str(tmp_path / "lobby.svg"), "--at", "4000"]) == 2
+    assert "there is nothing at 4000 s: the mission goes from 0 s to 20 s" in capsys.readouterr().err
     assert main(["replay", str(log), "--at", "10"]) == 2
     assert list(tmp_path.iterdir()) == []

@@ -41,6 +41,10 @@ def test_a_figure_says_in_words_who_does_what_at_its_moment() -> None:
     assert "rough" in at_start
 
 
+def test_a_figure_rounds_its_time_as_tables_do() -> None:
+    assert "0:13" in texts(figure(EVENTS, "svg", at_ms=12_600))
+
+
 def test_a_moment_outside_the_mission_is_its_start_or_end() -> None:
     assert "0:26" in texts(figure(EVENTS, "svg", at_ms=10**9))
     assert "0:26" in texts(figure(EVENTS, "svg"))

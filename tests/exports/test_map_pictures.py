@@ -7,18 +7,21 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib.transforms import Bbox
 from PIL import Image
 from rich.console import Console
 from small_missions import drawn_grid
 
 from marsupial.cli.display.map_picture import LETTERS, QUARTERS, characters, coarse_map, map_picture
 from marsupial.errors import UsageError
+from marsupial.exports.mapaxes import MapAxes
 from marsupial.exports.mapclasses import COLOURS, TEXTS, MapClass, map_classes
 from marsupial.exports.mapfigure import map_figure
+from marsupial.exports.marknames import best_place
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.reach import parts
-from marsupial.model.grid import Cell, CellArray
+from marsupial.model.grid import Cell, CellArray, Grid
 from marsupial.model.robots import default_types
 
 KINDS = default_types(1)
@@ -52,6 +55,11 @@ def test_cells_are_told_apart_by_who_can_stand_on_them() -> None:
     assert (classes[0] == MapClass.WALL).all()
 
 
+def test_islands_that_nobody_would_see_are_not_told_apart() -> None:
+    assert MapClass.ISLAND in map_classes(drawn_grid(*HALL, resolution_m=0.2), KINDS)
+    assert MapClass.ISLAND not in map_classes(drawn_grid(*HALL, resolution_m=0.15), KINDS)
+
+
 def test_ground_that_is_open_to_the_border_is_a_leak() -> None:
     assert map_classes(drawn_grid(*OPEN), KINDS)[2, 3] == MapClass.LEAK
     assert MapClass.LEAK not in map_classes(drawn_grid(*HALL), KINDS)
@@ -73,11 +81,60 @@ def test_the_picture_has_the_colours_of_all_that_occurs_and_says_what_they_are()
     assert {COLOURS[MapClass(int(kind))] for kind in np.unique(classes)} <= shown
     svg = map_figure(grid, classes, "hall", starts, kind="svg", warnings=["something is odd"])
     text = "\n".join(ElementTree.fromstring(svg).itertext())
-    assert {"hall", "carrier1", "start, drawn by seed 1", "obstacle", "unknown", "only rovers can"} <= {
+    assert {"hall", "carrier1", "start", "obstacle", "unknown", "only rovers can"} <= {
         line.strip() for line in text.splitlines()
     }
     assert "! something is odd" in text
     assert "leak" not in text
+
+
+def shown_texts(grid: Grid, starts: dict[str, Cell], **look: str) -> set[str]:
+    svg = map_figure(grid, map_classes(grid, KINDS), "hall", starts, kind="svg", **look)
+    return {line.strip() for line in "\n".join(ElementTree.fromstring(svg).itertext()).splitlines()}
+
+
+def test_axes_are_metres_of_the_map_frame() -> None:
+    texts = shown_texts(replace(drawn_grid(*HALL), origin_m=(-10.3, -4.7, 0.0)), {})
+    metres = {text for text in texts if text.endswith(" m")}
+    assert {"-10 m", "0 m"} <= metres
+    assert max(float(text.removesuffix(" m")) for text in metres) <= 2.3
+    assert not any("corner" in text for text in texts)
+
+
+def test_axes_of_a_turned_map_say_that_they_count_from_its_corner() -> None:
+    texts = shown_texts(replace(drawn_grid(*HALL), origin_m=(-10.3, -4.7, 0.52)), {})
+    assert "metres from the lower left corner: the map is turned by 29.8° in the map frame" in texts
+    assert not any(text.startswith("-") for text in texts)
+
+
+def test_a_cell_stands_on_the_axes_where_it_is_in_the_map_frame() -> None:
+    grid = replace(drawn_grid(*HALL), origin_m=(-10.3, 500.0, 0.0))
+    frame = MapAxes(grid.width, grid.height, grid.resolution_m, grid.origin_m)
+    assert frame.centre(Cell(3, 1)) == pytest.approx(grid.centre_m(Cell(3, 1)))
+    assert frame.extent[::2] == pytest.approx(grid.point_m(0, 0))
+    assert frame.extent[1::2] == pytest.approx(grid.point_m(grid.width, grid.height))
+
+
+def no_walls(_: Bbox) -> float:
+    return 0.0
+
+
+ROOMY = Bbox.from_extents(0, 0, 1000, 1000)
+
+
+def test_names_stand_beside_their_marks_clear_of_others_and_of_walls() -> None:
+    size, spot = (50.0, 12.0), (500.0, 500.0)
+    alone = best_place(spot, size, 1.0, [], ROOMY, no_walls)
+    assert (alone.dx > 25, alone.dy, alone.ring) == (True, 0, 0)
+    beside = Bbox.from_extents(510, 490, 540, 510)
+    assert best_place(spot, size, 1.0, [beside], ROOMY, no_walls).dx < -25
+    assert best_place(spot, size, 1.0, [], ROOMY, lambda box: float(box.x0 > 500)).dx < -25
+    assert best_place((990.0, 500.0), size, 1.0, [], ROOMY, no_walls).dx < -25
+
+
+def test_names_without_room_beside_their_marks_stand_farther_off() -> None:
+    crowd = Bbox.from_extents(480, 480, 520, 520)
+    assert best_place((500.0, 500.0), (50.0, 12.0), 1.0, [crowd], ROOMY, no_walls).ring > 0
 
 
 def test_a_picture_of_another_kind_is_refused() -> None:

@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import marsupial
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, ScenarioError, UsageError
 from marsupial.formats.missionlog import read_log
+from marsupial.model.mission import MissionStarted
 from marsupial.model.objective import Objective
 from marsupial.model.situation import Situation
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
@@ -207,6 +209,17 @@ def test_the_drawing_shows_the_map_the_robots_and_the_metrics(lobby: marsupial.E
     marks = [line.get_marker() for line in axes.get_lines()]
     assert (marks.count("v"), marks.count("^")) == (lobby.deployments, lobby.retrievals)
     assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+
+
+def test_the_drawing_counts_in_metres_of_the_map_frame(lobby: marsupial.Exploration) -> None:
+    started = lobby.events[0]
+    assert isinstance(started, MissionStarted)
+    moved = replace(lobby, events=(replace(started, origin_m=(-10.3, 500.0, 0.0)), *lobby.events[1:]))
+    here, there = (
+        next(line for line in result.plot().axes[0].get_lines() if line.get_marker() == "o").get_xydata()
+        for result in (lobby, moved)
+    )
+    assert np.asarray(there) - np.asarray(here) == pytest.approx(np.array([[-10.3, 500.0]]))
 
 
 def test_trails_are_as_long_as_what_was_driven(lobby: marsupial.Exploration) -> None:

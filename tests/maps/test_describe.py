@@ -163,6 +163,38 @@ def test_terrain_a_type_can_not_drive_on_is_not_in_its_reach() -> None:
     assert (rover.area_m2, rover.parts) == (0.75, 1)
 
 
+def specked(specks: int, rooms: int = 1, size: int = 1) -> Grid:
+    """Return halls of 4 m by 4 m, at 5 cm a cell, with a door between each two and specks in a row across the first."""
+    cells = np.full((84, 82 * rooms + 2), OBSTACLE, dtype=np.uint8)
+    for room in range(rooms):
+        cells[2:82, 2 + 82 * room : 82 + 82 * room] = FLOOR
+        cells[31:53, 82 * room : 82 * room + 2] = FLOOR if room else OBSTACLE
+    for k in range(specks):
+        cells[12 * k + 6 : 12 * k + 6 + size, 40 : 40 + size] = UNKNOWN
+    return Grid(cells=cells, resolution_m=0.05)
+
+
+def test_specks_that_keep_carriers_out_are_named_with_the_area() -> None:
+    free = replace(specked(6, 2), cells=np.where(specked(6, 2).cells == UNKNOWN, FLOOR, specked(6, 2).cells))
+    gain_m2 = describe(free, (CARRIER,)).reach[0].area_m2 - describe(specked(6, 2), (CARRIER,)).reach[0].area_m2
+    assert gain_m2 > 5
+    assert describe(specked(6, 2), (CARRIER, ROVER)).warnings == (
+        f"6 specks of unknown inside free space keep carrier (radius 0.5 m) out of {gain_m2:.4g} m2: paint them free, "
+        "unless something stands there",
+    )
+
+
+def test_specks_that_keep_no_carrier_out_of_much_are_not_named() -> None:
+    assert describe(specked(1, 6), (CARRIER, ROVER)).warnings == ()
+    assert describe(specked(6, 2), (ROVER,)).warnings == ()
+
+
+def test_unknown_as_large_as_a_carrier_is_no_speck() -> None:
+    (warning,) = describe(specked(1, 1, size=17), (CARRIER,)).warnings
+    assert warning.startswith("1 speck of unknown inside free space keeps carrier")
+    assert describe(specked(1, 1, size=18), (CARRIER,)).warnings == ()
+
+
 def test_a_type_that_fits_nowhere_is_named() -> None:
     found = describe(draw("###", "#.#", "###"), (replace(CARRIER, radius_m=0.6), ROVER))
     assert found.reach[0].area_m2 == 0
@@ -194,6 +226,16 @@ def test_the_real_depot_warns_of_its_threshold_and_its_missing_unknown_but_not_o
     assert [warning[:24] for warning in found.warnings] == ["grey 205 became free in ", "there is no unknown cell"]
     repaired = read_map(shared_maps / "depot_nav2_fixed.yaml")
     assert describe(repaired.grid, (), reading=repaired).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "named"),
+    [("cartesium", True), ("tsc_office", False), ("fr079_step02", False), ("depot_nav2_fixed", False)],
+)
+def test_specks_are_named_on_the_real_maps_that_they_cut_up(shared_maps: Path, name: str, named: bool) -> None:
+    reading = read_map(shared_maps / f"{name}.yaml")
+    found = describe(reading.grid, (CARRIER, ROVER), reading=reading)
+    assert any("specks of unknown" in warning for warning in found.warnings) == named
 
 
 @pytest.mark.parametrize(("name", "area_m2"), [("fr079", 246), ("fr101", 124), ("warehouse_aws", 208)])

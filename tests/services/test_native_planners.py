@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import httpx
@@ -95,7 +95,7 @@ def explore(
         budget=Budget(seconds=0.4),
         seed=1,
         observer=reports,
-        cancelled=cancelled,
+        stopping=lambda: nullcontext(cancelled),
     ).status
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 import httpx2
@@ -130,7 +131,7 @@ class Explorer:
                 budget=STEPS,
                 seed=seed,
                 observer=seen,
-                cancelled=lambda: False,
+                stopping=lambda: nullcontext(lambda: False),
             )
         except UsageError as error:
             if _UNREACHED in str(error):

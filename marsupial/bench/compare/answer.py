@@ -16,7 +16,8 @@ from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pair
 from marsupial.bench.compare.figures import COLOURS, INK, MARKERS, Figure, as_figure, legend, panels
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.statistics import Estimate, estimate
-from marsupial.library.metrics import Metric, counted
+from marsupial.library.metrics import Metric
+from marsupial.wording import counted
 
 NAME = "answer"
 

@@ -24,7 +24,8 @@ from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
 from marsupial.bench.compare.statistics import Estimate, estimate, t_quantile
-from marsupial.library.metrics import Metric, counted
+from marsupial.library.metrics import Metric
+from marsupial.wording import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

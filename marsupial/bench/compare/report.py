@@ -15,7 +15,7 @@ from marsupial.bench.compare.header import budget_text
 from marsupial.bench.compare.pairs import PairReplay
 from marsupial.bench.compare.statements import Experiment, Finding, reading
 from marsupial.bench.compare.tables import ReportTable, TableCell
-from marsupial.library.metrics import counted
+from marsupial.wording import counted
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 
@@ -49,7 +49,8 @@ def page(
     none after them.
     """
     facts = (
-        f"{len(outcome.rows)} missions: {len(outcome.contenders)} contenders, {len(outcome.cases)} cases, "
+        f"{counted(len(outcome.rows), 'mission')}: {counted(len(outcome.contenders), 'contender')}, "
+        f"{counted(len(outcome.cases), 'case')}, "
         f"{counted(outcome.runs, 'run')} each; {budget_text(outcome.header)} for each planning; "
         f"marsupial {outcome.header['marsupial']}"
     )

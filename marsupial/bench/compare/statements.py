@@ -11,8 +11,8 @@ from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import Figure
 from marsupial.bench.compare.plan import Comparison
 from marsupial.bench.compare.tables import ReportTable
-from marsupial.library.metrics import counted
 from marsupial.model.planning import Budget
+from marsupial.wording import counted
 
 
 class StatementVerdict(StrEnum):

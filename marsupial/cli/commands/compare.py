@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli.late_help import STRATEGIES
 from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, RouteChoice, TimeLimit, Workers
 
 
@@ -16,7 +17,11 @@ def compare(
         typer.Argument(metavar="SCENARIO...", help="Built-in scenarios, scenario files, nav2 or MovingAI maps."),
     ] = None,
     strategies: Annotated[
-        str, typer.Option(help="STRATEGY or STRATEGY:PLANNER, separated by commas; the last is the base of comparison.")
+        str,
+        typer.Option(
+            help="STRATEGY or STRATEGY:PLANNER, separated by commas; the last is the base of comparison. There are "
+            f"{STRATEGIES}."
+        ),
     ] = "temporal,heuristic",
     planner: Annotated[
         str | None, typer.Option("--planner", "-p", help="Planner of strategies that name none [default: auto].")

@@ -45,7 +45,8 @@ def demo(
     logs = []
     for strategy in ("temporal", "heuristic"):
         log = out / f"{strategy}.jsonl"
-        summaries.append(carry_out(replace(request, strategy=strategy, log=log), again=bool(summaries)))
+        summary, _ = carry_out(replace(request, strategy=strategy, log=log), again=bool(summaries))
+        summaries.append(summary)
         logs.append(log)
         if summaries[-1].status == "cancelled":
             break

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -43,7 +43,7 @@ def describe_map(
     if picture or out is not None:
         classes = map_classes(grid, kinds)
         if out is not None:
-            _write_picture(out, file, description, grid, classes, _starts(scenario))
+            _write_picture(out, file, description, grid, classes, scenario)
         if picture:
             _show(classes)
     if json:
@@ -75,7 +75,7 @@ def _show(classes: CellArray) -> None:
 
 
 def _write_picture(
-    out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, starts: Mapping[str, Cell]
+    out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, scenario: Scenario | None
 ) -> None:
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_bytes
@@ -83,22 +83,27 @@ def _write_picture(
 
     title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"
     kind = out.suffix.lower().removeprefix(".")
-    write_bytes(out, map_figure(grid, classes, title, starts, kind=kind, warnings=description.warnings))
+    starts, text = _starts(scenario)
+    drawn = map_figure(grid, classes, title, starts, kind=kind, start_text=text, warnings=description.warnings)
+    write_bytes(out, drawn)
     say(f"wrote {out}")
 
 
-def _starts(scenario: Scenario | None) -> dict[str, Cell]:
-    """Return where robots would start; nowhere if there is no room for them."""
+def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], str]:
+    """Return where robots would start, and what that is called; nowhere if there is no room for them."""
     from marsupial.errors import ScenarioError
     from marsupial.mission.placement import place_team
 
     if scenario is None:
-        return {}
+        return {}, ""
     try:
-        placed = place_team(scenario, seed=1)
+        placed = place_team(scenario, seed)
     except ScenarioError:
-        return {}
-    return {robot.name: robot.cell for robot in placed if robot.cell is not None}
+        return {}, ""
+    given = [member.start is not None for member in scenario.team if member.carrier is None]
+    by_seed = f"drawn by seed {seed if scenario.start_seed is None else scenario.start_seed}"
+    text = "start" if all(given) else f"start, given or {by_seed}" if any(given) else f"start, {by_seed}"
+    return {robot.name: robot.cell for robot in placed if robot.cell is not None}, text
 
 
 def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:

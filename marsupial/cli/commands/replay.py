@@ -74,8 +74,11 @@ def _export(events: Sequence[MissionEvent], path: Path, at_s: float | None, spee
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_bytes
     from marsupial.exports.write import ExportOptions, export_mission
+    from marsupial.mission.rebuild import check_moment
 
     at_ms = None if at_s is None else round(1000 * at_s)
+    if at_ms is not None:
+        check_moment(events, at_ms)
     say(f"writing {path} ...")
     data = export_mission(events, path.suffix, ExportOptions(at_ms=at_ms, speed=speed, dark=dark))
     write_bytes(path, data)

@@ -52,6 +52,7 @@ def ros(
 
     from marsupial.cli.display.messages import say
     from marsupial.cli.display.tables import print_json, print_text
+    from marsupial.wording import counted
     from marsupial_ros.journal import Journal
     from marsupial_ros.settings import read_settings
 
@@ -59,7 +60,7 @@ def ros(
     if rosbridge is not None:
         read = replace(read, rosbridge=rosbridge)
     if check:
-        say(f"{settings}: {len(read.robots)} robots, map on {read.map.topic}, rosbridge at {read.rosbridge}")
+        say(f"{settings}: {counted(len(read.robots), 'robot')}, map on {read.map.topic}, rosbridge at {read.rosbridge}")
         return
     outcome = _carry_out(read, server, Journal(state), log)
     ended = outcome.ended

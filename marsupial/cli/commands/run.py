@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
+from marsupial.cli.late_help import STRATEGIES
 from marsupial.cli.options import Json, Planner, PlanningBudget, RouteChoice, Seed, TimeLimit
 
 
@@ -17,11 +18,7 @@ def run(
     ],
     strategy: Annotated[
         str,
-        typer.Option(
-            "--strategy",
-            "-s",
-            help="temporal, heuristic, heuristic-plus, assignment; clairvoyant; or one of an installed package.",
-        ),
+        typer.Option("--strategy", "-s", help=f"{STRATEGIES}."),
     ] = "temporal",
     planner: Planner = None,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
@@ -64,9 +61,9 @@ def run(
         time_limit_s=time_limit,
         server=server,
     )
-    summary = carry_out(request)
+    summary, explored = carry_out(request)
     if json:
         print_json(summary.as_dict())
     else:
-        print_summary(summary)
+        print_summary(summary, explored.grid)
     raise typer.Exit(MISSION_CODES[summary.status])

@@ -33,6 +33,7 @@ def validate(
     from marsupial.formats.pddl.plantext import read_plan
     from marsupial.formats.pddl.text import check_domain, read_problem
     from marsupial.planning.checker import check
+    from marsupial.wording import counted
 
     domain_text, problem_text = read_text(domain, SituationError), read_text(problem, SituationError)
     plan_text = read_text(plan, PlanTextError)
@@ -45,7 +46,7 @@ def validate(
     actions = reading.plan.actions
     verdict = check(situation, reading.plan)
     if verdict.valid:
-        print_text(f"valid: {len(actions)} actions, makespan {verdict.makespan_ms / 1000:.3f} s\n")
+        print_text(f"valid: {counted(len(actions), 'action')}, makespan {verdict.makespan_ms / 1000:.3f} s\n")
     else:
         print_text(f"invalid: {verdict.violation}\n")
     if reading.mended:

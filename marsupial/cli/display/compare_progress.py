@@ -15,7 +15,7 @@ from rich.table import Table
 from marsupial.bench.compare.conduct import Watch
 from marsupial.bench.compare.rows import Row
 from marsupial.cli.display.messages import say
-from marsupial.model.clock import clock_text
+from marsupial.wording import clock, counted
 
 LINE_EVERY_S = 30.0
 """Wall-clock time between two lines."""
@@ -49,7 +49,7 @@ class Lines:
         if row is None:
             self._begun = self._told = self._now()
             self._before = done
-            say(f"{total} missions" + (f", {done} of them done before" if done else ""))
+            say(counted(total, "mission") + (f", {done} of them done before" if done else ""))
             return
         if not row.complete:
             self.tell(f"{row.trial}: {row.status}: {row.reason}")
@@ -69,8 +69,8 @@ class Lines:
         """Return how far it is, and how long it will take at the pace so far."""
         elapsed = self._now() - self._begun
         left = elapsed / max(1, done - self._before) * (total - done)
-        ending = f"about {clock_text(left)} left" if done < total else f"done in {clock_text(elapsed)}"
-        return f"{done:>{len(str(total))}} of {total} missions ({done / total:.0%}), {ending}"
+        ending = f"about {clock(left)} left" if done < total else f"done in {clock(elapsed)}"
+        return f"{done:>{len(str(total))}} of {counted(total, 'mission')} ({done / total:.0%}), {ending}"
 
     def _is_due(self) -> bool:
         return self._now() - self._told >= LINE_EVERY_S

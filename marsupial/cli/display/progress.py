@@ -17,13 +17,12 @@ from rich.text import Text
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.picture import Picture, moves, plan_text, printable
 from marsupial.cli.display.watch import Watch
-from marsupial.library.metrics import counted
 from marsupial.mission.observer import Observer, Observers
-from marsupial.model.clock import clock_text
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.planning import Outcome
 from marsupial.model.strategy import PlanningReport
+from marsupial.wording import clock, counted
 
 LINE_EVERY_MS = ((3_600_000, 60_000), (36_000_000, 600_000), (math.inf, 3_600_000))
 """Simulated time between two lines: up to each time its own, so that long missions are no flood of lines."""
@@ -98,9 +97,8 @@ class _Lines(Observer):
     def event(self, event: MissionEvent) -> None:
         self._watch.event(event)
         if isinstance(event, MissionStarted):
-            self.alive.say(
-                f"{event.scenario}: {event.strategy} ({event.planner}), {len(event.robots)} robots, seed {event.seed}"
-            )
+            robots = counted(len(event.robots), "robot")
+            self.alive.say(f"{event.scenario}: {event.strategy} ({event.planner}), {robots}, seed {event.seed}")
         elif isinstance(event, MissionEnded):
             self.alive.say(f"{self._head()}  {event.status}: {event.reason}")
             return
@@ -112,7 +110,7 @@ class _Lines(Observer):
             self.alive.say(self.now())
 
     def _head(self) -> str:
-        return f"{clock_text(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
+        return f"{clock(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
 
 
 def _line_after(t_ms: int) -> int:
@@ -153,7 +151,7 @@ class _Moving(Observer):
     def _frame(self, picture: Picture) -> Group:
         watch, robots = self._watch, self._watch.views()
         plan = "no plan yet" if watch.plan is None else plan_text(watch.plan)
-        words = f"{clock_text(watch.t_ms / 1000)}  {self._title}  {plan}"
+        words = f"{clock(watch.t_ms / 1000)}  {self._title}  {plan}"
         headline = Text(printable(words), no_wrap=True, overflow="ellipsis")
         bar = Table.grid(padding=(0, 1))
         bar.add_row(ProgressBar(total=1.0, completed=watch.coverage, width=40), f"{watch.coverage:.1%} known")

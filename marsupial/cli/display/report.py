@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 from marsupial.bench.compare.plan import Contender
 from marsupial.cli.display.tables import print_facts, print_table, print_text
-from marsupial.library.metrics import METRICS, Summary, counted
+from marsupial.library.metrics import METRICS, Summary
+from marsupial.model.grid import Cell, Grid
 from marsupial.model.mission import Remaining
+from marsupial.wording import counted
 
 SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
 """Metrics of which less is better, each with its saving beside it."""
@@ -18,10 +20,10 @@ OTHERS = (
 )  # fmt: skip
 
 
-def print_summary(summary: Summary) -> None:
-    """Print the summary of a mission and its stop report."""
+def print_summary(summary: Summary, grid: Grid) -> None:
+    """Print the summary of a mission on a map, and its stop report."""
     print_facts(facts(summary) + ([] if summary.log is None else [("log", str(summary.log))]))
-    print_text("".join(f"{line}\n" for line in remaining_lines(summary)))
+    print_text("".join(f"{line}\n" for line in remaining_lines(summary, grid)))
 
 
 def facts(summary: Summary) -> list[tuple[str, str]]:
@@ -46,19 +48,26 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
     return list(lines.items())
 
 
-def remaining_lines(summary: Summary) -> list[str]:
+def remaining_lines(summary: Summary, grid: Grid) -> list[str]:
     """Return the stop report in short: a line for each reason why frontiers are left."""
     groups: dict[str, list[Remaining]] = {}
     for frontier in summary.remaining:
         groups.setdefault(frontier.reason, []).append(frontier)
-    return [f"left: {_counted(frontiers)}: {reason}" for reason, frontiers in groups.items()]
+    return [f"left: {_frontiers(frontiers, grid)}: {reason}" for reason, frontiers in groups.items()]
 
 
-def _counted(frontiers: list[Remaining]) -> str:
-    cell, cells = frontiers[0].cell, counted(sum(frontier.frontier_cells for frontier in frontiers), "cell")
+def _frontiers(frontiers: list[Remaining], grid: Grid) -> str:
+    cells = counted(sum(frontier.frontier_cells for frontier in frontiers), "cell")
+    place = place_text(grid, frontiers[0].cell)
     if len(frontiers) == 1:
-        return f"a frontier of {cells} at ({cell.x}, {cell.y})"
-    return f"{len(frontiers)} frontiers of {cells}, as at ({cell.x}, {cell.y})"
+        return f"a frontier of {cells} at {place}"
+    return f"{len(frontiers)} frontiers of {cells}, as at {place}"
+
+
+def place_text(grid: Grid, cell: Cell) -> str:
+    """Return where a cell is: its centre in metres of the map frame, and its column and row."""
+    x, y = (round(metres, 1) + 0.0 for metres in grid.centre_m(cell))
+    return f"x {x:.1f}, y {y:.1f} m (cell {cell.x}, {cell.y}, counted from the lower left)"
 
 
 def print_comparison(summaries: Sequence[Summary]) -> None:

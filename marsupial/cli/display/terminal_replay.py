@@ -12,11 +12,10 @@ from rich.live import Live
 from rich.text import Text
 
 from marsupial.cli.display.picture import Picture, moves, plan_text, printable
-from marsupial.library.metrics import counted
 from marsupial.mission.playback import Playback
-from marsupial.model.clock import clock_text
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import MissionEnded, MissionEvent, Planned
+from marsupial.wording import clock, counted
 
 FRAME_S = 0.1
 
@@ -45,10 +44,10 @@ def play(
 
 def summary_lines(playback: Playback) -> list[str]:
     """Return a line for each plan and one for the end."""
-    told = [(plan.t_ms, f"{plan_text(plan)}; {_counted(plan)}") for plan in playback.plans]
-    told.append((playback.end_ms, _end_text(playback.ended)))
-    wide = len(clock_text(playback.end_ms / 1000))
-    return [f"{clock_text(t_ms / 1000):>{wide}}  {_known(playback, t_ms)}  {text}" for t_ms, text in told]
+    news = [(plan.t_ms, f"{plan_text(plan)}; {_counted(plan)}") for plan in playback.plans]
+    news.append((playback.end_ms, _end_text(playback.ended)))
+    wide = max(len(clock(t_ms / 1000)) for t_ms, _ in news)
+    return [f"{clock(t_ms / 1000):>{wide}}  {_known(playback, t_ms)}  {text}" for t_ms, text in news]
 
 
 def _animate(
@@ -83,7 +82,7 @@ class _Screen:
         over = t_ms >= self._playback.end_ms
         news = _end_text(self._playback.ended) if over else plan_text(plan) if plan else "no plan yet"
         line = Text(no_wrap=True, overflow="ellipsis")
-        line.append(clock_text(t_ms / 1000), style="bold")
+        line.append(clock(t_ms / 1000), style="bold")
         line.append(f"  {_known(self._playback, t_ms)}  {news}")
         return line
 
@@ -100,5 +99,5 @@ def _counted(plan: Planned) -> str:
 def _end_text(ended: MissionEnded | None) -> str:
     if ended is None:
         return "the log ends here, without a stop report"
-    left = f", {len(ended.remaining)} frontiers left" if ended.remaining else ""
+    left = f", {counted(len(ended.remaining), 'frontier')} left" if ended.remaining else ""
     return printable(f"{ended.status}: {ended.reason}; coverage {100 * ended.coverage:.1f} %{left}")

@@ -21,6 +21,7 @@ from marsupial.formats.mapfiles.faults import raise_any
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Grid
 from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.wording import counted
 
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
 """Terrain code of each character."""
@@ -66,7 +67,7 @@ def understand_movingai(path: Path | str, resolution_m: float | None = None) -> 
         )
     scale_m = UNIT_M if resolution_m is None else resolution_m
     if counts["W"]:
-        warnings.append(f"{counts['W']} cells of water ('W') became obstacles: no robot on land gets there")
+        warnings.append(f"{counted(counts['W'], 'cell')} of water ('W') became obstacles: no robot on land gets there")
     return MapReading(
         grid=Grid(cells=np.ascontiguousarray(np.flipud(_code_table()[characters])), resolution_m=scale_m),
         format=f"MovingAI map, {scale_m:g} m a cell",

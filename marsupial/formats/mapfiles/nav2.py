@@ -21,6 +21,7 @@ from marsupial.formats.mapfiles.nav2_header import Mode, Nav2Header, read_header
 from marsupial.formats.mapfiles.occupancy import UNSAID, Occupancy, OccupancyArray
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.wording import counted
 
 SAVED_UNKNOWN = 205
 """The grey that map savers write for unknown."""
@@ -165,8 +166,8 @@ def _saved_unknown_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], c
             continue
         area = cells * header.resolution_m**2
         text = (
-            f"{_names(greys)} became {_BECAME[code]} in {cells} cells ({area:.4g} m2, {cells / counts.sum():.1%}), "
-            f"yet map savers write grey {SAVED_UNKNOWN} for unknown"
+            f"{_names(greys)} became {_BECAME[code]} in {counted(cells, 'cell')} "
+            f"({area:.4g} m2, {cells / counts.sum():.1%}), yet map savers write grey {SAVED_UNKNOWN} for unknown"
         )
         if code == FLOOR and header.mode is Mode.SCALE:
             text += ": in mode scale only transparent pixels are unknown"
@@ -210,7 +211,7 @@ def _mixed_warnings(header: Nav2Header, counts: npt.NDArray[np.int64], codes: Ce
 
 def _between_warnings(counts: npt.NDArray[np.int64], table: OccupancyArray) -> list[str]:
     between = int(counts[(table > 0) & (table < 100)].sum())
-    return [f"{between} cells have an occupancy between 1 and 99 and count as free"] if between else []
+    return [f"{counted(between, 'cell')} with an occupancy between 1 and 99 became free"] if between else []
 
 
 def _alpha_warnings(

@@ -20,7 +20,7 @@ import yaml
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, shown, suggestion
 from marsupial.formats.files import file_fault, read_bytes
-from marsupial.formats.yamllines import with_lines
+from marsupial.formats.yamllines import with_lines, yaml_fault
 from marsupial.model.bounds import BOUNDS
 
 MAX_YAML_BYTES = 64 * 1024
@@ -142,7 +142,7 @@ def _load(data: bytes, source: str) -> Mapping[str, Any]:
         _refuse_bombs(data)
         fields = yaml.safe_load(data)
     except (yaml.YAMLError, ValueError) as error:
-        raise MapError(f"is not valid YAML ({' '.join(str(error).split())})", source=source) from error
+        raise MapError(f"is not valid YAML: {yaml_fault(error, data)}", source=source) from error
     if fields is None:
         raise MapError("is empty", source=source)
     if not isinstance(fields, dict):

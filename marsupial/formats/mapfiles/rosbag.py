@@ -26,6 +26,7 @@ from marsupial.formats.mapfiles.occupancy import (
 )
 from marsupial.model.grid import Grid
 from marsupial.model.mapreading import LegendEntry, MapReading
+from marsupial.wording import counted
 
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Reader
@@ -154,7 +155,7 @@ def _reading(occupancy: Occupancy, form: str, warnings: list[str]) -> MapReading
     between = int(counts[[byte for value, byte in shown if 100 * FREE_THRESH < value < 100 * OCCUPIED_THRESH]].sum())
     if between:
         limits = f"{100 * FREE_THRESH:g} and {100 * OCCUPIED_THRESH:g}"
-        warnings = [*warnings, f"{between} cells have an occupancy between {limits} and became unknown"]
+        warnings = [*warnings, f"{counted(between, 'cell')} with an occupancy between {limits} became unknown"]
     return MapReading(
         grid=Grid(cells=cells, resolution_m=occupancy.resolution_m, origin_m=occupancy.origin_m),
         format=form,

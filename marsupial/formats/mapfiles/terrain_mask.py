@@ -16,6 +16,7 @@ from marsupial.errors import MapError, Problem
 from marsupial.formats.mapfiles.faults import raise_any
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid
+from marsupial.wording import counted
 
 
 def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
@@ -58,7 +59,7 @@ def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source:
         takes &= np.flipud(mask.opaque)
     counts = np.bincount(greys[takes], minlength=256)
     unlisted = [int(g) for g in np.flatnonzero(counts) if int(g) not in codes]
-    raise_any([Problem(f"grey {g}", f"has no terrain code ({counts[g]} cells)") for g in unlisted], source)
+    raise_any([Problem(f"grey {g}", f"has no terrain code ({counted(counts[g], 'cell')})") for g in unlisted], source)
     table = np.zeros(256, dtype=np.uint8)
     table[list(codes)] = list(codes.values())
     return replace(grid, cells=np.where(takes, table[greys], grid.cells))

@@ -23,6 +23,7 @@ from marsupial.model.situation import (
     TargetInfo,
     TravelTable,
 )
+from marsupial.wording import counted
 
 Members = Mapping[str, str]
 """Robots with the objects of their types, in order."""
@@ -161,7 +162,7 @@ def _check_loads(table: FactTable) -> None:
         if ("num_docked", carrier) not in table.values:
             table.wrong(table.lines[carrier], f"(num_docked {carrier}) is missing")
         elif count is not None and count != load:
-            table.wrong(table.line_of(("num_docked", carrier)), f"{load} rovers are on {carrier}, not {count}")
+            table.wrong(table.line_of(("num_docked", carrier)), f"{counted(load, 'rover')} on {carrier}, not {count}")
 
 
 def _target(table: FactTable, word: str, members: Members) -> TargetInfo:

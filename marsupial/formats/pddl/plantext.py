@@ -17,6 +17,7 @@ from marsupial.formats.pddl.facts import seconds
 from marsupial.formats.pddl.plansteps import Reading, Step, reading_of, steps_of
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
+from marsupial.wording import counted
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d{1,3})?"
 _DURATION = rf"\[\s*(?:({_NUMBER})\s*|d:\s*({_NUMBER})\s*;[^\]]*)\](?:\s*\))?\s*"
@@ -37,7 +38,7 @@ def write_plan_text(plan: Plan, situation: Situation) -> str:
     InvalidPlanError
         If an action names a robot there is none of, or starts before its robot is free.
     """
-    lines = [f"; {len(plan.actions)} actions, makespan {seconds(plan.makespan_ms)} s"]
+    lines = [f"; {counted(len(plan.actions), 'action')}, makespan {seconds(plan.makespan_ms)} s"]
     lines += [_line(step) for step in steps_of(plan, situation)]
     return "\n".join([*lines, ""])
 

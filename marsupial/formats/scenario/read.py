@@ -18,7 +18,7 @@ from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
 from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
-from marsupial.formats.yamllines import with_lines
+from marsupial.formats.yamllines import with_lines, yaml_fault
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Grid, Terrain
 from marsupial.model.mapreading import MapReading
@@ -115,11 +115,9 @@ def parse(path: Path) -> tuple[object, str]:
             raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
         return yaml.load(text, _Loader), text
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark
-        where = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
-        raise ScenarioError(f"{where}{error.problem or 'not YAML'}", source=str(path)) from error
+        raise ScenarioError(yaml_fault(error, text), source=str(path)) from error
     except (yaml.YAMLError, ValueError) as error:
-        raise ScenarioError(f"is not YAML: {str(error).splitlines()[0]}", source=str(path)) from error
+        raise ScenarioError(f"is not YAML: {yaml_fault(error, text)}", source=str(path)) from error
 
 
 def _is_deep(text: str) -> bool:

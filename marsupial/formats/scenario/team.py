@@ -17,6 +17,7 @@ from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
 from marsupial.model.scenario import Scenario
+from marsupial.wording import counted
 
 DRAWN = "drawn"
 
@@ -219,4 +220,5 @@ def check_carriers(entries: list[MemberEntry], kinds: Kinds) -> None:
     for name, count in load.items():
         kind = kinds.get(by_name[name].member.type)
         if kind is not None and count > kind.capacity:
-            by_name[name].notes.wrong("", f"carries {count} rovers, type {kind.name!r} has capacity {kind.capacity}")
+            text = f"carries {counted(count, 'rover')}, type {kind.name!r} has capacity {kind.capacity}"
+            by_name[name].notes.wrong("", text)

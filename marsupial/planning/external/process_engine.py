@@ -24,6 +24,7 @@ from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.reachability import impossible
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import GIB, Ended, Ending, Job, JobLimits, Message
+from marsupial.wording import counted
 
 Search = Callable[..., Iterator[Plan | Finished]]
 """A module's generator function that takes a `SearchRequest`, yields every plan it finds and may say how it ended."""
@@ -193,7 +194,7 @@ def _finished(ended: Ended, said: Finished, incumbent: Incumbent) -> Finished:
     if incumbent.plan is not None and outcome in _WITHOUT_PLAN:
         outcome = Outcome.SATISFICING
     if incumbent.refused:
-        detail = f"{detail}; {len(incumbent.refused)} plans refused (first: {incumbent.refused[0]})"
+        detail = f"{detail}; {counted(len(incumbent.refused), 'plan')} refused (first: {incumbent.refused[0]})"
     return Finished(outcome=outcome, detail=detail, elapsed_s=ended.wall_s)
 
 

@@ -9,6 +9,7 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.incumbent import Incumbent
+from marsupial.wording import counted
 
 _FAILURES = frozenset({Outcome.CRASHED, Outcome.KILLED, Outcome.MEMORY})
 _LAST_TO_TELL = (Outcome.UNSUPPORTED, *_FAILURES)
@@ -77,7 +78,7 @@ class Results:
             for name, end in self._ends.items()
             if end.outcome in _FAILURES
         ]
-        trouble += [f"{name}: {count} plans refused by the checker" for name, count in self._refused.items()]
+        trouble += [f"{name}: {counted(count, 'plan')} refused by the checker" for name, count in self._refused.items()]
         return Finished(
             outcome=outcome,
             detail="; ".join([detail, *trouble]),

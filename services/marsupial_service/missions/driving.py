@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import cast
 
 from marsupial.errors import UsageError
@@ -36,11 +37,21 @@ def simulate_by(
     budget: Budget,
     seed: int,
     observer: Observer,
-    cancelled: Callable[[], bool],
+    stopping: Callable[[], AbstractContextManager[Callable[[], bool]]],
 ) -> Summary:
     """Run one mission in the simulator here, planned by a service, and return its summary; the client is closed then.
 
-    Raises UsageError if the service refuses or can't be reached any more, ScenarioError if the team can't be placed.
+    Parameters
+    ----------
+    stopping
+        Entered once the service has the mission; what it yields says whether that shall be cancelled.
+
+    Raises
+    ------
+    UsageError
+        If the service refuses or can't be reached any more.
+    ScenarioError
+        If the team can't be placed.
     """
     began = time.perf_counter()
     team = place_team(scenario, seed)
@@ -50,7 +61,8 @@ def simulate_by(
     with client:
         try:
             mission = client.begin(cast(Brief, asked))
-            ended, reports = _drive(mission, scenario, team, observer, cancelled)
+            with stopping() as cancelled:
+                ended, reports = _drive(mission, scenario, team, observer, cancelled)
         except Busy as error:
             raise UsageError(f"the service can't be reached: {error}") from error
         except ClientError as error:

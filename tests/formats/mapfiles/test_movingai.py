@@ -48,7 +48,7 @@ def test_every_character_has_its_meaning_and_water_is_mentioned(tmp_path: Path) 
         LegendEntry(symbol="'G'", code=FLOOR, cells=1),
         LegendEntry(symbol="'S'", code=ROUGH, cells=1),
     )
-    assert reading.warnings[1:] == ("1 cells of water ('W') became obstacles: no robot on land gets there",)
+    assert reading.warnings[1:] == ("1 cell of water ('W') became obstacles: no robot on land gets there",)
     assert reading.walled
 
 

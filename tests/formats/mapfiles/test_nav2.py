@@ -115,7 +115,7 @@ def test_only_100_is_an_obstacle_in_scale_and_it_is_said(tmp_path: Path) -> None
     reading = understand_nav2(path)
     assert occupancy_of(path).tolist() == [[0, 50, 99, 100]]
     assert reading.grid.cells.tolist() == [[F, F, F, O]]
-    assert "2 cells have an occupancy between 1 and 99 and count as free" in reading.warnings
+    assert "2 cells with an occupancy between 1 and 99 became free" in reading.warnings
 
 
 def test_raw_takes_the_byte_and_leaves_thresholds_negate_and_alpha_alone(tmp_path: Path) -> None:
@@ -231,7 +231,7 @@ def test_a_free_threshold_that_makes_unknown_free_is_named(tmp_path: Path) -> No
 
 def test_grey_206_is_free_even_under_the_usual_threshold_and_is_named(tmp_path: Path) -> None:
     (warning,) = understand_nav2(write_map(tmp_path, [[254, 206, 0]])).warnings
-    assert warning.startswith("grey 206 became free in 1 cells")
+    assert warning.startswith("grey 206 became free in 1 cell ")
     assert warning.endswith("0.192 would leave them unknown")
     assert grid_of(write_map(tmp_path, [[254, 206, 0]], free_thresh=0.192)).cells.tolist() == [[F, U, O]]
 
@@ -245,7 +245,7 @@ def test_the_threshold_that_is_advised_does_leave_the_grey_unknown(tmp_path: Pat
 
 def test_negate_that_makes_unknown_an_obstacle_is_named(tmp_path: Path) -> None:
     (warning,) = understand_nav2(write_map(tmp_path, [[205, 0]], negate=1)).warnings
-    assert warning.startswith("grey 205 became obstacle in 1 cells")
+    assert warning.startswith("grey 205 became obstacle in 1 cell ")
 
 
 def test_the_blur_of_an_edge_is_no_reason_for_a_warning(tmp_path: Path) -> None:
@@ -348,6 +348,7 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
         ("image", 7, "must be a text, got 7"),
         ("image", "", "must be a text, got ''"),
         ("resolution", True, "must be a number, got true"),
+        ("resolution", "0,05", "must be a number, got '0,05', did you mean 0.05?"),
         ("resolution", float("nan"), "must be finite, got nan"),
         ("resolution", 10**400, "must be finite, got 1000000"),
         ("origin", 0.0, "must be a list of 3 numbers, got 0.0"),
@@ -435,6 +436,21 @@ def test_a_yaml_that_is_no_mapping_is_refused(tmp_path: Path, text: str) -> None
 def test_broken_yaml_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "map.yaml").write_text(text)
     assert problems_of(tmp_path / "map.yaml")[""].startswith("is not valid YAML")
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            "image: a.pgm\n\tresolution: 1",
+            "is not valid YAML: line 2, column 1: a tab can't stand here: YAML is indented",
+        ),
+        ("image: [a.pgm\n", "is not valid YAML: line 2, column 1: expected ',' or ']', but got '<stream end>'"),
+    ],
+)
+def test_broken_yaml_is_told_with_its_place(tmp_path: Path, text: str, told: str) -> None:
+    (tmp_path / "map.yaml").write_text(text)
+    assert problems_of(tmp_path / "map.yaml")[""].startswith(told)
 
 
 def test_bytes_that_are_no_text_are_refused(tmp_path: Path) -> None:

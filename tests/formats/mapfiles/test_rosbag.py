@@ -56,7 +56,7 @@ def test_the_last_map_of_a_recording_is_read(tmp_path: Path, storage: object) ->
     assert reading.grid.cells.tolist() == [[FLOOR, OBSTACLE, UNKNOWN], [FLOOR, UNKNOWN, OBSTACLE]]
     assert (reading.grid.resolution_m, reading.grid.origin_m) == (0.05, (-1.5, 2.0, 0.0))
     assert reading.format == "rosbag2, last of 2 maps on /map"
-    assert reading.warnings == ("1 cells have an occupancy between 25 and 65 and became unknown",)
+    assert reading.warnings == ("1 cell with an occupancy between 25 and 65 became unknown",)
     assert {entry.symbol: entry.code for entry in reading.legend}["occupancy -1"] == UNKNOWN
 
 

@@ -67,7 +67,7 @@ def test_a_mask_of_another_size_is_named(tmp_path: Path) -> None:
 def test_all_greys_without_a_code_are_named(tmp_path: Path) -> None:
     path = mask_of(tmp_path, [[255, 100, 100, 7]])
     assert problems_of(grid_of([[FLOOR] * 4]), path, {255: FLOOR}) == [
-        "grey 7: has no terrain code (1 cells)",
+        "grey 7: has no terrain code (1 cell)",
         "grey 100: has no terrain code (2 cells)",
     ]
 
@@ -75,7 +75,7 @@ def test_all_greys_without_a_code_are_named(tmp_path: Path) -> None:
 def test_of_a_picture_of_all_greys_the_first_are_named_and_the_others_counted(tmp_path: Path) -> None:
     path = mask_of(tmp_path, [list(range(256))])
     problems = problems_of(grid_of([[FLOOR] * 256]), path, {255: FLOOR})
-    assert problems[:2] == ["grey 0: has no terrain code (1 cells)", "grey 1: has no terrain code (1 cells)"]
+    assert problems[:2] == ["grey 0: has no terrain code (1 cell)", "grey 1: has no terrain code (1 cell)"]
     assert (len(problems), problems[-1]) == (11, "and 245 more faults like these")
 
 

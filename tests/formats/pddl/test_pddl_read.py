@@ -78,7 +78,7 @@ def _broken(old: str, new: str) -> tuple[str, int]:
         ("(on r1 c1)", "(on r1)", "on takes 2 arguments, got 1"),
         ("(on r1 c1)", "(glued r1 c1)", "unknown predicate glued"),
         ("(on r1 c1)", "on", "a fact in brackets is expected, got on"),
-        ("(= (num_docked c1) 1)", "(= (num_docked c1) 2)", "1 rovers are on c1, not 2"),
+        ("(= (num_docked c1) 1)", "(= (num_docked c1) 2)", "1 rover on c1, not 2"),
         ("(= (num_docked c1) 1)", "(= (num_docked c1) many)", "a number is expected, got many"),
         ("(= (num_docked c1) 1)", "(= (num_docked c1) 1/0)", "a number is expected, got 1/0"),
         ("(= (num_docked c1) 1)", "(= (num_docked c1) 0.5)", "must be a whole number"),

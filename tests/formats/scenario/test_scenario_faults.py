@@ -198,7 +198,7 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
     ),
     "more rovers than places": (
         {"robot_types__0__capacity": 0},
-        ["team[0]: carries 1 rovers, type 'carrier' has capacity 0"],
+        ["team[0]: carries 1 rover, type 'carrier' has capacity 0"],
     ),
     "a start and a carrier": (
         {"team__1__start": [1.5, 1.5]},
@@ -361,6 +361,7 @@ def test_the_message_names_file_and_line(tmp_path: Path) -> None:
         ("- 1\n", "must be a mapping of fields, got [1]"),
         ("just words\n", "must be a mapping of fields, got 'just words'"),
         ("format: marsupial-scenario\nname: a\nname: b\n", "line 3, column 1: field 'name' is given twice"),
+        ("map:\n\tfile: a.yaml\n", "line 2, column 1: a tab can't stand here: YAML is indented by spaces"),
         ("map: {\n", "line 2, column 1: did not find expected node content"),
         (
             "map: !!python/object/apply:os.getcwd []\n",

@@ -177,7 +177,7 @@ def test_where_all_crash_that_is_said(budget: Budget) -> None:
 def test_plans_the_checker_refuses_are_not_passed_on_but_counted(budget: Budget) -> None:
     plans, finished = solve(member("bad", found(INVALID), DONE), member("good", found(late()), DONE), budget=budget)
     assert plans == [late()]
-    assert "bad: 1 plans refused" in finished.detail
+    assert "bad: 1 plan refused" in finished.detail
 
 
 @pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])

@@ -6,6 +6,7 @@ import asyncio
 import threading
 import uuid
 from collections.abc import Iterator
+from contextlib import nullcontext
 
 import pytest
 import talk
@@ -155,7 +156,7 @@ def test_a_mission_is_the_one_in_process_byte_for_byte(proxy: HostileProxy) -> N
         budget=STEPS,
         seed=1,
         observer=lines,
-        cancelled=lambda: False,
+        stopping=lambda: nullcontext(lambda: False),
     )
     assert lines.text == undisturbed("lobby")
 

@@ -116,6 +116,27 @@ def test_patience_ends(failure: Answer, error: type[Exception]) -> None:
     assert sum(transport.pauses) == pytest.approx(10.0)
 
 
+@pytest.mark.parametrize(
+    ("failure", "told"),
+    [
+        (httpx2.ConnectError("[Errno 111] Connection refused"), f"{URL} can't be reached (connection refused)"),
+        (problem(503, "not-ready"), "the service refuses (503): d"),
+    ],
+)
+def test_who_waits_is_told_once_each_time_the_service_is_missed(failure: Answer, told: str) -> None:
+    missed: list[str] = []
+    transport = Scripted(*[failure] * 9, OK, *[failure] * 2, OK, *[failure] * 9, OK)
+    asked = Service(
+        transport, URL, key=None, timeout_s=1.0, patience_s=60.0, missed=lambda error: missed.append(str(error))
+    )
+    counts = []
+    for _ in range(3):
+        finish(asked.ask("GET", "/v1/limits"))
+        counts.append(len(missed))
+    assert counts == [1, 1, 2]
+    assert set(missed) == {told}
+
+
 def test_a_refusal_carries_its_problem_and_is_not_tried_again() -> None:
     errors = [{"pointer": "/team/0", "detail": "stands in a wall"}, {"query": "limit", "detail": "too large"}]
     transport = Scripted(problem(422, "invalid", errors=errors))

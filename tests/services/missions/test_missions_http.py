@@ -4,9 +4,13 @@ import http.client
 import json
 import random
 import re
+import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -49,7 +53,7 @@ def explore(url: str, lines: LogLines, cancelled: Any = lambda: False, patience_
         budget=STEPS,
         seed=1,
         observer=lines,
-        cancelled=cancelled,
+        stopping=lambda: nullcontext(cancelled),
     )
 
 
@@ -231,3 +235,16 @@ def test_a_server_that_is_not_there_is_told(capsys: pytest.CaptureFixture[str]) 
         explore("http://127.0.0.1:9", LogLines(), patience_s=0.1)
     assert main(["run", "lobby", "--server", "ftp://somewhere"]) == 2
     assert "--server: must be like" in capsys.readouterr().err
+
+
+def test_who_waits_for_a_server_is_told_and_may_leave_at_once() -> None:
+    command = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--server", "http://127.0.0.1:9"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
+        assert process.stderr is not None
+        told = next(line for line in process.stderr if "trying" in line)
+        assert told.startswith(
+            "http://127.0.0.1:9 can't be reached (connection refused); trying for 60 s: is `marsupial"
+        )
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=10)[1] == "interrupted\n"
+    assert process.returncode == 130

@@ -1,0 +1,25 @@
+"""Help that is completed when it is asked for: to know all strategies takes a second or two of imports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from typer.core import TyperCommand, TyperOption
+
+STRATEGIES = "{strategies}"
+"""Stands for the names of all strategies in the help of an option."""
+
+
+class LateHelp(TyperCommand):
+    """A command whose options may have `STRATEGIES` in their help."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the help of the options, with what is known by now."""
+        from marsupial.strategies.clairvoyant import CLAIRVOYANT
+        from marsupial.strategies.registry import strategy_names
+
+        names = f"{', '.join(strategy_names())}, or {CLAIRVOYANT}, which knows the map beforehand"
+        for option in self.params:
+            if isinstance(option, TyperOption) and option.help is not None:
+                option.help = option.help.replace(STRATEGIES, names)
+        super().format_options(ctx, formatter)

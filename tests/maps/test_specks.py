@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+import numpy as np
+from small_missions import drawn_grid
+
+from marsupial.maps.specks import find_specks, painted
+from marsupial.model.grid import FLOOR, ROUGH, UNKNOWN
+
+GRID = drawn_grid(
+    "...........",
+    ".?...??..,,",
+    "......?..,?",
+    "?..##....,,",
+    "...#?......",
+    ".......??..",
+    "?..?...??..",
+    "...........",
+)
+"""Four specks, of 1, 1, 3 and 4 cells; unknown cells at walls and at the border are none."""
+
+
+def test_specks_are_groups_of_unknown_cells_with_free_ground_all_round() -> None:
+    specks = find_specks(GRID)
+    assert specks.number == 4
+    assert len(specks.cells) == 1 + 3 + 4 + 1
+    assert (GRID.cells.ravel()[specks.cells] == UNKNOWN).all()
+    assert 4 + 3 * GRID.width not in specks.cells
+    assert not {0, GRID.width - 1} & set((specks.cells % GRID.width).tolist())
+
+
+def test_the_smaller_ones_are_chosen_by_their_cells() -> None:
+    specks = find_specks(GRID)
+    assert [specks.smaller(cells).number for cells in (1, 2, 4, 5)] == [0, 2, 3, 4]
+
+
+def test_they_are_painted_as_the_ground_beside_them() -> None:
+    grid = drawn_grid("....,,,,,", ".??.,???,", ".??.,,,,,", ".........")
+    cells = painted(grid, find_specks(grid))
+    assert UNKNOWN not in cells
+    assert (np.unique(cells[:, 1:3]).tolist(), np.unique(cells[2, 5:8]).tolist()) == ([FLOOR], [ROUGH])
+
+
+def test_a_map_without_any_stays_as_it_is() -> None:
+    grid = drawn_grid("...", "?#.", "...")
+    assert (painted(grid, find_specks(grid)) == grid.cells).all()

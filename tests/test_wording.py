@@ -1,0 +1,12 @@
+from __future__ import annotations
+
+from marsupial.wording import clock, counted
+
+
+def test_times_are_shown_as_on_a_clock() -> None:
+    times_s, shown = (0, 12.5, 59.6, 61, 3600, 3723.4), ["0:00", "0:13", "1:00", "1:01", "1:00:00", "1:02:03"]
+    assert [clock(seconds) for seconds in times_s] == shown
+
+
+def test_things_are_counted_in_their_number() -> None:
+    assert [counted(number, "rover") for number in (0, 1, 2)] == ["0 rovers", "1 rover", "2 rovers"]
