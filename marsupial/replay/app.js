@@ -16,7 +16,7 @@ import { decider } from "./why.js";
 
 const LAYERS = [["labels", "names", true], ["plan", "plan", true], ["trails", "trails", true], ["sensors", "sensor range", false]];
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
-const RENEW_MS = 250;  // so often at most, what a live mission has more is shown: drawing its lanes takes longest
+const RENEW_MS = 250;  // so often at most, what a live mission has more is shown, but for plans: drawing its lanes takes longest
 
 /** Put a view of `missions` (one or two, each with its first line) in `container`.
 
@@ -27,7 +27,7 @@ export function show(container, missions, options = {}) { return new View(contai
 
 class View {
   constructor(container, missions, options) {
-    Object.assign(this, { container, missions, options, over: new AbortController(), drawing: false, from: Math.min(...missions.map((one) => one.from)), renewed: performance.now(), renewing: 0 });
+    Object.assign(this, { container, missions, options, over: new AbortController(), drawing: false, from: Math.min(...missions.map((one) => one.from)), renewed: performance.now(), renewing: 0, plans: 0 });
     this.measure();
     this.names = sideNames(missions);
     this.tip = new Tip();
@@ -185,15 +185,20 @@ class View {
     act();
   }
 
-  /** The missions have more lines: they are shown soon. */
+  /** The missions have more lines: they are shown soon, a plan at once. */
   grew() {
-    if (!this.renewing) this.renewing = setTimeout(() => this.renew(), Math.max(0, this.renewed + RENEW_MS - performance.now()));
+    if (this.plansMade() > this.plans) this.renew();
+    else if (!this.renewing) this.renewing = setTimeout(() => this.renew(), Math.max(0, this.renewed + RENEW_MS - performance.now()));
   }
+
+  plansMade() { return this.missions.reduce((sum, mission) => sum + mission.plans.length, 0); }
 
   renew() {
     const over = this.missions.every((mission) => mission.ended);
+    clearTimeout(this.renewing);
     this.renewing = 0;
     this.renewed = performance.now();
+    this.plans = this.plansMade();
     this.measure();
     if (this.lanes.whole || over) this.lanes.showAll();
     this.lanes.restyle();

@@ -82,5 +82,5 @@ def test_problems_of_another_domain_are_refused(up: Any) -> None:
 def test_what_contradicts_itself_is_told(up: Any) -> None:
     problem = up_problem(one_room())
     problem.set_initial_value(problem.fluent("num_docked")(problem.object("c1")), 7)
-    with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match="rovers? on c1, not 7"):
+    with up.OneshotPlanner(name="marsupial") as planner, pytest.raises(UPUsageError, match="on c1, not 7"):
         planner.solve(problem)
