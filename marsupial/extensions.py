@@ -11,8 +11,10 @@ of marsupial's own can't be taken.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Container
 from dataclasses import dataclass
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
@@ -51,7 +53,7 @@ class Extension:
 def extensions(group: str, taken: Container[str]) -> tuple[Extension, ...]:
     """Return the entry points of a group in the order of their names; those called like one `taken` have a fault."""
     by_name: dict[str, list[EntryPoint]] = {}
-    for entry in entry_points(group=group):
+    for entry in _entries(group, tuple(sys.path)):
         by_name.setdefault(entry.name, []).append(entry)
     return tuple(_extension(name, by_name[name], name in taken) for name in sorted(by_name))
 
@@ -66,6 +68,12 @@ def extension(group: str, name: str, taken: Container[str]) -> Extension | None:
     if name in taken:
         return None
     return next((found for found in extensions(group, taken) if found.name == name), None)
+
+
+@lru_cache(maxsize=8)
+def _entries(group: str, path: tuple[str, ...]) -> tuple[EntryPoint, ...]:
+    """Return the entry points of a group, as far as they are found on that path: it takes 10 ms to look at them all."""
+    return tuple(entry_points(group=group))
 
 
 def _extension(name: str, entries: list[EntryPoint], is_taken: bool) -> Extension:

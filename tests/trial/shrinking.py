@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
-from talk import Talk
+from talk import ask
 
 from marsupial_service.store.sqlite import FILE
 from trial.house import House, opened
@@ -63,14 +63,13 @@ async def _fill(port: int, count: int) -> None:
 def _left(house: House) -> int:
     """Wait until all that has ended is removed and the disk given back, and return how many entries there are."""
     until_s, before = time.monotonic() + _WITHIN_S, -1
-    with closing(Talk(house.port)) as talk:
-        while True:
-            found = sum(len(talk.ask("GET", f"/v1/{kind}").document[kind]) for kind in ("jobs", "missions"))
-            size = on_disk(house)
-            if (found == 1 and size == before) or time.monotonic() > until_s:
-                return found
-            before = size
-            time.sleep(_POLL_S if found > 1 else 5.0)
+    while True:
+        found = sum(len(ask(house.port, "GET", f"/v1/{kind}").document[kind]) for kind in ("jobs", "missions"))
+        size = on_disk(house)
+        if (found == 1 and size == before) or time.monotonic() > until_s:
+            return found
+        before = size
+        time.sleep(_POLL_S if found > 1 else 5.0)
 
 
 def on_disk(house: House) -> int:
