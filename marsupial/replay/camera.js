@@ -3,6 +3,7 @@
 const CLOSEST = 200, FURTHEST = 0.02;  // points of the page a cell
 const FOLLOWED = 14;  // points a metre, at least, when a robot is followed
 const MARGIN = 12;  // points between what is fitted and the edge
+const BELOW = 0.8;  // as a share of the size that it has beside what covers the map, a map below it is as good: it is in the middle
 
 export class Camera {
   constructor(mission) {
@@ -21,7 +22,7 @@ export class Camera {
     const shown = box || { left: 0, right: start.width - 1, low: 0, high: start.height - 1 };
     const across = shown.right - shown.left + 1, up = shown.high - shown.low + 1;
     const scale = ([left, top]) => Math.max(FURTHEST, Math.min((width - left - 2 * MARGIN) / across, (height - top - 2 * MARGIN) / up));
-    const below = [0, above + high], beside = [before + wide, 0], [left, top] = scale(below) >= scale(beside) ? below : beside;
+    const below = [0, above + high], beside = [before + wide, 0], [left, top] = scale(below) >= BELOW * scale(beside) ? below : beside;
     this.scale = scale([left, top]);
     this.left = (left + width - across * this.scale) / 2 - shown.left * this.scale;
     this.top = (top + height + up * this.scale) / 2 + shown.low * this.scale;
