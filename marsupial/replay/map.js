@@ -1,7 +1,7 @@
 /* The map: what is known, and on it, in a canvas of its own, the robots, their routes and the plan. */
 
 import { Camera } from "./camera.js";
-import { inks, packed, robotColours, terrainColour } from "./colours.js";
+import { inks, looks, packed, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
 import { point as pointText } from "./format.js";
 import { Ground } from "./ground.js";
@@ -13,6 +13,7 @@ import { trail } from "./routes.js";
 import { cross, line, rover, vehicle } from "./shapes.js";
 import { onlyFor } from "./why.js";
 
+const AGAIN = [6, 6];  // dashes of trails in hues that other carriers have already
 const SMALLEST = { carrier: 9, rover: 6 };  // points of the page; however far away, robots can be seen
 const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];  // metres
 
@@ -115,8 +116,10 @@ export class MapView {
 
   drawTrails(views, t) {
     this.g.globalAlpha = 0.4;
+    const found = looks(this.mission);
     for (const { robot } of views) {
-      for (const way of trail(robot, t)) line(this.g, way.map(([x, y]) => this.point(x, y)), this.colours.get(robot.name), 2);
+      const dash = found.get(robot.name).dashed ? AGAIN : [];
+      for (const way of trail(robot, t)) line(this.g, way.map(([x, y]) => this.point(x, y)), this.colours.get(robot.name), 2, dash);
     }
     this.g.globalAlpha = 1;
   }
