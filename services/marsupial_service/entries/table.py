@@ -211,7 +211,7 @@ class EntryTable(Generic[E]):
             tx.news.add(entry)
             left -= self._empty(tx, number, left)
             if left <= 0:  # out of sight; the next call goes on with it
-                self._set(tx, {"number": (number,)}, id=f"{number} is removed", owner="", idempotency_key=None)
+                self._set(tx, {"number": (number,)}, id=f"removed/{number}", owner="", idempotency_key=None)
                 break
             tx.execute(f"DELETE FROM {self.name} WHERE number = ?", (number,))
         return len(rows)
