@@ -9,14 +9,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from contextlib import aclosing, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial_client.mission_documents import Commands, MissionEnded, Report
 from marsupial_ros.brief import brief_of, frame_of
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
-from marsupial_ros.fleet import Fleet
+from marsupial_ros.fleet import Fleet, Gathered
 from marsupial_ros.hearing import Hearing, subscriptions
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.rosbridge import Rosbridge
@@ -158,7 +158,7 @@ class Bridge:
         self._record.report = None
         self._record.starts += 1
         self._fleet.mission, self._fleet.starts = mission.id, kept.starts
-        self._fleet.take_up(kept.aboard, kept.lost)
+        self._fleet.take_up(kept.aboard, kept.lost, Gathered(**kept.gathered))
         self._fleet.place()
         for command in kept.errands:
             self._fleet.obey(command, self._clock.now_s)
@@ -236,6 +236,7 @@ class Bridge:
         record = self._record
         record.errands = [errand.command for errand in self._fleet.errands]
         record.aboard = {r.name: r.aboard for r in self._fleet.robots.values() if r.aboard is not None}
+        record.gathered = asdict(self._fleet.gathered)
         record.lost = [robot.name for robot in self._fleet.robots.values() if robot.lost]
         self._journal.write(record)
 

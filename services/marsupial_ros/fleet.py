@@ -62,6 +62,8 @@ class Fleet:
     ----------
     mission, starts
         The id of the mission, and how often it was taken up before: names of goals are never used twice.
+    gathered
+        What is to be told with the next report.
     """
 
     def __init__(
@@ -78,7 +80,7 @@ class Fleet:
         self._chart = chart
         self._actions = actions
         self._say = say
-        self._gathered = Gathered()
+        self.gathered = Gathered()
         self.mission = ""
         self.starts = 0
         self.robots = {one.name: Robot(one, frames[one.tf], one.carrier) for one in settings.robots}
@@ -92,7 +94,7 @@ class Fleet:
     @property
     def pending(self) -> bool:
         """Whether a command has ended, or a robot was lost, since the last report."""
-        return self._gathered.any
+        return self.gathered.any
 
     @property
     def driving(self) -> bool:
@@ -113,8 +115,9 @@ class Fleet:
             if robot.on_ground and robot.anchor is None:
                 robot.anchor = self._standing(robot)
 
-    def take_up(self, aboard: Mapping[str, str], lost: Iterable[str]) -> None:
-        """Take up a team as it was: who is aboard whom, and who is lost."""
+    def take_up(self, aboard: Mapping[str, str], lost: Iterable[str], gathered: Gathered) -> None:
+        """Take up a team as it was: who is aboard whom, who is lost, and what is still to be told."""
+        self.gathered = gathered
         lost = set(lost)
         for robot in self.robots.values():
             robot.aboard, robot.lost = aboard.get(robot.name), robot.name in lost
@@ -175,7 +178,7 @@ class Fleet:
 
     def report(self) -> News:
         """Return where the robots are and what has happened since this was asked for last."""
-        gathered, self._gathered = self._gathered, Gathered()
+        gathered, self.gathered = self.gathered, Gathered()
         news: News = {"t_ms": 0, "robots": self.notes()}
         if gathered.finished:
             news["finished"] = gathered.finished
@@ -286,13 +289,13 @@ class Fleet:
             x, y = command.get("point_m") or (0.0, 0.0)
             rover.anchor = (x, y) if command["name"] == "undock" else None
         self._release(errand)
-        self._gathered.finished.append(command["id"])
+        self.gathered.finished.append(command["id"])
 
     def _fail(self, errand: Errand, reason: str) -> None:
         if errand.drives:
             self._follow(self._taking_part(errand)[0])
         self._release(errand)
-        self._gathered.failed.append({"id": errand.command["id"], "reason": reason})
+        self.gathered.failed.append({"id": errand.command["id"], "reason": reason})
         self._say(f"{errand.command['robot']}: {errand.command['name']} failed: {reason}")
 
     def _give_up(self, errand: Errand, reason: str) -> None:
@@ -340,6 +343,6 @@ class Fleet:
                 self._actions.cancel_goal(robot.errand.name, robot.errand.goal.action)
             self._release(robot.errand)
         robot.lost = True
-        self._gathered.lost.append({"robot": robot.name, "reason": reason})
+        self.gathered.lost.append({"robot": robot.name, "reason": reason})
         for rider in self.robots.values():
             rider.lost = rider.lost or rider.aboard == robot.name

@@ -33,7 +33,9 @@ class Record:
     answered, until_ms
         The report that commands were received after, and when the next one is due.
     errands
-        The commands that have not ended, but for those that end with `report`.
+        The commands that have not ended.
+    gathered
+        What has ended, failed or was lost since the last report, as `fleet.Gathered`.
     aboard
         The carrier of each rover that is aboard.
     starts
@@ -54,6 +56,7 @@ class Record:
     starts: int = 0
     lost: list[str] = field(default_factory=list)
     report: Report | None = None
+    gathered: dict[str, Any] = field(default_factory=dict)
 
 
 class Journal:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -112,6 +113,25 @@ def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Serve
     assert any(name.endswith(":0.2") for name in names), "what was under way was sent again"
     assert any(name.endswith(":1.1") for name in names)
     assert not state.exists()
+
+
+def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(server: Server, tmp_path: Path) -> None:
+    outcomes: list[Outcome] = []
+    state = tmp_path / "state.json"
+
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        bridge, client = talk.bridge(server, ros, tmp_path, state)
+        first = asyncio.ensure_future(drive(bridge, client))
+        await until(lambda: bridge._fleet.pending)
+        bridge._keep()  # as it does when something else is told just then
+        assert json.loads(state.read_text())["gathered"]["finished"]
+        first.cancel()
+        await asyncio.gather(first, return_exceptions=True)
+        outcomes.append(await drive(*talk.bridge(server, ros, tmp_path, state)))
+
+    play(story)
+    assert outcomes[0].ended is not None
+    assert outcomes[0].ended["status"] == "complete"
 
 
 def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(server: Server, tmp_path: Path) -> None:
