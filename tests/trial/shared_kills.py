@@ -79,7 +79,12 @@ class Estate:
         self._revive()
 
     def settle(self) -> None:
-        """Have all servers run, and be ready."""
+        """Have all servers run, and be ready; one that would still be killed at a commit is killed now."""
+        for house in self.houses:
+            if house.runs and house.process.pid in self._armed:
+                self._armed.discard(house.process.pid)
+                house.kill()
+                self._bury(SERVER)
         self._revive()
         for house in self.houses:
             house.wait_ready()
