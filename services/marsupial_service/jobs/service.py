@@ -170,20 +170,16 @@ class Jobs(Entries[JobRecord]):
 
     async def _make_way(self) -> None:
         """Have jobs make way for those of owners of whom none run, of whatever server."""
-        with self._bells.bell(table.QUEUE) as bell:
-            while not self.stopping:
-                bell.clear()
-                if not await self._is_queued():
-                    await bell.wait()
+        while await self._some_wait():
+            await self._pause(_LOOK_S)
+            with suppress(StoreError):
+                if not await self.read(lambda reader: turns.unserved(reader, self.now_ms())):
                     continue
-                await self._pause(_LOOK_S)
-                with suppress(StoreError):
-                    if await self.read(lambda reader: turns.unserved(reader, self.now_ms())):
-                        job = await self.write(
-                            lambda tx: table.make_way(tx, self._settings, self.now_ms(), self._anew, self.quota)
-                        )
-                        if job is not None:
-                            log.info("job makes way for another key's", extra={"job": job})
+                job = await self.write(
+                    lambda tx: table.make_way(tx, self._settings, self.now_ms(), self._anew, self.quota)
+                )
+                if job is not None:
+                    log.info("job makes way for another key's", extra={"job": job})
 
     async def _slot(self) -> None:
         """Run one job after the other, once the fork server is ready: no attempt is to be lost by waiting for it."""
@@ -198,21 +194,26 @@ class Jobs(Entries[JobRecord]):
 
     async def _claimed(self) -> _Claimed | None:
         """Wait for a job, a slot and room, and only then take it: it might run elsewhere meanwhile. None at `stop`."""
+        while await self._some_wait():
+            with ExitStack() as held:
+                place = held.enter_context(self._slots.taken(await self._slots.for_job()))
+                room = held.enter_context(closing(self._runner.room(_CPUS)))
+                if not await self._is_there(room, place):
+                    continue
+                claim = await self._claim()
+                if claim is not None:
+                    return _Claimed(claim, place, room, held.pop_all())
+        return None
+
+    async def _some_wait(self) -> bool:
+        """Return as soon as a job waits in the queue; no at `stop`."""
         with self._bells.bell(table.QUEUE) as bell:
             while not self.stopping:
                 bell.clear()
-                if not await self._is_queued():
-                    await bell.wait()
-                    continue
-                with ExitStack() as held:
-                    place = held.enter_context(self._slots.taken(await self._slots.for_job()))
-                    room = held.enter_context(closing(self._runner.room(_CPUS)))
-                    if not await self._is_there(room, place):
-                        continue
-                    claim = await self._claim()
-                    if claim is not None:
-                        return _Claimed(claim, place, room, held.pop_all())
-        return None
+                if await self._is_queued():
+                    return True
+                await bell.wait()
+        return False
 
     async def _claim(self) -> table.Claim | None:
         """Take a job, if one waits; it is among ours from now on."""
