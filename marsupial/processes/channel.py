@@ -85,6 +85,10 @@ class Channel:
     def send_frame(self, tag: bytes, payload: bytes = b"") -> bool:
         """Send a frame and all that was put before, waiting as long as it takes; False if an end is closed."""
         self.put(tag, payload)
+        return self.drain()
+
+    def drain(self) -> bool:
+        """Send all that was put, waiting as long as it takes; False if an end is closed."""
         while self._unsent:
             if self.fileno() < 0:  # this end is closed
                 return False

@@ -45,7 +45,7 @@ _START_S = 120.0
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
-_POLL_S = 0.2
+_POLL_S = 1.0
 _CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd}, {asker}, *{words!r})"
 
 
@@ -256,6 +256,16 @@ class JobRun:
         """Send a value to a job that talks; one that is over doesn't get it, and its end comes next."""
         with contextlib.suppress(OSError):
             self._channel.send(value)
+
+    def put(self, value: object) -> bool:
+        """Send a value as far as that goes without waiting; say whether something is left, for `drain`."""
+        self._channel.put(frames.MESSAGE, pickle.dumps(value, protocol=pickle.HIGHEST_PROTOCOL))
+        self._channel.flush()
+        return self._channel.unsent > 0
+
+    def drain(self) -> None:
+        """Wait until all that was put is on its way."""
+        self._channel.drain()
 
     def cancel(self) -> None:
         """Ask for the job to be ended; returns at once. A supervisor that doesn't do so soon is killed."""

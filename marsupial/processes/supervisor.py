@@ -8,6 +8,7 @@ asker hangs up, or when the fork server dies.
 from __future__ import annotations
 
 import gc
+import math
 import os
 import pickle
 import select
@@ -31,6 +32,9 @@ _Source = Channel | int
 TAIL_BYTES = 4096
 _POLL_S = 0.05
 _QUICK_POLL_S = 0.002
+_LONGEST_POLL_S = 0.8
+"""How long nobody looks after a worker that has rested for so long: of these there are many, waiting for reports."""
+
 _CHUNK = 1 << 16
 
 _BACKLOG = 16 << 20
@@ -69,6 +73,9 @@ class _Supervisor:
         self.tail = bytearray()
         self.peak = 0
         self.poll_s = _POLL_S
+        self.measured_s = -math.inf
+        self.worked_s: float | None = None
+        self.alone = False
         self.failed: tuple[Ending, str] | None = None
         self.done = False
         self.stop: tuple[Ending, str] | None = None
@@ -100,17 +107,16 @@ class _Supervisor:
         self.asker.send_frame(frames.ENDED, pickle.dumps(self._ended(returncode, wall_s)))
 
     def _watch(self) -> int | None:
-        measured = 0.0
         while self.stop is None:
             left = self.started + self.limits.wall_s - time.monotonic()
-            self._pass_on(max(0.0, min(self.poll_s, left)))
+            poll_s = self.poll_s if self.worker in self.sources else _QUICK_POLL_S  # it is about to end
+            self._pass_on(max(0.0, min(poll_s, left)))
             ended = reaper.reap()
             if self.pid in ended:
                 return ended[self.pid]
             self._judge_time()
-            if time.monotonic() - measured >= _POLL_S:
+            if time.monotonic() - self.measured_s >= _POLL_S and not self._rests():
                 self._judge_memory()
-                measured = time.monotonic()
         return None
 
     def _pass_on(self, wait_s: float) -> None:
@@ -131,8 +137,18 @@ class _Supervisor:
         if time.monotonic() - self.started >= self.limits.wall_s:
             self._end(Ending.TIMEOUT, f"stopped at its limit of {self.limits.wall_s:g} s")
 
+    def _rests(self) -> bool:
+        """Say whether the worker, with nothing below it, has done nothing since it was looked at; look later then."""
+        worked_s, before_s = reaper.cpu_s(self.pid), self.worked_s
+        rests = self.alone and worked_s is not None and worked_s == before_s
+        self.worked_s = worked_s
+        self.poll_s = min(2 * self.poll_s, _LONGEST_POLL_S) if rests else _POLL_S
+        return rests
+
     def _judge_memory(self) -> None:
-        used, allowed = reaper.resident_bytes(reaper.descendants(os.getpid())), self.limits.memory_bytes
+        below, allowed = reaper.descendants(os.getpid()), self.limits.memory_bytes
+        used = reaper.resident_bytes(below)
+        self.alone, self.measured_s = below == [self.pid], time.monotonic()
         self.peak = max(self.peak, used)
         if allowed is not None and used > allowed:
             self._end(Ending.MEMORY, f"stopped with {used >> 20} MiB in use, {allowed >> 20} MiB are allowed")
@@ -153,6 +169,7 @@ class _Supervisor:
     def _relay(self) -> None:
         for tag, payload in self.asker.frames():
             self.worker.put(tag, payload)
+        self.poll_s = _POLL_S
 
     def _read_worker(self) -> bool:
         is_open = self.worker.fill()
@@ -162,8 +179,6 @@ class _Supervisor:
         except frames.FrameTooBig as error:
             self._end(Ending.CRASHED, str(error))
             return False
-        if not is_open:
-            self.poll_s = _QUICK_POLL_S  # the worker is about to end
         return is_open
 
     def _take(self, tag: bytes, payload: bytes) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from entry_house import opened
+from entry_house import followed, opened
 from undisturbed import STEPS
 
 from marsupial.generators.builtin import builtin_scenario
@@ -90,7 +90,7 @@ class Driver:
         """Go on until the mission ends (True), or `most` reports are acknowledged."""
         if self.unsent is not None:
             await self._send(missions, record)
-        async for event in missions.follow(record.id, self.after):
+        async for event in followed(missions, record.id, self.after):
             self.after = event.seq
             self.events.append((event.seq, event.type, event.data))
             if event.type == "end":

@@ -8,9 +8,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Generic, NamedTuple, TypeVar
 
-END = "end"
-"""The type of the last event of every entry."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StoredEntry:

@@ -14,7 +14,7 @@ from marsupial.processes.launcher import Preload
 from marsupial.processes.runner import Runner
 from marsupial_service.entries.bells import Bells
 from marsupial_service.entries.quota import Quota
-from marsupial_service.entries.records import END, E, EntrySettings, EventRecord, UnknownEntry
+from marsupial_service.entries.records import E, EntrySettings, EventRecord, UnknownEntry
 from marsupial_service.entries.room import Room, Sizes, stored_bytes
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
@@ -83,20 +83,21 @@ class Entries(Generic[E]):
         """Return the entries of an owner, the newest first: those made before entry `before`, those in `state`."""
         return await self.read(lambda reader: self._table.newest(reader, owner, limit, before, state))
 
-    async def follow(self, entry: str, after: int = 0) -> AsyncGenerator[EventRecord]:
-        """Yield the stored events after number `after`, then those to come; ends after the last one or at `stop`."""
+    async def follow(self, entry: str, after: int = 0) -> AsyncGenerator[tuple[EventRecord, ...]]:
+        """Yield the stored events after number `after`, then those to come, as many at a time as there are.
+
+        Ends after the last one or at `stop`.
+        """
         with self._bells.bell(entry) as bell:
             while not self.stopping:
                 bell.clear()
                 batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=_BATCH))
-                for event in batch.events:
-                    after = event.seq
-                    yield event
-                    if event.type == END:
-                        return
+                if batch.events:
+                    after = batch.events[-1].seq
+                    yield batch.events
                 if not batch.is_open:
                     return
-                if not batch.events:
+                if len(batch.events) < _BATCH:
                     await bell.wait()
 
     def bell(self, topic: str) -> AbstractContextManager[asyncio.Event]:

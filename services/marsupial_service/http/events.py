@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 
@@ -22,6 +22,8 @@ from marsupial_service.store import StoreError
 KEEP_ALIVE_S = 15.0
 KEY_S = 2.0
 """How often it is looked whether the key of a stream is still good."""
+
+_PIECE_BYTES = 16_384
 
 NO_KEY = b": the key has expired or was revoked\n\n"
 BYE = b": the service is ending; take this stream up again later\n\n"
@@ -75,7 +77,7 @@ async def stream(
 async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[], bool]) -> AsyncIterator[bytes]:
     yield b": events\n\n"
     events = entries.follow(entry, after)
-    coming: asyncio.Future[EventRecord | None] | None = None
+    coming: asyncio.Future[tuple[EventRecord, ...] | None] | None = None
     told_s = checked_s = time.monotonic()
     try:
         while True:
@@ -95,13 +97,14 @@ async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[
             told_s = now_s
             done, coming = coming, None
             try:
-                event = done.result()
+                found = done.result()
             except StoreError:
                 yield NO_STORE
                 return
-            if event is None:
+            if found is None:
                 break
-            yield frame(event)
+            for piece in _pieces(found):
+                yield piece
         if entries.stopping:
             yield BYE
     finally:
@@ -112,5 +115,17 @@ async def _frames(entries: Entries[E], entry: str, after: int, holds: Callable[[
         await events.aclose()
 
 
-async def _next(events: AsyncIterator[EventRecord]) -> EventRecord | None:
+def _pieces(events: Sequence[EventRecord]) -> Iterator[bytes]:
+    """Yield events as they are sent: many small ones at once, as each piece costs as much as a small request."""
+    piece = b""
+    for event in events:
+        piece += frame(event)
+        if len(piece) >= _PIECE_BYTES:
+            yield piece
+            piece = b""
+    if piece:
+        yield piece
+
+
+async def _next(events: AsyncIterator[tuple[EventRecord, ...]]) -> tuple[EventRecord, ...] | None:
     return await anext(events, None)

@@ -181,22 +181,24 @@ class Keeper:
 
     async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
-        number, asked = 0, await self._ask(run, 0)
-        while True:
-            match await told.get():
-                case Turns(turns):
-                    await self._take(number, turns)
-                    if self._driver is not None:
-                        self._driver.hear(turns)
-                    number += len(turns)
-                    if turns[-1].over:
-                        return
-                    if number == asked:
-                        asked += await self._ask(run, number)
-                case WantsToPlan():
-                    await self._plan(run, told)
-                case other:
-                    raise AssertionError(other)
+        number = asked = 0
+        with self._missions.bell(table.inputs_of(self.id)) as bell:
+            bell.set()
+            while True:
+                if number == asked:
+                    asked += await self._ask(run, number, bell)
+                match await told.get():
+                    case Turns(turns):
+                        await self._take(number, turns)
+                        if self._driver is not None:
+                            self._driver.hear(turns)
+                        number += len(turns)
+                        if turns[-1].over:
+                            return
+                    case WantsToPlan():
+                        await self._plan(run, told)
+                    case other:
+                        raise AssertionError(other)
 
     async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Let the process plan once its owner may and a slot is free; however that ends, it is charged."""
@@ -242,14 +244,15 @@ class Keeper:
         id, term, now_ms = self.id, self._term, self._missions.now_ms()
         await self._missions.write(lambda tx: table.tell_quota(tx, id, term, reason, wait_s, now_ms))
 
-    async def _ask(self, run: JobRun, number: int) -> int:
+    async def _ask(self, run: JobRun, number: int, bell: asyncio.Event) -> int:
         """Send what is due from input `number` on, as soon as something is, and return how many inputs that are."""
-        dues = (Due(input=None, decisions=await self._decisions(0)),) if number == 0 else await self._dues(number)
+        dues = (Due(input=None, decisions=await self._decisions(0)),) if number == 0 else await self._dues(number, bell)
         await self._send(run, Dues(dues))
         return len(dues)
 
     async def _send(self, run: JobRun, value: Dues | MayPlan) -> None:
-        await asyncio.get_running_loop().run_in_executor(self._threads, run.send, value)
+        if run.put(value):
+            await asyncio.get_running_loop().run_in_executor(self._threads, run.drain)
 
     async def _take(self, number: int, turns: Sequence[Turn]) -> None:
         for turn in turns[: self._turns - number]:
@@ -266,11 +269,16 @@ class Keeper:
             self._settings.lag(lag_ms / 1000)
         self._turns = number + len(turns)
 
-    async def _dues(self, number: int) -> tuple[Due, ...]:
-        with self._missions.bell(table.inputs_of(self.id)) as bell:
-            while not (found := await self._missions.read(lambda reader: self._inputs(reader, number))):
+    async def _dues(self, number: int, bell: asyncio.Event) -> tuple[Due, ...]:
+        """Return what is due from input `number` on; the bell has rung if something has come since it was looked."""
+        found: tuple[bytes, ...] = ()
+        while not found:
+            if not bell.is_set():
                 await (bell.wait() if self._driver is None else self._driver.wait(bell))
-                bell.clear()
+            bell.clear()
+            found = await self._missions.read(lambda reader: self._inputs(reader, number))
+        if len(found) == _AT_A_TIME:  # there may be more
+            bell.set()
         return tuple([Due(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(found)])
 
     def _inputs(self, reader: Connection, number: int) -> tuple[bytes, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import pytest
-from entry_house import opened
+from entry_house import followed, opened
 from mission_house import Driver, open_missions, run, started, team
 from situations import one_room
 from undisturbed import undisturbed
@@ -235,7 +235,7 @@ def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -
             ending.cancel()  # its next report could cross with the end
             await asyncio.wait([ending])
             await missions.wish(record, Wish.CANCEL)
-            told = [event.type async for event in missions.follow(record.id, driver.after)]
+            told = [event.type async for event in followed(missions, record.id, driver.after)]
             assert told[-1] == "end"
             return await missions.of("me", record.id)
 

@@ -7,7 +7,7 @@ import sys
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 
-from entry_house import opened
+from entry_house import followed, opened
 from situations import one_room
 
 from marsupial.model.planning import Budget
@@ -58,7 +58,7 @@ async def ended(jobs: Jobs, job: str) -> JobRecord:
 
 async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
     async with asyncio.timeout(60):
-        return [event async for event in jobs.follow(job, after)]
+        return [event async for event in followed(jobs, job, after)]
 
 
 async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:

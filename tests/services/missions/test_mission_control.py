@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from entry_house import followed
 from mission_house import Driver, open_missions, run, send, started, team
 
 from marsupial.formats.missionlog import parse_log
@@ -83,7 +84,7 @@ def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, reports: i
             assert first.state is MissionPhase.CANCELLING
             with pytest.raises(Conflict, match="is being cancelled"):
                 await missions.wish(record, Wish.PAUSE)
-            events = [event async for event in missions.follow(record.id)]
+            events = [event async for event in followed(missions, record.id)]
             assert [event.type for event in events].count("end") == 1
             last = [json.loads(event.data) for event in events if event.type == "commands"][-1]
             assert all(command["name"] == "stop" for command in last["commands"])

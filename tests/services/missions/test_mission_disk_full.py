@@ -13,6 +13,7 @@ from typing import Any
 
 import httpx
 import pytest
+from entry_house import followed
 from mission_house import Driver, body, open_missions, run, started, team
 from service_house import problem
 from undisturbed import undisturbed
@@ -174,7 +175,7 @@ def test_a_mission_that_can_not_go_on_is_ended_once_there_is_room_again(
             while "the store can't be written" not in caplog.text:
                 await asyncio.sleep(0.01)
             missions._store._writer._points = failpoints.failpoints({})
-            events = [event async for event in missions.follow(mission)]
+            events = [event async for event in followed(missions, mission)]
             assert events[-1].type == "end"
             record = await missions.get(mission, "me")
             assert record is not None

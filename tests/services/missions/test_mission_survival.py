@@ -8,6 +8,7 @@ import random
 
 import psutil
 import pytest
+from entry_house import followed
 from launcher_tree import below_launcher, nothing_runs
 from mission_house import Driver, open_missions, run, started, team
 from undisturbed import undisturbed
@@ -46,7 +47,7 @@ def test_a_mission_whose_processes_are_killed_goes_on_as_if_nothing_had_happened
 
 
 async def stream(missions: Missions, mission: str):  # type: ignore[no-untyped-def]
-    async for event in missions.follow(mission):
+    async for event in followed(missions, mission):
         yield event.seq, event.type, event.data
 
 
@@ -75,7 +76,7 @@ def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(
     async def fly() -> None:
         async with open_missions(place, memory_bytes=1 << 20) as missions:
             record = await started(missions)
-            events = [event async for event in missions.follow(record.id)]
+            events = [event async for event in followed(missions, record.id)]
             ended = await missions.get(record.id, "me")
             assert ended is not None
             assert (ended.state, ended.status) == (MissionPhase.ENDED, "failed")
@@ -94,7 +95,7 @@ def test_a_mission_that_can_not_be_gone_through_again_fails_and_says_why(place: 
 
     async def go_on(mission: str) -> None:
         async with open_missions(place) as missions:
-            async for event in missions.follow(mission):
+            async for event in followed(missions, mission):
                 last = event
             record = await missions.get(mission, "me")
             assert record is not None

@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+from entry_house import followed
 from mission_house import Driver, body, brief, open_missions, run, send, started, team
 from undisturbed import undisturbed
 
@@ -108,7 +109,7 @@ def test_what_the_client_knows_of_the_map_at_first_counts_as_known(place: str) -
             )
             assert np.array_equal((await missions.known(record)).cells, truth)
             await send(missions, record, {"n": 1, "t_ms": 0})
-            async for _event in missions.follow(record.id):
+            async for _event in followed(missions, record.id):
                 pass
             return parse_log((await missions.log(record)).encode())
 
@@ -123,7 +124,7 @@ def test_missions_that_ended_are_removed_when_they_are_old_or_too_many(place: st
             for _ in range(3):
                 record = await started(missions)
                 await missions.wish(record, Wish.CANCEL)
-                async for _event in missions.follow(record.id):
+                async for _event in followed(missions, record.id):
                     pass
         async with open_missions(place, kept=1) as missions:
             while len(await missions.list("me")) > 1:
@@ -148,7 +149,7 @@ def test_a_mission_that_nobody_reports_to_or_may_report_to_is_called_off(place: 
             good.remove("you")
             found = []
             for record, owner in ((idle, "me"), (other, "you")):
-                events = [event async for event in missions.follow(record.id)]
+                events = [event async for event in followed(missions, record.id)]
                 assert events[-1].type == "end"
                 ended = await missions.get(record.id, owner)
                 assert ended is not None

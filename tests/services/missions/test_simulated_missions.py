@@ -9,6 +9,7 @@ from typing import Any
 import psutil
 import pytest
 from databases import PostgresServer
+from entry_house import followed
 from launcher_tree import below_launcher
 from mission_house import open_missions, run
 from undisturbed import STEPS, undisturbed
@@ -41,14 +42,14 @@ async def begun(missions: Missions, document: dict[str, Any]) -> MissionRecord:
 
 async def reported(missions: Missions, mission: str, n: int) -> MissionRecord:
     """Wait until a mission has had so many reports."""
-    async for event in missions.follow(mission):
+    async for event in followed(missions, mission):
         if event.type == EventType.COMMANDS and (record := await missions.get(mission, "me")) and record.n >= n:
             return record
     raise AssertionError("it ended before")
 
 
 async def over(missions: Missions, mission: str) -> MissionRecord:
-    async for _ in missions.follow(mission):
+    async for _ in followed(missions, mission):
         pass
     record = await missions.get(mission, "me")
     assert record is not None
