@@ -120,17 +120,17 @@ class _Supervisor:
         return None
 
     def _pass_on(self, wait_s: float) -> None:
-        """Take and send what there is, or wait for it; who sends faster than the other one reads has to wait."""
+        """Take what there is, or wait for it, and send it; who sends faster than the other one reads has to wait."""
         full = [channel for channel, other in self.other.items() if other.unsent >= _BACKLOG]
         listening = [source for source in self.sources if source not in full]
         sending = [channel for channel in self.other if channel.unsent]
-        readable, writable, _ = select.select(listening, sending, [], wait_s)
+        readable, _, _ = select.select(listening, sending, [], wait_s)
         for source in readable:
             if not self.sources[source]():
                 del self.sources[source]
-        if self.worker in writable:
+        if self.worker.unsent:
             self.worker.flush()
-        if self.asker in writable and not self.asker.flush():
+        if self.asker.unsent and not self.asker.flush():
             self._end(Ending.CANCELLED, "the one who asked for it is gone")
 
     def _judge_time(self) -> None:

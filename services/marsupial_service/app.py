@@ -68,7 +68,7 @@ def create_app(settings: ServiceSettings) -> FastAPI:
         readers=asyncio.Semaphore(limits.readers),
     )
     for router in (
-        *(room.router for room in (jobs, missions, simulations, analyses, catalogue, operations)),
+        *(room.router for room in (missions, jobs, simulations, analyses, catalogue, operations)),
         operations.admin,
         livepage.router,
     ):

@@ -49,6 +49,7 @@ class _Server(uvicorn.Server):
         asyncio.get_running_loop().set_exception_handler(LoopFaults())
         await super().startup(sockets)
         if self.started:
+            gc.freeze()  # else the interpreter looks for cycles among all that was imported, again and again
             self._ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
@@ -100,7 +101,7 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
             server.run(sockets=[line])
         finally:
             runner.shutdown()
-            gc.freeze()  # else the interpreter looks for cycles among all that was imported before it ends
+            gc.freeze()  # nor before it ends
         return server.started
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from functools import cache
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from marsupial_service.entries import records
@@ -40,8 +41,13 @@ class Reader(Protocol):
 
 def made_of(kind: type[R], row: Row, **more: object) -> R:
     """Return a record of the columns called like its fields (`created_ms` for `created_at_ms`), and `more`."""
-    columns = {field.name: field.name.replace("_at_ms", "_ms") for field in fields(kind) if field.name not in more}
-    return kind(**{name: row[column] for name, column in columns.items()}, **more)
+    columns = _columns(kind)
+    return kind(**{name: row[column] for name, column in columns if name not in more}, **more)
+
+
+@cache
+def _columns(kind: type[DataclassInstance]) -> tuple[tuple[str, str], ...]:
+    return tuple((field.name, field.name.replace("_at_ms", "_ms")) for field in fields(kind))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +125,8 @@ class EntryTable(Generic[E]):
 
     def hold(self, tx: Transaction, entry: str) -> None:
         """Keep an entry, if there is one, from other servers until the end of the transaction."""
-        tx.execute(f"SELECT 1 FROM {self.name} WHERE id = ?{tx.row_lock}", (entry,)).fetchone()
+        if tx.row_lock:  # else there is one writer
+            tx.execute(f"SELECT 1 FROM {self.name} WHERE id = ?{tx.row_lock}", (entry,)).fetchone()
 
     def held(self, tx: Transaction, entry: str) -> E:
         """Return an entry that no other server changes until the end of the transaction. Raises UnknownEntry."""

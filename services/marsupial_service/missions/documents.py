@@ -12,7 +12,7 @@ from marsupial.model.mission import FrameGrown, Status
 from marsupial.model.robots import Role
 from marsupial.model.strategy import Decision
 from marsupial_service.jobs.documents import action_document, line, plan_of, rounded
-from marsupial_service.missions.values import Event, EventType, SimulatedBrief, Wish, planning_of
+from marsupial_service.missions.values import SimulatedBrief, Wish, planning_of
 from marsupial_service.missions.world import RobotCommand
 from marsupial_service.moments import timestamp
 
@@ -93,8 +93,3 @@ def is_waiting(text: str) -> bool:
 def end(status: Status, reason: str, t_ms: int) -> str:
     """Return how a mission ended."""
     return line({"status": status, "reason": reason, "t_ms": t_ms})
-
-
-def revision_of(event: Event) -> int:
-    """Return the plan revision of commands; 0 of anything else."""
-    return int(json.loads(event.data)["revision"]) if event.type is EventType.COMMANDS else 0

@@ -201,7 +201,7 @@ class Desk(Observer):
         self._commands = []
 
     def _end_turn(self, *, over: bool) -> None:
-        self._turns.append(Turn(events=tuple(self._events), over=over, next=self._next))
+        self._turns.append(Turn(events=tuple(self._events), over=over, revision=self._revision, next=self._next))
         self._events, self._next = [], None
 
     def _send_turns(self) -> None:

@@ -133,8 +133,8 @@ class Ledger:
         self.cells = laid_out(self.cells, before, self.frame)
         of = report.frame or self.first_frame
         flat = self.cells.reshape(-1)
-        for _, runs in report.revealed:
-            indices, codes = expand(runs)
+        if report.revealed:
+            indices, codes = expand(report.runs)
             flat[placed(indices, of, self.frame)] = codes
         if report.map is not None:
             self.cells = laid_out(report.map.copy(), of, self.frame)
@@ -194,7 +194,7 @@ class Ledger:
     def _map_faults(self, report: Report) -> Iterator[Problem]:
         if not report.revealed:
             return
-        indices, codes = (np.concatenate(parts) for parts in zip(*(expand(r) for _, r in report.revealed), strict=True))
+        indices, codes = expand(report.runs)
         order = np.argsort(indices, kind="stable")
         indices, codes = indices[order], codes[order]
         if np.any((indices[1:] == indices[:-1]) & (codes[1:] != codes[:-1])):

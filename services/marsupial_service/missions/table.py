@@ -219,12 +219,10 @@ def add_turns(
         return None
     sql = "SELECT at_ms FROM mission_inputs WHERE mission = ? AND seq BETWEEN ? AND ? AND part = 0 ORDER BY seq"
     rows = tx.execute(sql, (record.number, number, number + len(turns) - 1)).fetchall()
-    events = [event for turn in turns for event in turn.events]
-    revision = max(map(documents.revision_of, events), default=0)
-    MISSIONS.change(tx, record.number, turns=number + len(turns), revision=max(record.revision, revision))
+    MISSIONS.change(tx, record.number, turns=number + len(turns), revision=turns[-1].revision)
     packed.add_events(tx, record.number, {i: turn.events for i, turn in enumerate(turns, number)}, now_ms)
     if turns[-1].over:
-        end = json.loads(events[-1].data)
+        end = json.loads(turns[-1].events[-1].data)
         MISSIONS.move(tx, record.number, MissionPhase.ENDED, now_ms, status=end["status"], reason=end["reason"])
     return tuple(now_ms - row["at_ms"] for row in rows)
 

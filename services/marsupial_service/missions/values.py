@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -140,6 +141,11 @@ class Report:
     robot: str | None = None
     frame: Frame | None = None
 
+    @property
+    def runs(self) -> Runs:
+        """The cells that were revealed, by whatever robots: of each in ascending order."""
+        return tuple(chain.from_iterable(runs for _, runs in self.revealed))
+
     def __getstate__(self) -> list[object]:
         """Return what is stored; maps are long runs of few codes, and are stored as short as that makes them."""
         packed = None if self.map is None else (self.map.shape, zlib.compress(self.map.tobytes(), 1))
@@ -204,12 +210,15 @@ class Turn:
 
     Parameters
     ----------
+    revision
+        Of the plan that robots follow then.
     next
         What robots that are simulated report then, if they are not to report anything else before.
     """
 
     events: tuple[Event, ...]
     over: bool
+    revision: int
     next: Told | None = None
 
 
@@ -255,7 +264,7 @@ class HasPlanned(NamedTuple):
 
 
 def expand(runs: Runs) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint8]]:
-    """Return the row-major indices of the cells in `runs`, and their codes."""
+    """Return the row-major indices of the cells in `runs`, in whatever order these are, and their codes."""
     table = np.array(runs, dtype=np.int64).reshape(-1, 3)
     lengths = table[:, 1]
     indices = np.ones(int(lengths.sum()), dtype=np.int64)
