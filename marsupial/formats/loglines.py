@@ -129,12 +129,8 @@ def log_lines(events: Iterable[m.MissionEvent]) -> Iterator[str]:
     yield from encoder.rest()
 
 
-def _json(value: object) -> str:
-    return json.dumps(value, default=_plain, separators=(",", ":"), allow_nan=False)
-
-
 def _object(value: Any) -> dict[str, Any]:
-    return {field.name: getattr(value, field.name) for field in fields(value)}
+    return {name: getattr(value, name) for name in _hints(value.__class__)}
 
 
 def _plain(value: Any) -> Any:
@@ -145,6 +141,9 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.integer):
         return int(value)
     raise TypeError(f"a mission log has no way to write {value!r}")
+
+
+_json = json.JSONEncoder(default=_plain, separators=(",", ":"), allow_nan=False).encode
 
 
 class LogDecoder:

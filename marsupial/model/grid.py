@@ -7,6 +7,7 @@ top one flip their rows. Everything outside the grid counts as an obstacle.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -114,7 +115,7 @@ class Grid:
         """Return a point in the map frame, in metres, that is counted in cells from the lower left corner here."""
         x0, y0, yaw = self.origin_m
         dx, dy = x * self.resolution_m, y * self.resolution_m
-        cos, sin = np.cos(yaw), np.sin(yaw)
+        cos, sin = math.cos(yaw), math.sin(yaw)
         return float(x0 + cos * dx - sin * dy), float(y0 + sin * dx + cos * dy)
 
     def cell_at_m(self, x_m: float, y_m: float) -> Cell:
@@ -125,7 +126,7 @@ class Grid:
     def from_point_m(self, x_m: float, y_m: float) -> tuple[float, float]:
         """Return a point of the map frame in cells from the lower left corner here: `point_m` the other way round."""
         x0, y0, yaw = self.origin_m
-        cos, sin = np.cos(yaw), np.sin(yaw)
+        cos, sin = math.cos(yaw), math.sin(yaw)
         dx, dy = x_m - x0, y_m - y0
         return float((cos * dx + sin * dy) / self.resolution_m), float((-sin * dx + cos * dy) / self.resolution_m)
 

@@ -118,10 +118,10 @@ class Timeline:
         took = duration_ms(self.situation, name, robot, place, origin)
         if took is None:
             raise InternalError(f"{robot} can't drive from {origin} to {place}")
-        robots = (robot,) if carrier is None else (robot, carrier)
+        ready_ms = self.ready_ms[robot]
         action = Action(
             name=name,
-            start_ms=max(self.ready_ms[one] for one in robots),
+            start_ms=ready_ms if carrier is None else max(ready_ms, self.ready_ms[carrier]),
             duration_ms=took,
             robot=robot,
             place=place,
@@ -129,7 +129,7 @@ class Timeline:
             origin=origin,
         )
         self.actions.append(action)
-        for one in robots:
+        for one in action.robots:
             self.ready_ms[one] = action.end_ms + EPSILON_MS
         self._enter(action)
 

@@ -9,10 +9,12 @@ from marsupial.model.plan import Action, ActionName, Plan
 from marsupial_service.moments import timestamp
 from marsupial_service.schemas.answers import ActionAnswer
 
+_ENCODER = json.JSONEncoder(separators=(",", ":"), allow_nan=False)
+
 
 def line(document: object) -> str:
     """Return JSON in one line, whatever a reader takes for the end of a line."""
-    return json.dumps(document, separators=(",", ":"), allow_nan=False)
+    return _ENCODER.encode(document)
 
 
 def rounded(point_m: tuple[float, float]) -> list[float]:

@@ -275,10 +275,11 @@ class RemoteWorld:
             self._see(name, placed(indices, of, self._frame), codes)
         if report.map is not None:
             self._redraw(report.robot or next(iter(self._robots)), laid_out(report.map, of, self._frame))
+        shift = None if of == self._frame else of.shift_to(self._frame)
         for note in report.robots:
             if not self._robots[note.name].lost:
-                cell = None if note.cell is None else of.shift_to(self._frame).cell(note.cell)
-                self._note(self._robots[note.name], replace(note, cell=cell), since_ms)
+                cell = note.cell if shift is None or note.cell is None else shift.cell(note.cell)
+                self._note(self._robots[note.name], note, cell, since_ms)
         for number in report.finished:
             self._finish(number)
         for number, reason in report.failed:
@@ -314,13 +315,15 @@ class RemoteWorld:
         flat[indices] = codes
         self._gathered.see(name, indices, before, codes)
 
-    def _note(self, robot: _Robot, note: RobotNote, since_ms: int) -> None:
+    def _note(self, robot: _Robot, note: RobotNote, cell: Cell | None, since_ms: int) -> None:
         drives = robot.order is not None and robot.order.name == "drive"
         moved_m = 0.0
-        if note.cell is not None and robot.cell is not None:
-            moved_m = math.dist(robot.cell, note.cell) * self._grid.resolution_m
-            robot.where, robot.free_at_ms = replace(robot.where, at=note.cell), self._now_ms
-            robot.passes(note.cell)
+        if cell is not None and robot.cell is not None:
+            moved_m = math.dist(robot.cell, cell) * self._grid.resolution_m
+            if moved_m:
+                robot.where = replace(robot.where, at=cell)
+            robot.free_at_ms = self._now_ms
+            robot.passes(cell)
         if note.free_at_ms is not None:
             robot.free_at_ms = note.free_at_ms
         robot.distance_m = robot.distance_m + moved_m if note.distance_m is None else note.distance_m
