@@ -50,7 +50,8 @@ class Channel:
         BrokenPipeError
             If the other end is closed.
         """
-        if not self.send_frame(MESSAGE, pickle.dumps(value, protocol=pickle.HIGHEST_PROTOCOL)):
+        self.put_value(value)
+        if not self.drain():
             raise BrokenPipeError("the other end of the channel is closed")
 
     def receive(self) -> object:
@@ -109,6 +110,10 @@ class Channel:
             raise FrameTooBig(f"a message has {len(payload)} bytes, at most {MAX_BYTES} are allowed")
         self._unsent += _HEADER.pack(tag, len(payload))
         self._unsent += payload
+
+    def put_value(self, value: object) -> None:
+        """Add a value to what is to be sent by `flush`. Raises FrameTooBig."""
+        self.put(MESSAGE, pickle.dumps(value, protocol=pickle.HIGHEST_PROTOCOL))
 
     @property
     def unsent(self) -> int:

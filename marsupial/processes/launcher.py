@@ -259,7 +259,7 @@ class JobRun:
 
     def put(self, value: object) -> bool:
         """Send a value as far as that goes without waiting; say whether something is left, for `drain`."""
-        self._channel.put(frames.MESSAGE, pickle.dumps(value, protocol=pickle.HIGHEST_PROTOCOL))
+        self._channel.put_value(value)
         self._channel.flush()
         return self._channel.unsent > 0
 

@@ -153,8 +153,9 @@ def test_what_a_finished_job_leaves_running_is_ended() -> None:
     assert gone(int(str(values[0])))
 
 
-def test_measured_memory_is_limited() -> None:
-    _, ended = result("allocate", 8 * MIB, memory_bytes=400 * MIB)
+@pytest.mark.parametrize("name", ["allocate", "rest_and_allocate"])
+def test_measured_memory_is_limited(name: str) -> None:
+    _, ended = result(name, 8 * MIB, memory_bytes=400 * MIB)
     assert ended.ending is Ending.MEMORY
     assert "400 MiB" in ended.detail
     assert ended.peak_bytes > 400 * MIB

@@ -79,6 +79,12 @@ def escape_and_sleep(_: object) -> Iterator[int]:
     time.sleep(600)
 
 
+def rest_and_allocate(block_bytes: int) -> Iterator[int]:
+    """Rest for longer than anybody looks at a job that does nothing."""
+    time.sleep(2.0)
+    yield from allocate(block_bytes)
+
+
 def allocate(block_bytes: int) -> Iterator[int]:
     yield os.getpid()
     blocks = []
