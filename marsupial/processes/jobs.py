@@ -36,8 +36,8 @@ class JobLimits:
     wall_s
         Wall-clock seconds from the start of the job's process.
     memory_bytes
-        Resident memory of all its processes together, measured about 20 times a second; a single process that
-        rests is looked at at least once a second, for whether it still does. Each process alone also
+        Resident memory of all its processes together, measured about 20 times a second; of a single process that
+        rests it is looked 5 times a second whether it still does. Each process alone also
         gets twice as much as a hard limit on its data, which stops what allocates faster than that. None for no limit.
     cpu_s
         Processor seconds per process, rounded up to whole ones; None for no limit.

@@ -32,8 +32,9 @@ _Source = Channel | int
 TAIL_BYTES = 4096
 _POLL_S = 0.05
 _QUICK_POLL_S = 0.002
-_LONGEST_POLL_S = 0.8
-"""How long nobody looks after a worker that has rested for so long: of these there are many, waiting for reports."""
+_LONGEST_POLL_S = 0.2
+"""How long nobody looks after a worker that has rested for so long: of these there are many, waiting for reports. Nor
+is it seen sooner that the job is to end, as signals end no waiting."""
 
 _CHUNK = 1 << 16
 

@@ -81,7 +81,7 @@ def escape_and_sleep(_: object) -> Iterator[int]:
 
 def rest_and_allocate(block_bytes: int) -> Iterator[int]:
     """Rest for longer than anybody looks at a job that does nothing."""
-    time.sleep(2.0)
+    time.sleep(1.0)
     yield from allocate(block_bytes)
 
 

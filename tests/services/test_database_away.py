@@ -97,8 +97,8 @@ def test_a_stream_that_can_not_be_read_on_ends_and_says_so() -> None:
     class Broken:
         stopping = False
 
-        async def follow(self, entry: str, after: int) -> AsyncIterator[EventRecord]:
-            yield EventRecord(seq=after + 1, type=JobEventType.STATE, data="{}")
+        async def follow(self, entry: str, after: int) -> AsyncIterator[tuple[EventRecord, ...]]:
+            yield (EventRecord(seq=after + 1, type=JobEventType.STATE, data="{}"),)
             raise StoreError("away")
 
     async def told() -> list[bytes]:
