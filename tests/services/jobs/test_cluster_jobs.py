@@ -40,14 +40,16 @@ def test_a_job_goes_on_elsewhere_when_what_runs_it_is_killed(
             first = await pid_in(tmp_path, 120)
             assert first in [process.pid for process in nodes.planning()]
             (tmp_path / "pid").unlink()
-            for process in find(nodes):
+            killed = find(nodes)
+            for process in killed:
                 process.kill()
             second = await pid_in(tmp_path, 60)
             assert is_gone(first)
             assert second != first
             (tmp_path / "go").touch()
             done = await ended(jobs, job)
-            assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
+            assert done.outcome is JobOutcome.SATISFICING
+            assert 2 <= done.attempts <= 1 + len(killed)  # it may have begun anew where the next kill was
 
     asyncio.run(run())
 
