@@ -1,0 +1,463 @@
+"""Judge a mission by its log, its summary and the scenario, with the rules of the documentation and nothing else.
+
+The oracle imports nothing of the product. It replays the log on the true map and holds every line against a rule:
+
+- motion: where a footprint fits, no cutting of corners, only over known cells, at the speed of the robot's type;
+- docking: near enough, both robots at rest for the whole time, within capacity; who is carried does not act;
+- sensing: what is seen is true, within range, seen by whoever was there; what lies in plain view is seen;
+- plans: no robot does two things at once or acts aboard; targets and meeting points are those of the plan;
+- the end: areas, distances, energy and counts are those of the log; "complete" means nothing reachable is left.
+
+Where the documentation leaves room (a line of sight through a corner, rounding), the oracle accepts both readings.
+
+Coordinates are cells (column, row), row 0 at the bottom; times are ms; arrays are (height, width).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.storm.logs import STEPS, Cell, looked_at, route
+
+Document = dict[str, Any]
+CODES = {"#": 0, ".": 1, "~": 2, "m": 3, "g": 4, "?": 0}
+"""Terrain codes of the characters that `worlds` draws; what the map does not know is solid."""
+
+UNKNOWN = 255
+BLOCKS_SIGHT = (0, 4)
+
+
+@dataclass
+class Robot:
+    """What the log has said of a robot so far."""
+
+    kind: Document
+    cell: Cell | None
+    carrier: str | None
+    drive: list[Cell] = field(default_factory=list)
+    passed_ms: list[int] = field(default_factory=list)
+    busy_until: int | None = None
+    distance_m: float = 0.0
+    driving_ms: int = 0
+    visits: list[tuple[int, Cell]] = field(default_factory=list)
+
+
+class Oracle:
+    """Holds one mission against the rules; `findings` has a sentence for each rule that was broken."""
+
+    def __init__(self, scenario: Document, lines: Iterable[str], summary: Document) -> None:
+        self.findings: list[str] = []
+        self._scenario, self._summary = scenario, summary
+        self._events = [json.loads(line) for line in lines]
+        rows = scenario["map"]["rows"]
+        self._truth = np.array([[CODES[c] for c in row] for row in reversed(rows)], dtype=np.uint8)
+        self._height, self._width = self._truth.shape
+        self._metre = 1 / scenario["map"]["resolution_m"]
+        self._known = np.full_like(self._truth, UNKNOWN)
+        self._fits: dict[str, NDArray[np.bool_]] = {}
+        self._robots: dict[str, Robot] = {}
+        self._kinds: dict[str, Document] = {}
+        self._deployed = self._retrieved = self._plans = 0
+        self._targets: dict[str, Document] = {}
+        self._meetings: dict[str, Document] = {}
+        self._started: dict[str, Document] = {}
+        self._last_ms = 0
+
+    def judge(self) -> list[str]:
+        """Return what is wrong with the mission; nothing if all rules hold."""
+        if not self._events or self._events[0]["event"] != "mission" or self._events[-1]["event"] != "ended":
+            return ["the log does not run from `mission` to `ended`"]
+        for event in self._events:
+            if event["t_ms"] < self._last_ms:
+                self._find(event, "time goes back")
+            self._last_ms = event["t_ms"]
+            getattr(self, f"_on_{event['event']}")(event)
+        return self.findings
+
+    def _find(self, event: Document, what: str) -> None:
+        self.findings.append(f"{event['event']} at {event['t_ms']} ms: {what}")
+
+    # -- where robots can stand -------------------------------------------------------------------------------------
+
+    def _standable(self, kind: Document, cells: NDArray[np.uint8], slack: float) -> NDArray[np.bool_]:
+        """Return where a type can stand: no centre of a cell that it can't drive on within its radius less `slack`."""
+        free = np.isin(cells, kind["terrains"])
+        radius = max(0.0, kind["radius_m"] * self._metre - slack)
+        reach = math.floor(radius)
+        padded = np.pad(free, reach)
+        fits = np.ones_like(free)
+        for v in range(-reach, reach + 1):
+            for u in range(-reach, reach + 1):
+                if u * u + v * v <= radius * radius:
+                    fits &= padded[reach + v : reach + v + self._height, reach + u : reach + u + self._width]
+        return fits
+
+    def _moves(self, fits: NDArray[np.bool_], cell: Cell) -> Iterable[Cell]:
+        x, y = cell
+        for u, v in STEPS:
+            there = (x + u, y + v)
+            if self._inside(there) and fits[y + v, x + u] and fits[y, x + u] and fits[y + v, x]:
+                yield there
+
+    def _inside(self, cell: Cell) -> bool:
+        return 0 <= cell[0] < self._width and 0 <= cell[1] < self._height
+
+    def _flood(self, fits: NDArray[np.bool_], starts: Iterable[Cell]) -> NDArray[np.bool_]:
+        reached = np.zeros_like(fits)
+        queue = deque(start for start in starts if fits[start[1], start[0]])
+        for x, y in queue:
+            reached[y, x] = True
+        while queue:
+            for x, y in self._moves(fits, queue.popleft()):
+                if not reached[y, x]:
+                    reached[y, x] = True
+                    queue.append((x, y))
+        return reached
+
+    def _dock_cells(self, carrier: Document, rover: Document) -> float:
+        """How far apart two centres may be to dock: bodies touching, give or take a cell."""
+        return (carrier["radius_m"] + rover["radius_m"]) * self._metre + math.sqrt(2) + 1e-6
+
+    def _reach(
+        self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
+    ) -> NDArray[np.bool_]:
+        """Return where somebody can come to stand: carriers from their starts, rovers also from where they are set down.
+
+        Any carrier counts for any rover: one may fetch what another has brought.
+        """
+        reached = np.zeros(cells.shape, dtype=bool)
+        by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
+        for kind, cell in team:
+            if kind["role"] == "carrier" and cell is not None:
+                mask = self._flood(self._standable(kind, cells, slack), [cell])
+                by_carrier.append((kind, mask))
+                reached |= mask
+        for kind, cell in team:
+            if kind["role"] == "rover":
+                fits = self._standable(kind, cells, slack)
+                starts = [] if cell is None else [cell]
+                for carrier, mask in by_carrier:
+                    starts += self._around(fits, mask, self._dock_cells(carrier, kind))
+                reached |= self._flood(fits, starts)
+        return reached
+
+    def _around(self, fits: NDArray[np.bool_], mask: NDArray[np.bool_], radius: float) -> list[Cell]:
+        reach = math.floor(radius)
+        near = np.zeros_like(fits)
+        padded = np.pad(mask, reach)
+        for v in range(-reach, reach + 1):
+            for u in range(-reach, reach + 1):
+                if u * u + v * v <= radius * radius:
+                    near |= padded[reach + v : reach + v + self._height, reach + u : reach + u + self._width]
+        ys, xs = np.nonzero(near & fits)
+        return list(zip(xs.tolist(), ys.tolist(), strict=True))
+
+    # -- events -----------------------------------------------------------------------------------------------------
+
+    def _on_mission(self, event: Document) -> None:
+        self._kinds = {kind["name"]: kind for kind in event["types"]}
+        for kind in self._kinds.values():
+            self._fits[kind["name"]] = self._standable(kind, self._truth, slack=1e-6)
+        for robot in event["robots"]:
+            cell = tuple(robot["cell"]) if robot["cell"] is not None else None
+            self._robots[robot["name"]] = Robot(self._kinds[robot["type"]], cell, robot["carrier"])
+            if cell is not None:
+                self._stand(event, robot["name"], cell)
+        if (event["width"], event["height"]) != (self._width, self._height):
+            self._find(event, "the size of the map is another")
+        for name in self._robots:
+            self._hold(event, name)
+
+    def _stand(self, event: Document, name: str, cell: Cell) -> None:
+        robot = self._robots[name]
+        robot.cell, robot.drive = cell, []
+        robot.visits.append((event["t_ms"], cell))
+        if not self._fits[robot.kind["name"]][cell[1], cell[0]]:
+            self._find(event, f"{name} stands at {cell}, where its footprint does not fit")
+
+    def _hold(self, event: Document, carrier: str) -> None:
+        aboard = sum(robot.carrier == carrier for robot in self._robots.values())
+        if aboard > self._robots[carrier].kind["capacity"]:
+            self._find(event, f"{carrier} carries {aboard} rovers")
+
+    def _on_drive(self, event: Document) -> None:
+        name, cell = event["robot"], tuple(event["cell"])
+        robot = self._robots[name]
+        if robot.carrier is not None:
+            self._find(event, f"{name} drives aboard {robot.carrier}")
+        if robot.drive:
+            self._find(event, f"{name} sets out while it drives")
+        if robot.busy_until is not None:
+            self._find(event, f"{name} drives while it docks or undocks")
+        if robot.cell != cell:
+            self._find(event, f"{name} sets out from {cell}, but stands at {robot.cell}")
+        robot.drive = route(cell, event["steps"])
+        fits, known = self._fits[robot.kind["name"]], self._standable(robot.kind, self._known, slack=1e-6)
+        length, robot.passed_ms = 0.0, [event["t_ms"]]
+        diagonal = robot.kind.get("diagonal", math.sqrt(2))
+        for before, after in zip(robot.drive, robot.drive[1:], strict=False):
+            if after not in self._moves(fits, before):
+                self._find(event, f"{name} can't step from {before} to {after}")
+            if after not in self._moves(known, before):
+                self._find(event, f"{name} steps from {before} to {after} over cells that are not known yet")
+            length += 1.0 if before[0] == after[0] or before[1] == after[1] else diagonal
+            robot.passed_ms.append(event["t_ms"] + round(1000 * length / self._metre / robot.kind["speed_mps"]))
+
+    def _on_stand(self, event: Document) -> None:
+        name, cell, t_ms = event["robot"], tuple(event["cell"]), event["t_ms"]
+        robot = self._robots[name]
+        steps = next((k for k, at in enumerate(robot.drive) if at == cell and abs(robot.passed_ms[k] - t_ms) <= 1), None)
+        if steps is None:
+            self._find(event, f"{name} stands at {cell}, where its drive does not bring it at that time")
+            steps = 0
+        for before, after in zip(robot.drive[:steps], robot.drive[1 : steps + 1], strict=True):
+            slanted = before[0] != after[0] and before[1] != after[1]
+            robot.distance_m += (robot.kind.get("diagonal", math.sqrt(2)) if slanted else 1.0) / self._metre
+        if robot.drive:
+            robot.driving_ms += t_ms - robot.passed_ms[0]
+            robot.visits += zip(robot.passed_ms[1 : steps + 1], robot.drive[1 : steps + 1], strict=True)
+        self._stand(event, name, cell)
+
+    def _on_reveal(self, event: Document) -> None:
+        for name, offset, text in event["looks"]:
+            robot, t_ms = self._robots[name], event["t_ms"] + offset
+            if robot.carrier is not None:
+                self._find(event, f"{name} sees aboard {robot.carrier}")
+                continue
+            at = self._at(robot, t_ms)
+            radius = robot.kind["sensor_range_m"] * self._metre
+            touch = robot.kind["radius_m"] * self._metre + math.sqrt(2)  # what its body touches one cell further on
+            for (x, y), code in looked_at(text):
+                if not self._inside((x, y)):
+                    self._find(event, f"{name} sees {(x, y)}, which is not on the map")
+                    continue
+                if self._known[y, x] != UNKNOWN:
+                    self._find(event, f"{name} sees {(x, y)} for the first time again")
+                if code != self._truth[y, x]:
+                    self._find(event, f"{name} sees {code} at {(x, y)}, where {self._truth[y, x]} is")
+                self._known[y, x] = code
+                if at is None:
+                    self._find(event, f"{name} looks at {t_ms} ms, when it passes no cell")
+                    break
+                if math.dist(at, (x, y)) > max(radius, touch) + 1e-6:
+                    self._find(event, f"{name} at {at} sees {(x, y)}, out of its range of {radius:.2f} cells")
+
+    def _at(self, robot: Robot, t_ms: int) -> Cell | None:
+        if robot.drive:
+            return next((at for at, ms in zip(robot.drive, robot.passed_ms, strict=True) if abs(ms - t_ms) <= 1), None)
+        return robot.cell
+
+    def _on_start(self, event: Document) -> None:
+        action = event["action"]
+        name, carrier = action["robot"], action["carrier"]
+        robot = self._robots[name]
+        for one in (name, carrier):
+            if one is None:
+                continue
+            if one in self._started:
+                self._find(event, f"{one} starts to {action['name']} before it ended what it did")
+            self._started[one] = action
+        if action["name"] in ("move", "explore"):
+            if robot.carrier is not None:
+                self._find(event, f"{name} is to {action['name']} aboard {robot.carrier}")
+            return
+        bearer = self._robots[carrier]
+        if bearer.drive or robot.drive:
+            self._find(event, f"{name} and {carrier} {action['name']} while one of them drives")
+        spot = tuple(event["cell"])
+        if bearer.cell is None or math.dist(bearer.cell, spot) > self._dock_cells(bearer.kind, robot.kind):
+            self._find(event, f"{name} at {spot} and {carrier} at {bearer.cell} are too far apart")
+        if action["name"] == "undock":
+            if robot.carrier != carrier:
+                self._find(event, f"{name} undocks from {carrier}, but is aboard {robot.carrier}")
+            robot.carrier, robot.cell = None, spot
+        elif robot.carrier is not None or robot.cell != spot:
+            self._find(event, f"{name} docks at {spot}, but is at {robot.cell} aboard {robot.carrier}")
+        robot.busy_until = bearer.busy_until = event["t_ms"]
+
+    def _on_end(self, event: Document) -> None:
+        action, name, carrier = event["action"], event["action"]["robot"], event["action"]["carrier"]
+        for one in (name, carrier):
+            # A plan that goes on with an action gives it times of its own, and a target that moved another name.
+            if one is not None and self._started.pop(one, {"name": None})["name"] != action["name"]:
+                self._find(event, f"{one} ends a {action['name']} that it did not start")
+        if carrier is None:
+            return
+        robot, bearer = self._robots[name], self._robots[carrier]
+        began = robot.busy_until if robot.busy_until is not None else event["t_ms"]
+        robot.busy_until = bearer.busy_until = None
+        takes = robot.kind["dock_ms" if action["name"] == "dock" else "undock_ms"]
+        if event["end"] == "done" and event["t_ms"] - began != takes:
+            self._find(event, f"{name} took {event['t_ms'] - began} ms to {action['name']}, not {takes}")
+        if event["end"] != "done":
+            self._find(event, f"{action['name']} of {name} ended as {event['end']}")
+        elif action["name"] == "dock":
+            robot.carrier, robot.cell = carrier, None
+            self._retrieved += 1
+            self._hold(event, carrier)
+        else:
+            self._deployed += 1
+            spot = self._meetings[action["place"]]["rover_cell"]
+            self._stand(event, name, (spot[0], spot[1]))
+
+    def _on_plan(self, event: Document) -> None:
+        self._plans += 1
+        if event["revision"] != self._plans:
+            self._find(event, f"plan {self._plans} is called {event['revision']}")
+        for kept, key in ((self._targets, "targets"), (self._meetings, "meetings")):
+            now = {}
+            for one in event[key]:
+                if isinstance(one, str) and one not in kept:
+                    self._find(event, f"{one} did not stand in the plan before")
+                    continue
+                now |= {one: kept[one]} if isinstance(one, str) else {one["name"]: one}
+            if key == "targets":
+                self._targets = now
+            else:
+                self._meetings = self._meetings | now
+        for name, target in self._targets.items():
+            x, y = target["cell"]
+            if self._known[y, x] == UNKNOWN and self._events[0]["strategy"] != "clairvoyant":
+                self._find(event, f"target {name} is at a cell that is not known")
+        self._judge_plan(event)
+
+    def _judge_plan(self, event: Document) -> None:
+        """Robots do one thing at a time, carried rovers nothing, and nobody carries too much."""
+        free_ms = dict.fromkeys(self._robots, 0)
+        aboard = {name: robot.carrier for name, robot in self._robots.items()}
+        for name, action in self._started.items():  # a docking that runs on is over before the plan's actions
+            if action["name"] == "dock" and action["robot"] == name:
+                aboard[name] = action["carrier"]
+        for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):
+            name, carrier, start = action["robot"], action["carrier"], action["start_ms"]
+            for one in filter(None, (name, carrier)):
+                if free_ms[one] > start:
+                    self._find(event, f"in the plan {one} is to {action['name']} at {start} ms, but is busy")
+                free_ms[one] = start + action["duration_ms"]
+            if action["name"] in ("move", "explore"):
+                if aboard[name] is not None:
+                    self._find(event, f"in the plan {name} is to {action['name']} aboard {aboard[name]}")
+                if action["name"] == "explore" and action["place"] not in self._targets:
+                    self._find(event, f"in the plan {name} explores {action['place']}, which is no target")
+                continue
+            if action["place"] not in self._meetings:
+                self._find(event, f"in the plan {name} is to {action['name']} at {action['place']}, no meeting point")
+            if (aboard[name] == carrier) != (action["name"] == "undock"):
+                self._find(event, f"in the plan {name} is to {action['name']} while it is aboard {aboard[name]}")
+            aboard[name] = carrier if action["name"] == "dock" else None
+            held = sum(bearer == carrier for bearer in aboard.values())
+            if held > self._robots[carrier].kind["capacity"]:
+                self._find(event, f"in the plan {carrier} carries {held} rovers")
+
+    def _on_lost(self, event: Document) -> None:
+        self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
+
+    # -- the end ----------------------------------------------------------------------------------------------------
+
+    def _on_ended(self, event: Document) -> None:
+        self._judge_sight(event)
+        start = self._events[0]
+        first = [
+            (self._kinds[r["type"]], tuple(r["cell"]) if r["cell"] is not None else None) for r in start["robots"]
+        ]
+        area, known = 1 / self._metre**2, self._known != UNKNOWN
+        for slack in (0.0, 1e-6):  # a centre right on the rim of a footprint may count either way
+            reachable = self._reach(self._truth, first, slack)
+            mine = (np.count_nonzero(known & reachable) * area, np.count_nonzero(reachable) * area)
+            said = event["explored_area_m2"], event["reachable_area_m2"]
+            if np.allclose(mine, said, atol=1e-5):
+                break
+        else:
+            self._find(event, f"explored and reachable area are {said}, by the map {mine[0]:.4f}, {mine[1]:.4f}")
+        aboard = sorted(name for name, robot in self._robots.items() if robot.carrier is not None)
+        counts = {"deployments": self._deployed, "retrievals": self._retrieved, "replans": self._plans}
+        for key, mine_too in counts.items():
+            if event[key] != mine_too:
+                self._find(event, f"{key} is {event[key]}, by the log {mine_too}")
+        if sorted(event["aboard"]) != aboard:
+            self._find(event, f"aboard are {event['aboard']}, by the log {aboard}")
+        self._judge_metres(event)
+        self._judge_status(event, aboard, said[0] == said[1])
+
+    def _judge_metres(self, event: Document) -> None:
+        for name, metres in event["distance_m"]:
+            robot = self._robots[name]
+            under_way = bool(robot.drive)  # what a drive that the end cut short has covered is not in the log
+            if abs(metres - robot.distance_m) > 0.002 + 1e-6 * metres and not under_way:
+                self._find(event, f"{name} drove {metres} m, by the log {robot.distance_m:.3f}")
+            energy, idle_s = robot.kind["energy"], event["t_ms"] / 1000
+            mine = energy["idle_w"] * idle_s + energy["drive_w"] * robot.driving_ms / 1000
+            mine += energy["metre_j"] * robot.distance_m
+            told = dict(map(tuple, event["energy_j"]))[name]
+            if abs(told - mine) > 0.01 + 1e-3 * mine and not under_way:
+                self._find(event, f"{name} used {told} J, by the log {mine:.3f}")
+
+    def _judge_status(self, event: Document, aboard: list[str], all_seen: bool) -> None:
+        status, goal = event["status"], self._scenario["goal"]
+        limit_ms = round(self._scenario["limits"]["time_s"] * 1000)
+        if status not in ("complete", "stalled", "time_limit"):
+            self._find(event, f"ends {status}: {event['reason']}")
+        if event["t_ms"] > limit_ms or (status == "time_limit" and event["t_ms"] != limit_ms):
+            self._find(event, f"ends {status}, the time limit is {limit_ms} ms")
+        if status != "complete" and not event["reason"]:
+            self._find(event, "gives no reason")
+        if "over and over" in event["reason"]:
+            self._find(event, f"ends because plans led nowhere: {event['reason']}")
+        for key in ("status", "reason", "deployments", "retrievals", "replans", "explored_area_m2", "reachable_area_m2"):
+            if self._summary[key] != event[key]:
+                self._find(event, f"the summary's {key} is {self._summary[key]}")
+        if status != "complete":
+            return
+        rovers = sorted(name for name, robot in self._robots.items() if robot.kind["role"] == "rover")
+        if (goal["recover_rovers"] or goal["return_home"]) and aboard != rovers:
+            self._find(event, f"is complete without {sorted(set(rovers) - set(aboard))}")
+        if goal["return_home"]:
+            for robot in self._events[0]["robots"]:
+                if robot["cell"] is not None and self._robots[robot["name"]].kind["role"] == "carrier":
+                    at = self._robots[robot["name"]].cell
+                    if at != tuple(robot["cell"]):
+                        self._find(event, f"is complete with {robot['name']} at {at}, not at home")
+        if not all_seen:
+            self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
+
+    def _judge_sight(self, event: Document) -> None:
+        """What lies in plain view of a robot at rest or on its way is known: nothing near the straight line blocks it."""
+        for name, robot in self._robots.items():
+            radius = robot.kind["sensor_range_m"] * self._metre
+            for _, cell in dict.fromkeys(robot.visits):
+                hidden = self._missed(cell, radius)
+                if hidden is not None:
+                    self._find(event, f"{name} was at {cell} and did not see {hidden}, in plain view")
+                    break
+
+    def _missed(self, cell: Cell, radius: float) -> Cell | None:
+        x, y = cell
+        reach = min(math.floor(radius), max(self._width, self._height))
+        low, left = max(0, y - reach), max(0, x - reach)
+        window = self._known[low : y + reach + 1, left : x + reach + 1]
+        for v, u in np.argwhere(window == UNKNOWN).tolist():
+            there = (left + u, low + v)
+            if math.dist(cell, there) <= radius - 1e-6 and self._plain(cell, there):
+                return there
+        return None
+
+    def _plain(self, here: Cell, there: Cell) -> bool:
+        """Say whether no cell within one cell of the straight line between two cells blocks sight, `there` left out."""
+        steps = max(abs(there[0] - here[0]), abs(there[1] - here[1])) * 2
+        for k in range(steps + 1):
+            x = here[0] + (there[0] - here[0]) * k / max(1, steps)
+            y = here[1] + (there[1] - here[1]) * k / max(1, steps)
+            for v in range(math.floor(y - 0.5), math.ceil(y + 0.5) + 1):
+                for u in range(math.floor(x - 0.5), math.ceil(x + 0.5) + 1):
+                    beside = (u, v) != there and self._inside((u, v))
+                    if beside and self._truth[v, u] in BLOCKS_SIGHT and math.dist((u, v), (x, y)) < 1.0:
+                        return False
+        return True
