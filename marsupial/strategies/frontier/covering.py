@@ -155,11 +155,26 @@ def _left_of(outline: Outline, ground: Ground) -> Outline:
         for stop in outline.stops
         if all(kind in ground.kinds and reach[kind][cell.y, cell.x] for kind, cell in stop.viewpoints.items())
     )
-    robots, names = {robot.name for robot in ground.robots}, {stop.name for stop in stops}
+    robots, names = {robot.name: robot for robot in ground.robots}, {stop.name for stop in stops}
     errands = tuple(errand for errand in outline.errands if errand.place in names and errand.robot in robots)
     visited = {errand.place for errand in errands}
     stops = tuple(stop for stop in stops if stop.name in visited)
     for stop in stops:
         for kind, cell in stop.viewpoints.items():
             ground.add_sites(kind, [cell])
-    return Outline(ground=ground, stops=stops, meetings=(), errands=errands)
+    # Reach says where a type can come, but this robot may be cut off from there: a wall where free ground was assumed.
+    viewpoints = {stop.name: stop.viewpoints for stop in stops}
+    errands = tuple(
+        errand
+        for errand in errands
+        if _reaches(ground, robots[errand.robot], viewpoints[errand.place][robots[errand.robot].type])
+    )
+    visited = {errand.place for errand in errands}
+    return Outline(
+        ground=ground, stops=tuple(stop for stop in stops if stop.name in visited), meetings=(), errands=errands
+    )
+
+
+def _reaches(ground: Ground, robot: PlacedRobot, cell: Cell) -> bool:
+    """Return whether a robot has a way from where it stands to a site of its type."""
+    return robot.cell is not None and math.isfinite(ground.apart(robot.type, robot.cell, [cell])[0])

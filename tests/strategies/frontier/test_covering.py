@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pytest
+from small_missions import carrier_at, drawn_grid, fly, kinds_of
 
 from marsupial.bench.papers.worlds import cell_world
 from marsupial.generators.builtin import builtin_scenario
@@ -9,10 +10,11 @@ from marsupial.library.missions import simulate
 from marsupial.model.mission import Status
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
+from marsupial.strategies.registry import strategy
 
 
-def explored(scenario: Scenario, strategy: str, seed: int = 1) -> Summary:
-    summary = simulate(scenario, strategy=strategy, planner="anytime", budget=Budget(steps=2), seed=seed)
+def explored(scenario: Scenario, name: str, seed: int = 1) -> Summary:
+    summary = simulate(scenario, strategy=name, planner="anytime", budget=Budget(steps=2), seed=seed)
     assert (summary.status, summary.coverage, summary.plans_invalid) == (Status.COMPLETE, 1.0, 0), summary.reason
     return summary
 
@@ -29,6 +31,14 @@ def test_temporal_planning_covers_ground_that_robots_see_no_farther_than_the_nex
     ways = explored(scenario, "covering/rounds=1")
     assert explored(scenario, "temporal").exploration_time_s == ways.exploration_time_s
     assert explored(scenario, "temporal").planner == "anytime"
+
+
+@pytest.mark.parametrize("name", ["temporal", "covering"])
+def test_robots_that_see_one_cell_far_explore_two_areas_with_a_wall_between(name: str) -> None:
+    grid = drawn_grid("#######", "#...#.#", "#...#.#", "#######")
+    leader = strategy(name, planner="anytime", budget=Budget(steps=1))
+    ended, _ = fly(grid, [carrier_at(1, 1, 1), carrier_at(5, 1, 2)], leader, kinds=kinds_of(carrier_range_m=1.1))
+    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
 
 
 def test_robots_that_see_farther_are_sent_to_frontiers() -> None:
