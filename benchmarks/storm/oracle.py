@@ -214,7 +214,9 @@ class Oracle:
     def _on_stand(self, event: Document) -> None:
         name, cell, t_ms = event["robot"], tuple(event["cell"]), event["t_ms"]
         robot = self._robots[name]
-        steps = next((k for k, at in enumerate(robot.drive) if at == cell and abs(robot.passed_ms[k] - t_ms) <= 1), None)
+        steps = next(
+            (k for k, at in enumerate(robot.drive) if at == cell and abs(robot.passed_ms[k] - t_ms) <= 1), None
+        )
         if steps is None:
             self._find(event, f"{name} stands at {cell}, where its drive does not bring it at that time")
             steps = 0
@@ -365,9 +367,7 @@ class Oracle:
     def _on_ended(self, event: Document) -> None:
         self._judge_sight(event)
         start = self._events[0]
-        first = [
-            (self._kinds[r["type"]], tuple(r["cell"]) if r["cell"] is not None else None) for r in start["robots"]
-        ]
+        first = [(self._kinds[r["type"]], tuple(r["cell"]) if r["cell"] is not None else None) for r in start["robots"]]
         area, known = 1 / self._metre**2, self._known != UNKNOWN
         for slack in (0.0, 1e-6):  # a centre right on the rim of a footprint may count either way
             reachable = self._reach(self._truth, first, slack)
@@ -411,7 +411,15 @@ class Oracle:
             self._find(event, "gives no reason")
         if "over and over" in event["reason"]:
             self._find(event, f"ends because plans led nowhere: {event['reason']}")
-        for key in ("status", "reason", "deployments", "retrievals", "replans", "explored_area_m2", "reachable_area_m2"):
+        for key in (
+            "status",
+            "reason",
+            "deployments",
+            "retrievals",
+            "replans",
+            "explored_area_m2",
+            "reachable_area_m2",
+        ):
             if self._summary[key] != event[key]:
                 self._find(event, f"the summary's {key} is {self._summary[key]}")
         if status != "complete":

@@ -179,7 +179,9 @@ def _types(rng: random.Random, resolution: float, rovers: bool) -> list[Document
 
 
 def _type(rng: random.Random, name: str, resolution: float) -> Document:
-    terrains = rng.choice((["floor"], ["floor"], ["floor", "rough"], ["floor", "rough", "mud", "grass"], ["floor", "mud"]))
+    terrains = rng.choice(
+        (["floor"], ["floor"], ["floor", "rough"], ["floor", "rough", "mud", "grass"], ["floor", "mud"])
+    )
     kind: Document = {
         "name": name,
         "speed_mps": rng.choice((0.001, 0.3, 0.5, 1.0, 1.0, 2.0, 7.77)),

@@ -70,6 +70,12 @@ class Executor:
         """Whether something runs."""
         return bool(self._running)
 
+    @property
+    def docking(self) -> frozenset[str]:
+        """Rovers whose docking is under way: not aboard yet."""
+        running = (action for _, action in self._running.values())
+        return frozenset(action.robot for action in running if action.name is ActionName.DOCK)
+
     def unemployed(self, robots: Iterable[str]) -> bool:
         """Say whether one of `robots` has nothing left to do."""
         return any(name not in self._running and not self._queues[name] for name in robots)

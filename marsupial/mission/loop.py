@@ -341,7 +341,7 @@ class Mission:
             replans=self._revision,
             plans_valid=self._revision,
             plans_invalid=self._refused,
-            aboard=tuple(r.name for r in robots if r.carrier is not None),
+            aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.docking),
             remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}"),
         )
         self._observer.event(ended)

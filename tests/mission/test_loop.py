@@ -188,6 +188,13 @@ def test_a_mission_ends_exactly_at_its_time_limit() -> None:
     assert 0 < ended.coverage < 1
 
 
+def test_a_rover_that_is_still_docking_at_the_time_limit_is_not_aboard() -> None:
+    team = [carrier_at(1, 1), rover_at(2, 1)]
+    ended, events = fly(drawn_grid(*CORRIDOR), team, greedy_strategy(), time_ms=12_000)
+    assert events.of(ActionStarted)[-1].action.name is ActionName.DOCK
+    assert (ended.status, ended.aboard, ended.retrievals) == (Status.TIME_LIMIT, (), 0)
+
+
 def test_planning_that_is_charged_does_not_overrun_the_time_limit() -> None:
     slow = Timed(greedy_strategy(), wall_s=60.0)
     ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], slow, time_ms=2500, planning_time=PlanningTime.CHARGED)
