@@ -129,7 +129,7 @@ class Oracle:
     def _reach(
         self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
     ) -> NDArray[np.bool_]:
-        """Return where somebody can come to stand: carriers from their starts, rovers also from where they are set down.
+        """Return where anybody can get to: carriers from their starts, rovers also from where they are set down.
 
         Any carrier counts for any rover: one may fetch what another has brought.
         """
@@ -315,7 +315,7 @@ class Oracle:
         if event["revision"] != self._plans:
             self._find(event, f"plan {self._plans} is called {event['revision']}")
         for kept, key in ((self._targets, "targets"), (self._meetings, "meetings")):
-            now = {}
+            now: dict[str, Document] = {}
             for one in event[key]:
                 if isinstance(one, str) and one not in kept:
                     self._find(event, f"{one} did not stand in the plan before")
@@ -437,7 +437,7 @@ class Oracle:
             self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
 
     def _judge_sight(self, event: Document) -> None:
-        """What lies in plain view of a robot at rest or on its way is known: nothing near the straight line blocks it."""
+        """What is in plain view of a robot becomes known: nothing near the straight line blocks it."""
         for name, robot in self._robots.items():
             radius = robot.kind["sensor_range_m"] * self._metre
             for _, cell in dict.fromkeys(robot.visits):

@@ -179,15 +179,12 @@ def _types(rng: random.Random, resolution: float, rovers: bool) -> list[Document
 
 
 def _type(rng: random.Random, name: str, resolution: float) -> Document:
-    terrains = rng.choice(
-        (["floor"], ["floor"], ["floor", "rough"], ["floor", "rough", "mud", "grass"], ["floor", "mud"])
-    )
     kind: Document = {
         "name": name,
         "speed_mps": rng.choice((0.001, 0.3, 0.5, 1.0, 1.0, 2.0, 7.77)),
         "sensor_range_m": round(resolution * rng.choice((1.1, 1.5, 2, 4, 8, 8, 20, 40, 100)), 6),
         "radius_m": round(resolution * rng.choice((0, 0, 0.5, 1, 1.2, 2, 2.5)), 6),
-        "terrains": terrains,
+        "terrains": ["floor", *rng.choice(((), (), ("rough",), ("mud",), ("rough", "mud", "grass")))],
         "energy": {"idle_w": rng.choice((0, 20)), "drive_w": rng.choice((0, 60)), "metre_j": rng.choice((0, 3.5))},
     }
     if kind["speed_mps"] == 0.001 and rng.random() < 0.8:  # so slow that hardly anything happens: keep it rare

@@ -1,0 +1,27 @@
+"""The command ``python -m benchmarks NAME``; each program is imported only when it is asked for."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+PROGRAMS = {
+    "storm": ("benchmarks.storm.runs", "random missions of every strategy, judged by an independent oracle"),
+}
+"""The module of each program, which has a function `main(arguments) -> exit code`, and what it does."""
+
+
+def main() -> int:
+    """Run the program that the first argument names; return its exit code."""
+    name, *arguments = sys.argv[1:] or [""]
+    if name not in PROGRAMS:
+        print("usage: python -m benchmarks NAME [options]")
+        for known, (_, does) in PROGRAMS.items():
+            print(f"  {known}: {does}")
+        return 0 if name in ("", "-h", "--help") else 2
+    module, _ = PROGRAMS[name]
+    return int(import_module(module).main(arguments))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
