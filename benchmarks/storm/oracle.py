@@ -15,6 +15,7 @@ Coordinates are cells (column, row), row 0 at the bottom; times are ms; arrays a
 
 from __future__ import annotations
 
+import heapq
 import json
 import math
 from collections import deque
@@ -123,7 +124,7 @@ class Oracle:
         return reached
 
     def _dock_cells(self, carrier: Document, rover: Document) -> float:
-        """How far apart two centres may be to dock: bodies touching, give or take a cell."""
+        """How long the way over see-through ground between two that dock may be: bodies touch, give or take a cell."""
         return (carrier["radius_m"] + rover["radius_m"]) * self._metre + math.sqrt(2) + 1e-6
 
     def _reach(
@@ -145,20 +146,27 @@ class Oracle:
                 fits = self._standable(kind, cells, slack)
                 starts = [] if cell is None else [cell]
                 for carrier, mask in by_carrier:
-                    starts += self._around(fits, mask, self._dock_cells(carrier, kind))
+                    held = [(x, y) for y, x in np.argwhere(mask).tolist()]
+                    near = self._near(held, self._dock_cells(carrier, kind))
+                    starts += [(x, y) for x, y in near if fits[y, x]]
                 reached |= self._flood(fits, starts)
         return reached
 
-    def _around(self, fits: NDArray[np.bool_], mask: NDArray[np.bool_], radius: float) -> list[Cell]:
-        reach = math.floor(radius)
-        near = np.zeros_like(fits)
-        padded = np.pad(mask, reach)
-        for v in range(-reach, reach + 1):
-            for u in range(-reach, reach + 1):
-                if u * u + v * v <= radius * radius:
-                    near |= padded[reach + v : reach + v + self._height, reach + u : reach + u + self._width]
-        ys, xs = np.nonzero(near & fits)
-        return list(zip(xs.tolist(), ys.tolist(), strict=True))
+    def _near(self, sources: Iterable[Cell], limit: float) -> dict[Cell, float]:
+        """Return the cells that a way of at most `limit` cells over see-through ground leads to from some sources."""
+        clear = ~np.isin(self._truth, BLOCKS_SIGHT)
+        lengths = {source: 0.0 for source in sources if clear[source[1], source[0]]}
+        heap = [(0.0, source) for source in lengths]
+        while heap:
+            length, cell = heapq.heappop(heap)
+            if length > lengths[cell]:
+                continue
+            for there in self._moves(clear, cell):
+                longer = length + math.dist(cell, there)
+                if longer <= limit and longer < lengths.get(there, math.inf):
+                    lengths[there] = longer
+                    heapq.heappush(heap, (longer, there))
+        return lengths
 
     # -- events -----------------------------------------------------------------------------------------------------
 
@@ -274,8 +282,8 @@ class Oracle:
         bearer = self._robots[carrier]
         if bearer.drive or robot.drive:
             self._find(event, f"{name} and {carrier} {action['name']} while one of them drives")
-        spot = tuple(event["cell"])
-        if bearer.cell is None or math.dist(bearer.cell, spot) > self._dock_cells(bearer.kind, robot.kind):
+        spot = (event["cell"][0], event["cell"][1])
+        if bearer.cell is None or spot not in self._near([bearer.cell], self._dock_cells(bearer.kind, robot.kind)):
             self._find(event, f"{name} at {spot} and {carrier} at {bearer.cell} are too far apart")
         if action["name"] == "undock":
             if robot.carrier != carrier:
