@@ -7,13 +7,14 @@ import pytest
 from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import LogEncoder
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENARIOS, builtin_scenario
+from marsupial.library.choices import DEFAULT_PLANNER
 from marsupial.library.metrics import Summary
-from marsupial.library.missions import DEFAULT_PLANNER, simulate
+from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionEvent, Status
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
-from marsupial.strategies.registry import RULES, STRATEGIES, asks_planner
+from marsupial.strategies.registry import RULES, STRATEGIES, asks_planner, frontier_rule
 
 
 class Recorder(Observer):
@@ -67,7 +68,7 @@ def test_every_strategy_does_the_same_again(strategy: str, planner: str) -> None
 
 @pytest.mark.parametrize(("strategy", "planner"), EVERYBODY)
 def test_every_strategy_explores_without_rovers_and_does_the_same_again(strategy: str, planner: str) -> None:
-    carriers = 1 if strategy in RULES and RULES[strategy].most_robots == 1 else 3
+    carriers = 1 if strategy in RULES and frontier_rule(strategy).most_robots == 1 else 3
     summary, lines = explore("lobby", strategy, planner=planner, carriers=carriers, rovers=0)
     assert (summary.status, summary.coverage, summary.plans_invalid) == (Status.COMPLETE, 1.0, 0), summary.reason
     assert lines == explore("lobby", strategy, planner=planner, carriers=carriers, rovers=0)[1]
@@ -77,7 +78,7 @@ def test_every_strategy_explores_without_rovers_and_does_the_same_again(strategy
 def test_strategies_of_frontiers_refuse_teams_they_are_not_made_for(strategy: str) -> None:
     with pytest.raises(ScenarioError, match=f"{strategy} leads carriers without rovers, the team has 4"):
         explore("lobby", strategy)
-    most = RULES[strategy].most_robots
+    most = frontier_rule(strategy).most_robots
     if most is not None:
         with pytest.raises(ScenarioError, match=f"{strategy} leads {most} at most, the team has {most + 1} robots"):
             explore("lobby", strategy, carriers=most + 1, rovers=0)

@@ -21,9 +21,10 @@ from marsupial.bench.attribution import CALLERS, profiled
 from marsupial.bench.drawn import generated
 from marsupial.bench.reference.compiled import NotCompiled, PlainSight, compiled
 from marsupial.bench.timing import timed
+from marsupial.library.choices import planner_for
 from marsupial.library.first_use import prepare_mission
 from marsupial.library.metrics import Summary
-from marsupial.library.missions import planner_for, simulate
+from marsupial.library.missions import simulate
 from marsupial.library.recording import LogFile
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import FLOOR, Cell, Grid

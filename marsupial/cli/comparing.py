@@ -1,9 +1,8 @@
-"""The work of `marsupial compare` and `marsupial reproduce`: options into a comparison, missions, documents."""
+"""The work of `marsupial compare` and `marsupial reproduce`: cases of a comparison, missions, documents."""
 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
-from marsupial.bench.compare.plan import Case, Comparison, Contender, has_fixed_starts, prepared
+from marsupial.bench.compare.plan import Case, Comparison, has_fixed_starts, prepared
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
@@ -23,69 +22,20 @@ from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.tables import print_table
 from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.missions import strategy_name, warn_of
+from marsupial.cli.missions import warn_of
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import replace_file
 from marsupial.library.first_use import prepare_mission
-from marsupial.library.missions import DEFAULT_PLANNER, planner_for
 from marsupial.library.scenarios import load_scenario
-from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Role
 from marsupial.model.scenario import MissionLimits, Scenario
-from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import check_suits, is_strategy, strategy_names
+from marsupial.strategies.registry import check_suits
 from marsupial.strategies.registry import strategy as made
 
 MOST_CASES = 10_000
-
-
-def numbers(text: str | None, option: str, *, at_least: int) -> tuple[int, ...] | None:
-    """Return the numbers that an option like ``1-3,6`` names, in order, none below `at_least`; None without it."""
-    if text is None:
-        return None
-    found: set[int] = set()
-    for part in text.split(","):
-        match = re.fullmatch(r"\s*(\d{1,4})\s*(?:-\s*(\d{1,4})\s*)?", part)
-        if match is None or (match[2] and int(match[2]) < int(match[1])):
-            raise UsageError(f"{option}: must be numbers like 2, 1-6 or 1,2,4, got {text!r}")
-        found |= set(range(int(match[1]), int(match[2] or match[1]) + 1))
-    if min(found) < at_least:
-        raise UsageError(f"{option}: must be {at_least} or more, got {min(found)}")
-    return tuple(sorted(found))
-
-
-def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
-    """Return the contenders that ``temporal:greedy,temporal,heuristic`` names; `planner` is for those that name none.
-
-    Raises
-    ------
-    UsageError, EngineUnavailable
-        If there is no such strategy or planner, or one can't be used here.
-    """
-    found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
-    twice = [str(contender) for contender in found if found.count(contender) > 1]
-    if twice:
-        raise UsageError(f"--strategies: {twice[0]} is named twice")
-    return tuple(found)
-
-
-def _contender(text: str, planner: str, budget: Budget) -> Contender:
-    strategy, colon, own = text.partition(":")
-    strategy = strategy_name(strategy)
-    if strategy != CLAIRVOYANT and not is_strategy(strategy):
-        known = ", ".join(sorted({*strategy_names(), CLAIRVOYANT}))
-        raise UsageError(f"--strategies: unknown strategy {strategy!r}; there are {known}")
-    if planner_for(strategy, planner) == NO_PLANNER:
-        if colon:
-            raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
-        if strategy != CLAIRVOYANT:
-            made(strategy, planner=planner, budget=budget)  # refuses parameters that it does not take
-        return Contender(strategy, NO_PLANNER)
-    mission_engine(own if colon else planner, budget)  # refuses what can't be used before anything is started
-    return Contender(strategy, own if colon else planner)
 
 
 def cases(

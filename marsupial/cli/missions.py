@@ -1,4 +1,7 @@
-"""One mission as the command line asks for it: scenario, planner and budget chosen, progress shown, log written."""
+"""One mission as the command line asks for it: scenario, planner and budget chosen, progress shown, log written.
+
+What is asked for is looked at before anything is imported that takes long.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +12,24 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.display.progress import progress
 from marsupial.cli.interrupt import asked_to_stop
-from marsupial.cli.outputs import writing
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.library.first_use import STAND_IN, prepare_mission
-from marsupial.library.metrics import Summary
-from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate
-from marsupial.library.recording import LogFile
+from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for
 from marsupial.library.scenarios import LoadedScenario, load_scenario
-from marsupial.mission.observer import Observer, Observers
-from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Routes
 from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, with_routes
 from marsupial.planning.engines import mission_engine
-from marsupial.strategies.registry import current_name
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.registry import current_name, is_strategy, strategy_names
+
+if TYPE_CHECKING:
+    from marsupial.library.metrics import Summary
+    from marsupial.mission.observer import Observer
 
 PATIENCE_S = 60.0
 """How long a service is tried that is not there or busy."""
@@ -71,12 +73,18 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     scenario = _changed(loaded.scenario, request)
     for text in oddities:
         warn(text)
+    from marsupial.cli.display.progress import progress
+    from marsupial.cli.mission_log import MissionLog
+    from marsupial.library.first_use import STAND_IN, prepare_mission
+    from marsupial.library.missions import simulate
+    from marsupial.mission.observer import Observers
+
     here = request.server is None
     prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
     with ExitStack() as stack:
         observers: list[Observer] = [stack.enter_context(progress())]
         if request.log is not None:
-            observers.append(stack.enter_context(_Log(request.log)))
+            observers.append(stack.enter_context(MissionLog(request.log)))
         run: Callable[..., Summary]
         if request.server is None:
             run = partial(simulate, cancelled=stack.enter_context(asked_to_stop()))
@@ -100,8 +108,17 @@ def warn_of(loaded: LoadedScenario) -> None:
 
 
 def strategy_name(asked: str) -> str:
-    """Return what a strategy is called today, with a notice where it was asked for by a former name."""
+    """Return what a strategy is called today, with a notice where it was asked for by a former name.
+
+    Raises
+    ------
+    UsageError
+        If there is no such strategy.
+    """
     name = current_name(asked)
+    if name != CLAIRVOYANT and not is_strategy(name):
+        known = ", ".join((*strategy_names(), CLAIRVOYANT))
+        raise UsageError(f"unknown strategy {name!r}; there are {known}")
     if name != asked:
         warn(f"strategy {asked} is now called {name}; the old name still works")
     return name
@@ -162,15 +179,3 @@ def _changed(scenario: Scenario, request: MissionRequest) -> Scenario:
     scenario = routed(scenario, request.routes)
     limits = limits_of(request.time_limit_s)
     return scenario if limits is None else replace(scenario, limits=limits)
-
-
-class _Log(LogFile):
-    """Reports what can't be written as a `UsageError`."""
-
-    def __exit__(self, *_: object) -> None:
-        with writing(self.path):
-            super().__exit__()
-
-    def event(self, event: MissionEvent) -> None:
-        with writing(self.path):
-            super().event(event)

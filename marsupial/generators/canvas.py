@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.maps.reach import parts
 from marsupial.model.grid import OBSTACLE, CellArray
 
 LEAST_RESOLUTION_M, MOST_RESOLUTION_M = 0.02, 0.5
@@ -89,6 +88,8 @@ def carve(cells: CellArray, box: Box, code: int) -> None:
 
 def fill_pockets(cells: CellArray) -> None:
     """Fill all free cells but the largest area connected over edges with obstacle."""
+    from marsupial.maps.reach import parts  # imports numba, which a list of generators does not need
+
     labels, count = parts(cells != OBSTACLE)
     if count > 1:
         sizes = np.bincount(labels.ravel())

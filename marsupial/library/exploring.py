@@ -9,9 +9,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for
 from marsupial.library.first_use import prepare_mission
 from marsupial.library.metrics import METRICS, Summary
-from marsupial.library.missions import DEFAULT_PLANNER, budget_of, planner_for, simulate
+from marsupial.library.missions import simulate
 from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observers

@@ -5,7 +5,6 @@ What `marsupial.explore`, ``marsupial run`` and every comparison call.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from numbers import Integral
 from time import perf_counter
@@ -21,7 +20,7 @@ from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
-from marsupial.model.planning import NO_PLANNER, Budget, Engine
+from marsupial.model.planning import Budget, Engine
 from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.sim.sensors import Sensor
@@ -29,37 +28,6 @@ from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.clairvoyant.strategy import Clairvoyant
-
-DEFAULT_PLANNER = "auto"
-
-DEFAULT_BUDGET_S = 1.0
-"""For each planning."""
-
-
-def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DEFAULT_BUDGET_S) -> Budget:
-    """Return the budget for each planning; `default_s` seconds where neither is given.
-
-    Raises
-    ------
-    UsageError
-        If both are given, or one that is not positive and finite.
-    """
-    if seconds is not None and not math.isfinite(seconds):
-        raise UsageError(f"a budget must be finite, got {seconds}")
-    if seconds is None and steps is None:
-        return Budget(seconds=default_s)
-    return Budget(seconds=seconds, steps=steps)
-
-
-def planner_for(strategy: str | Strategy, planner: str | Engine) -> str | Engine:
-    """Return the planner that a strategy asks: `planner`, or `NO_PLANNER` if it asks none by that way.
-
-    Raises
-    ------
-    EngineUnavailable
-        If the strategy is of an installed package and can't be loaded.
-    """
-    return planner if isinstance(strategy, str) and registry.asks_planner(strategy) else NO_PLANNER
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:

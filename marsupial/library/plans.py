@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
+from marsupial.library.choices import DEFAULT_PLANNER, budget_of
 from marsupial.library.first_use import prepare_planner
-from marsupial.library.missions import DEFAULT_PLANNER, budget_of
 from marsupial.library.situations import situation_of
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome

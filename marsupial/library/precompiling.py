@@ -16,8 +16,9 @@ from pathlib import Path
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.keeping import PRECOMPILED, precompile_into, processor_environment
+from marsupial.library.choices import DEFAULT_PLANNER
 from marsupial.library.first_use import CARRIERS, ONE_STEP, SMALL_MAP, try_mission, try_planner
-from marsupial.library.missions import DEFAULT_PLANNER, simulate
+from marsupial.library.missions import simulate
 from marsupial.library.recording import LogFile
 from marsupial.model.robots import Routes
 from marsupial.model.scenario import with_routes

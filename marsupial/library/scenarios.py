@@ -20,7 +20,6 @@ from marsupial.generators.builtin import (
     bare_map_scenario,
     builtin_scenario,
 )
-from marsupial.maps.describe import describe
 from marsupial.model.mapreading import MapReading
 from marsupial.model.scenario import Scenario
 
@@ -69,6 +68,8 @@ class LoadedScenario:
         """Return what is odd about the map, each with the name of the file; the whole map is looked at for that."""
         if self.source in SCENARIOS:
             return []
+        from marsupial.maps.describe import describe  # imports numba
+
         found = describe(self.scenario.grid, self.scenario.robot_types, reading=self.reading)
         return [f"{self.source}: {text}" for text in found.warnings]
 

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
+from marsupial.model.planning import Budget, Engine, Finished, Improved
 from marsupial.model.situation import Situation
+from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.engine import Exact, unsupported
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.portfolio.engine import Latest, Member, Portfolio
@@ -21,16 +22,6 @@ MOST_TARGETS = 12
 
 HEAD_START_S = 0.01
 """How long local search runs alone: it has a plan by then, and branch and bound takes over better ones as they come."""
-
-INFO = EngineInfo(
-    name="auto",
-    summary="the default: marsupial's own side by side, the best plan of all",
-    licence="Apache-2.0",
-    anytime=True,
-    proves_optimality=True,
-    deterministic_steps=True,
-    objectives=(ObjectiveName.MAKESPAN, ObjectiveName.PRICED_ARRIVAL),
-)
 
 
 class Auto(Portfolio):
@@ -53,7 +44,7 @@ class Auto(Portfolio):
 def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
     """Return the engine; `exact` makes the one that proves small situations."""
     return Auto(
-        INFO,
+        infos.AUTO,
         Member(
             name="anytime", make=lambda clock, latest: Anytime(clock), suits=lambda situation: not _is_small(situation)
         ),

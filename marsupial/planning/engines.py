@@ -1,14 +1,21 @@
-"""The engines, by the name the command line and comparisons use."""
+"""The engines, by the name the command line and comparisons use.
+
+To list them takes no numba and no scipy: the code of marsupial's own is imported when one is asked for a plan.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from pkgutil import resolve_name
 
 from marsupial import extensions
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.model.planning import Budget, Engine, EngineInfo
-from marsupial.planning.auto import auto
-from marsupial.planning.branch_and_bound.engine import Exact
+from marsupial.model.objective import MAKESPAN, Objective
+from marsupial.model.plan import Plan
+from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
+from marsupial.model.situation import Situation
+from marsupial.planning import infos
 from marsupial.planning.extensions import extension_engine, extension_infos
 from marsupial.planning.external import commands
 from marsupial.planning.external.aries import aries, load_aries
@@ -16,15 +23,35 @@ from marsupial.planning.external.commands import PREFIX, External
 from marsupial.planning.external.decompose import PartSize
 from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.external.tamer import load_tamer, tamer
-from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.local_search.engine import Anytime
+
+
+class DeferredEngine:
+    """An engine whose code is imported when it is first asked for a plan.
+
+    Parameters
+    ----------
+    target
+        What makes the engine, without arguments: ``package.module:name``.
+    """
+
+    def __init__(self, info: EngineInfo, target: str) -> None:
+        self.info = info
+        self._target = target
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Return the events of the engine; see `Engine`."""
+        engine: Engine = resolve_name(self._target)()
+        return engine.solve(situation, budget, objective=objective, start=start)
+
 
 ENGINES: Mapping[str, Callable[[], Engine]] = {
-    "anytime": Anytime,
+    "anytime": partial(DeferredEngine, infos.ANYTIME, "marsupial.planning.local_search.engine:Anytime"),
     "aries": aries,
-    "auto": auto,
-    "exact": Exact,
-    "greedy": Greedy,
+    "auto": partial(DeferredEngine, infos.AUTO, "marsupial.planning.auto:auto"),
+    "exact": partial(DeferredEngine, infos.EXACT, "marsupial.planning.branch_and_bound.engine:Exact"),
+    "greedy": partial(DeferredEngine, infos.GREEDY, "marsupial.planning.list_scheduling.greedy:Greedy"),
     "tamer": tamer,
 }
 

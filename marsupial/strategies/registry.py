@@ -1,46 +1,68 @@
-"""The strategies, by the name the command line and comparisons use."""
+"""The strategies, by the name the command line and comparisons use.
+
+Each is named by where it is, as entry points are (``package.module:name``), and imported when it is first made: to list
+them takes none of what they are made of, not even numpy.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
 from marsupial import extensions
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.extensions import Extension
-from marsupial.model.planning import Budget, Engine
-from marsupial.model.robots import Role
-from marsupial.model.strategy import Strategy
-from marsupial.planning.engines import mission_engine
-from marsupial.strategies.frontier.bidding import Bidding, Sheng
-from marsupial.strategies.frontier.closest import ClosestFrontier
-from marsupial.strategies.frontier.covering import Covering
-from marsupial.strategies.frontier.exploration import FrontierStrategy
-from marsupial.strategies.frontier.orientation import Orientation, WidestFrontier
-from marsupial.strategies.frontier.parameters import with_parameters
-from marsupial.strategies.frontier.rule import FrontierRule
-from marsupial.strategies.frontier.segmentation import Segments
-from marsupial.strategies.heuristic import Heuristic
-from marsupial.strategies.heuristic_plus import HeuristicPlus
-from marsupial.strategies.one_step import OneStep
-from marsupial.strategies.temporal import Temporal
 
-RULES: Mapping[str, type[FrontierRule]] = {
-    rule.name: rule for rule in (ClosestFrontier, Segments, Bidding, Sheng, Orientation, WidestFrontier, Covering)
+if TYPE_CHECKING:
+    from marsupial.model.planning import Budget, Engine
+    from marsupial.model.robots import Role
+    from marsupial.model.strategy import Strategy
+    from marsupial.strategies.frontier.rule import FrontierRule
+
+RULES: Mapping[str, str] = {
+    "closest-frontier": "marsupial.strategies.frontier.closest:ClosestFrontier",
+    "segmentation": "marsupial.strategies.frontier.segmentation:Segments",
+    "bidding": "marsupial.strategies.frontier.bidding:Bidding",
+    "sheng": "marsupial.strategies.frontier.bidding:Sheng",
+    "orientation": "marsupial.strategies.frontier.orientation:Orientation",
+    "widest-frontier": "marsupial.strategies.frontier.orientation:WidestFrontier",
+    "covering": "marsupial.strategies.frontier.covering:Covering",
 }
 """Those that send robots to frontiers; they lead carriers without rovers."""
 
 
-def _frontier(rule: type[FrontierRule], planner: str | Engine, budget: Budget) -> Strategy:
-    return FrontierStrategy(rule())
+def frontier_rule(name: str) -> type[FrontierRule]:
+    """Return the rule of that name in `RULES`."""
+    rule: type[FrontierRule] = resolve_name(RULES[name])
+    return rule
+
+
+def _temporal(planner: str | Engine, budget: Budget) -> Strategy:
+    from marsupial.planning.engines import mission_engine
+    from marsupial.strategies.temporal import Temporal
+
+    return Temporal(mission_engine(planner, budget), budget)
+
+
+def _without_planner(target: str, planner: str | Engine, budget: Budget) -> Strategy:
+    made: Strategy = resolve_name(target)()
+    return made
+
+
+def _frontier(rule: str, planner: str | Engine, budget: Budget) -> Strategy:
+    from marsupial.strategies.frontier.exploration import FrontierStrategy
+
+    return FrontierStrategy(frontier_rule(rule)())
 
 
 STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Strategy]] = {
-    "temporal": lambda planner, budget: Temporal(mission_engine(planner, budget), budget),
-    "heuristic": lambda planner, budget: Heuristic(),
-    "heuristic-plus": lambda planner, budget: HeuristicPlus(),
-    "assignment": lambda planner, budget: OneStep(),
-    **{name: partial(_frontier, rule) for name, rule in RULES.items()},
+    "temporal": _temporal,
+    "heuristic": partial(_without_planner, "marsupial.strategies.heuristic:Heuristic"),
+    "heuristic-plus": partial(_without_planner, "marsupial.strategies.heuristic_plus:HeuristicPlus"),
+    "assignment": partial(_without_planner, "marsupial.strategies.one_step:OneStep"),
+    **{rule: partial(_frontier, rule) for rule in RULES},
 }
 
 FORMER_NAMES: Mapping[str, str] = {"greedy": "assignment"}
@@ -100,7 +122,10 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
         return STRATEGIES[name](planner, budget)
     base, _, parameters = name.partition("/")
     if base in RULES:
-        return FrontierStrategy(with_parameters(RULES[base], parameters), name)
+        from marsupial.strategies.frontier.exploration import FrontierStrategy
+        from marsupial.strategies.frontier.parameters import with_parameters
+
+        return FrontierStrategy(with_parameters(frontier_rule(base), parameters), name)
     found = _extension(name)
     if found is None:
         raise UsageError(f"unknown strategy {name!r}; there are {', '.join(strategy_names())}")
@@ -131,6 +156,8 @@ def _loaded(found: Extension) -> Callable[..., Strategy]:
 
 
 def _made(found: Extension, planner: str | Engine, budget: Budget) -> Strategy:
+    from marsupial.planning.engines import mission_engine
+
     make = _loaded(found)
     arguments = (mission_engine(planner, budget), budget) if _asks(make) else ()
     try:

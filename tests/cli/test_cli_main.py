@@ -111,6 +111,34 @@ def test_help_imports_nothing_heavy() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+LIGHT = (
+    ["--version"],
+    ["run", "--help"],
+    ["compare", "--help"],
+    ["planners"],
+    ["scenarios"],
+    ["nonsense"],
+    ["run", "office", "--nonsense"],
+    ["run", "office", "--strategy", "nonsense"],
+    ["run", "office", "--planner", "nonsense"],
+    ["run", "nonsense"],
+    ["compare", "office", "--out", "nowhere", "--strategies", "nonsense"],
+)
+
+
+def test_help_lists_and_mistyped_names_import_no_compiler_and_no_solver() -> None:
+    heavy = ("numba", "scipy", "matplotlib", "unified_planning")
+    code = (
+        "import sys, marsupial.cli.main as m\n"
+        f"for arguments in {LIGHT}:\n"
+        "    m.main(arguments)\n"
+        f"    print(arguments, [name for name in {heavy} if name in sys.modules])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    said = done.stdout.splitlines()
+    assert [line for arguments in LIGHT for line in said if line == f"{arguments} []"] == [f"{one} []" for one in LIGHT]
+
+
 def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("marsupial 0.")

@@ -27,7 +27,7 @@ from marsupial.model.robots import TeamMember, uniform_team
 from marsupial.model.scenario import Goal, Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import RULES, STRATEGIES
+from marsupial.strategies.registry import RULES, STRATEGIES, frontier_rule
 
 WITH_ROVERS = [name for name in STRATEGIES if name not in RULES]
 EVERYBODY = [*WITH_ROVERS, CLAIRVOYANT]
@@ -173,7 +173,7 @@ def test_robots_do_what_robots_can_do(name: str, strategy: str) -> None:
     ("name", "strategy"), [("lobby", "covering"), *(("cave", rule) for rule in RULES if rule != "covering")]
 )
 def test_robots_without_rovers_do_what_robots_can_do(name: str, strategy: str) -> None:
-    ended, watcher = watched(builtin_scenario(name, RULES[strategy].most_robots or 4, 0), strategy, 5)
+    ended, watcher = watched(builtin_scenario(name, frontier_rule(strategy).most_robots or 4, 0), strategy, 5)
     assert watcher.faults == []
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0)
 

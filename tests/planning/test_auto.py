@@ -9,7 +9,8 @@ from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.auto import INFO, auto
+from marsupial.planning.auto import auto
+from marsupial.planning.infos import AUTO
 from marsupial.planning.portfolio.engine import Latest
 from marsupial.planning.race import Clock
 
@@ -17,7 +18,7 @@ from marsupial.planning.race import Clock
 class Prover:
     """Says at once that no plan is shorter than that."""
 
-    info = INFO
+    info = AUTO
 
     def __init__(self, asked: list[Plan | None], bound_ms: int = 0) -> None:
         self._asked, self._bound_ms = asked, bound_ms

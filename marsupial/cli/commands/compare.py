@@ -50,15 +50,17 @@ def compare(
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
     """
     from marsupial.bench.compare.plan import Comparison
-    from marsupial.cli import comparing
+    from marsupial.cli.contenders import contenders, numbers
     from marsupial.cli.missions import limits_of, routed
     from marsupial.errors import UsageError
-    from marsupial.library.missions import budget_of
+    from marsupial.library.choices import budget_of
 
     if report is not None:
         if scenarios or out is not None:
             raise UsageError("--report takes no SCENARIO and no --out: it only reads and writes its folder")
-        comparing.report(report)
+        from marsupial.cli.comparing import report as write_report
+
+        write_report(report)
         return
     if not scenarios:
         raise UsageError("needs a SCENARIO, or --report with a folder")
@@ -66,9 +68,11 @@ def compare(
         raise UsageError("needs --out with the folder to write to")
     limits = limits_of(time_limit)
     chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
-    contenders = comparing.contenders(strategies, planner, chosen)
-    teams = comparing.numbers(carriers, "--carriers", at_least=1), comparing.numbers(rovers, "--rovers", at_least=0)
+    compared = contenders(strategies, planner, chosen)
+    teams = numbers(carriers, "--carriers", at_least=1), numbers(rovers, "--rovers", at_least=0)
+    from marsupial.cli import comparing  # takes a second: only now is it clear that it is needed
+
     cases = comparing.cases(scenarios, *teams, limits)
     cases = {case: routed(scenario, routes) for case, scenario in cases.items()}
-    comparison = Comparison(contenders=contenders, scenarios=cases, runs=runs, budget=chosen)
+    comparison = Comparison(contenders=compared, scenarios=cases, runs=runs, budget=chosen)
     comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

@@ -32,14 +32,18 @@ def plan(
     """
     from marsupial.cli.display.tables import print_json, print_text
     from marsupial.cli.outputs import write_file
-    from marsupial.cli.planning import exit_code, search, search_json
-    from marsupial.formats.pddl.plantext import write_plan_text
-    from marsupial.library.missions import DEFAULT_PLANNER, budget_of
+    from marsupial.library.choices import DEFAULT_PLANNER, budget_of
     from marsupial.library.situations import situation_of
+    from marsupial.planning.engines import engine
 
     limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
     asked = planner or DEFAULT_PLANNER
-    found = search(situation_of(situation), asked, limit)
+    wanted = situation_of(situation)
+    engine(asked)  # refuses an unknown name before the imports below, which take a second
+    from marsupial.cli.planning import exit_code, search, search_json
+    from marsupial.formats.pddl.plantext import write_plan_text
+
+    found = search(wanted, asked, limit)
     text = "" if found.best is None else write_plan_text(found.best, found.situation)
     if output is not None and text:
         write_file(output, text)

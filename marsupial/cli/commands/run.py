@@ -42,8 +42,6 @@ def run(
 
     Example: marsupial run office --seed 2 --log office.jsonl
     """
-    from marsupial.cli.display.report import print_summary
-    from marsupial.cli.display.tables import print_json
     from marsupial.cli.missions import MissionRequest, carry_out
 
     request = MissionRequest(
@@ -62,6 +60,9 @@ def run(
         server=server,
     )
     summary, explored = carry_out(request)
+    from marsupial.cli.display.report import print_summary
+    from marsupial.cli.display.tables import print_json
+
     if json:
         print_json(summary.as_dict())
     else:

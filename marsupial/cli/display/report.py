@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from marsupial.bench.compare.plan import Contender
 from marsupial.cli.display.tables import print_facts, print_table, print_text
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.model.grid import Cell, Grid
@@ -72,6 +71,8 @@ def place_text(grid: Grid, cell: Cell) -> str:
 
 def print_comparison(summaries: Sequence[Summary]) -> None:
     """Print a table with a column for each mission, and what the first saves against the last."""
+    from marsupial.bench.compare.plan import Contender
+
     heads = ["", *(str(Contender(summary.strategy, summary.planner)) for summary in summaries), "saved"]
     rows = [_row(key, summaries, _saved([METRICS[key].of(summary) for summary in summaries])) for key in SAVED]
     rows.append(["status", *(str(summary.status) for summary in summaries), ""])

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.generators.builtin import check_team_size
-from marsupial.maps.footprint import fits
 from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
 from marsupial.model.scenario import Scenario
@@ -35,6 +34,8 @@ class MemberEntry:
 
 def standing_fault(grid: Grid, kind: RobotType, cell: Cell) -> str | None:
     """Say what keeps a robot of this type from standing on a cell of the map."""
+    from marsupial.maps.footprint import fits  # imports numba, which a team without starts does not need
+
     if fits(grid, kind, cell):
         return None
     code = int(grid.cells[cell.y, cell.x])

@@ -14,9 +14,10 @@ from collections.abc import Callable, Iterator
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
-from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
+from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.memory import MAX_CARRIERS, MAX_CODES, MAX_ROVERS, MAX_TARGETS
 from marsupial.planning.branch_and_bound.proof import Proof
 from marsupial.planning.checker import check
@@ -41,14 +42,7 @@ class Exact:
         Asked between steps for the best plan that others have found, which has to be valid.
     """
 
-    info = EngineInfo(
-        name="exact",
-        summary="branch and bound over docks and undocks; proves makespans best, up to a dozen targets",
-        licence="Apache-2.0",
-        anytime=True,
-        proves_optimality=True,
-        deterministic_steps=True,
-    )
+    info = infos.EXACT
 
     def __init__(
         self, clock: Callable[[], float] = time.perf_counter, latest: Callable[[], Plan | None] = lambda: None

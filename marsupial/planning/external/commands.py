@@ -36,7 +36,6 @@ from marsupial.planning.external.output import (
     last_words,
 )
 from marsupial.planning.external.process_engine import ProcessEngine
-from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.processes.jobs import GIB, Job, JobLimits, death, ending_of
 
 PREFIX = "cmd:"
@@ -243,5 +242,7 @@ def _as_ended(code: int, child: _Child) -> Outcome:
 
 def _can_be_solved(situation: Situation) -> bool:
     """Say whether there is a plan after all: planners also call a problem unsolvable that they can't handle."""
+    from marsupial.planning.list_scheduling.greedy import serve  # imports numba
+
     plan, _ = serve(situation)
     return check(situation, plan).valid

@@ -16,7 +16,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from marsupial.model.plan import Plan
 from marsupial.model.robots import Role
@@ -184,6 +183,8 @@ def _seats(
     aboard: dict[str, list[RobotState]],
 ) -> dict[str, str]:
     """Return, per rover on the ground, the carrier that brings it back: as soon as possible in sum, within capacity."""
+    from scipy.optimize import linear_sum_assignment  # takes a third of a second
+
     seats = [
         carrier
         for carrier in carriers

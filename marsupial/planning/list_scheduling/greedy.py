@@ -22,8 +22,9 @@ import numpy as np
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import ActionName, Plan
-from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning import infos
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Times
 from marsupial.planning.list_scheduling.detours import Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
@@ -39,13 +40,7 @@ ROUNDS = 8
 class Greedy:
     """The engine; `clock` gives wall-clock seconds. One step of a budget is one round, of `ROUNDS` at most."""
 
-    info = EngineInfo(
-        name="greedy",
-        summary="list scheduling; always answers, never proves a plan best",
-        licence="Apache-2.0",
-        anytime=True,
-        deterministic_steps=True,
-    )
+    info = infos.GREEDY
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock

@@ -14,10 +14,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 
-from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
+from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import EPSILON_MS, Plan
-from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
+from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning import infos
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.bounds import makespan_bound_ms
@@ -48,15 +49,7 @@ class Anytime:
     Priced arrival is its objective as well as the makespan; of priced arrival it proves nothing.
     """
 
-    info = EngineInfo(
-        name="anytime",
-        summary="annealing on exact schedules; a plan at once, then better ones; proves some makespans best",
-        licence="Apache-2.0",
-        anytime=True,
-        proves_optimality=True,
-        deterministic_steps=True,
-        objectives=(ObjectiveName.MAKESPAN, ObjectiveName.PRICED_ARRIVAL),
-    )
+    info = infos.ANYTIME
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter, searches: int = SIZE) -> None:
         self._clock, self._searches = clock, searches

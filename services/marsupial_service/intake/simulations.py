@@ -14,7 +14,8 @@ from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioErr
 from marsupial.formats.fields import Notes, unknown
 from marsupial.formats.mapfiles.nav2 import understand_image
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
-from marsupial.library.missions import planner_for, reachable_area
+from marsupial.library.choices import planner_for
+from marsupial.library.missions import reachable_area
 from marsupial.maps.describe import describe
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Grid

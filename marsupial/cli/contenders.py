@@ -1,0 +1,57 @@
+"""Options of `marsupial compare` that can be wrong before anything is imported that takes long."""
+
+from __future__ import annotations
+
+import re
+
+from marsupial.bench.compare.plan import Contender
+from marsupial.cli.missions import strategy_name
+from marsupial.errors import UsageError
+from marsupial.library.choices import DEFAULT_PLANNER, planner_for
+from marsupial.model.planning import NO_PLANNER, Budget
+from marsupial.planning.engines import mission_engine
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.registry import strategy as made
+
+
+def numbers(text: str | None, option: str, *, at_least: int) -> tuple[int, ...] | None:
+    """Return the numbers that an option like ``1-3,6`` names, in order, none below `at_least`; None without it."""
+    if text is None:
+        return None
+    found: set[int] = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(\d{1,4})\s*(?:-\s*(\d{1,4})\s*)?", part)
+        if match is None or (match[2] and int(match[2]) < int(match[1])):
+            raise UsageError(f"{option}: must be numbers like 2, 1-6 or 1,2,4, got {text!r}")
+        found |= set(range(int(match[1]), int(match[2] or match[1]) + 1))
+    if min(found) < at_least:
+        raise UsageError(f"{option}: must be {at_least} or more, got {min(found)}")
+    return tuple(sorted(found))
+
+
+def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
+    """Return the contenders that ``temporal:greedy,temporal,heuristic`` names; `planner` is for those that name none.
+
+    Raises
+    ------
+    UsageError, EngineUnavailable
+        If there is no such strategy or planner, or one can't be used here.
+    """
+    found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
+    twice = [str(contender) for contender in found if found.count(contender) > 1]
+    if twice:
+        raise UsageError(f"--strategies: {twice[0]} is named twice")
+    return tuple(found)
+
+
+def _contender(text: str, planner: str, budget: Budget) -> Contender:
+    strategy, colon, own = text.partition(":")
+    strategy = strategy_name(strategy)
+    if planner_for(strategy, planner) == NO_PLANNER:
+        if colon:
+            raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
+        if strategy != CLAIRVOYANT:
+            made(strategy, planner=planner, budget=budget)  # refuses parameters that it does not take
+        return Contender(strategy, NO_PLANNER)
+    mission_engine(own if colon else planner, budget)  # refuses what can't be used before anything is started
+    return Contender(strategy, own if colon else planner)
