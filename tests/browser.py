@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from patience import HANG_S, Hung, until
 
 if TYPE_CHECKING:
     from selenium.webdriver.chrome.webdriver import WebDriver
@@ -22,8 +23,6 @@ OPTIONS = (
     "--disable-background-networking",
     "--hide-scrollbars",
 )
-PATIENCE_S = 30.0
-_POLL_S = 0.02
 
 
 class View(NamedTuple):
@@ -35,10 +34,6 @@ class View(NamedTuple):
 
 
 DESK, PHONE = View(1280, 800), View(390, 844, 2.0)
-
-
-class Waited(AssertionError):
-    """Something did not come true in time."""
 
 
 def missing() -> str | None:
@@ -77,18 +72,16 @@ class Browser:
         """Return the value of an expression in the page."""
         return self.run(f"return ({expression})")
 
-    def wait(self, expression: str, seconds: float = PATIENCE_S) -> Any:
-        """Wait until an expression is true in the page, and return its value. Raises Waited."""
-        until = time.monotonic() + seconds
-        while not (found := self.value(expression)):
-            if time.monotonic() > until:
-                said = "\n".join(self.errors())
-                raise Waited(f"{expression} is still {found!r} after {seconds:g} s; console: {said or 'nothing'}")
-            time.sleep(_POLL_S)
-        return found
+    def wait(self, expression: str) -> Any:
+        """Wait until an expression is true in the page, and return its value. Raises Hung."""
+        try:
+            return until(lambda: self.value(expression), expression)
+        except Hung as error:
+            error.add_note("\n".join(["on the console:", *self.errors()]))
+            raise
 
     def find(self, selector: str) -> WebElement:
-        """Return the element that is shown for a selector, as soon as it is. Raises Waited."""
+        """Return the element that is shown for a selector, as soon as it is. Raises Hung."""
         self.wait(f"document.querySelector({selector!r})?.checkVisibility()")
         return self.driver.find_element("css selector", selector)
 
@@ -142,7 +135,7 @@ def chromium(*more: str) -> Iterator[WebDriver]:
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     driver = Chrome(options, Service(shutil.which(DRIVER)))
     try:
-        driver.set_script_timeout(PATIENCE_S)
+        driver.set_script_timeout(HANG_S)
         yield driver
     finally:
         driver.quit()

@@ -6,7 +6,6 @@ import os
 import shutil
 import signal
 import subprocess
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -16,11 +15,10 @@ from typing import Any
 import psutil
 import psycopg
 import pytest
+from patience import HANG_S, until
 
 DATABASES = ("sqlite", "postgres")
 _NUMBERS = count(1)
-_START_S = 60.0
-_POLL_S = 0.02
 
 
 class NoPostgres(Exception):
@@ -41,7 +39,7 @@ class PostgresServer:
                 if parent.stat().st_uid == 0 and not parent.stat().st_mode & 0o001:
                     parent.chmod(parent.stat().st_mode | 0o011)
         words = ("--pgdata", f"{folder}/data", "--username", "marsupial", "--auth", "trust", "--no-sync")
-        subprocess.run([self.home / "initdb", *words], check=True, capture_output=True, timeout=120, **self._how())
+        subprocess.run([self.home / "initdb", *words], check=True, capture_output=True, timeout=HANG_S, **self._how())
 
     @property
     def pid(self) -> int:
@@ -52,16 +50,16 @@ class PostgresServer:
         """Start it, with the settings of the last time if none are given, and wait until it answers."""
         self._settings = settings or self._settings
         self._launch()
-        until = time.monotonic() + _START_S
-        while True:
-            try:
-                psycopg.connect(self.url()).close()
-                return
-            except psycopg.OperationalError:
-                assert time.monotonic() < until, (self.folder / "log").read_text()
-                time.sleep(_POLL_S)
+        until(self._answers, self.folder / "log")
+
+    def _answers(self) -> bool:
+        try:
+            psycopg.connect(self.url()).close()
+        except psycopg.OperationalError:
             if self._process.poll() is not None:  # what a crash has left behind was in its way
                 self._launch()
+            return False
+        return True
 
     def _launch(self) -> None:
         words = ["-D", f"{self.folder}/data", "-c", "listen_addresses=", "-c", f"unix_socket_directories={self.folder}"]
@@ -73,7 +71,7 @@ class PostgresServer:
     def stop(self, how: signal.Signals = signal.SIGQUIT) -> None:
         """End it: at once, as in a crash, unless told otherwise."""
         self._process.send_signal(how)
-        self._process.wait(60)
+        self._process.wait(HANG_S)
 
     def crash(self) -> None:
         """Kill it with all its processes, as by ``kill -9``: none of them writes another word."""
@@ -83,7 +81,7 @@ class PostgresServer:
         for process in below:
             with suppress(psutil.NoSuchProcess):
                 process.kill()
-        psutil.wait_procs(below, timeout=_START_S)
+        psutil.wait_procs(below, timeout=HANG_S)
 
     def _how(self) -> dict[str, Any]:
         return {

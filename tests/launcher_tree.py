@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import psutil
+from patience import HANG_S
 
 _ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 
@@ -17,7 +18,7 @@ def is_alive(pid: int) -> bool:
         return False
 
 
-def is_gone(pid: int, within_s: float = 5.0) -> bool:
+def is_gone(pid: int, within_s: float = HANG_S) -> bool:
     """Say whether a process has ended, or soon does."""
     until = time.monotonic() + within_s
     while is_alive(pid) and time.monotonic() < until:
@@ -25,7 +26,7 @@ def is_gone(pid: int, within_s: float = 5.0) -> bool:
     return not is_alive(pid)
 
 
-def nothing_runs(within_s: float = 5.0) -> bool:
+def nothing_runs(within_s: float = HANG_S) -> bool:
     """Say whether nothing but the launcher of this process runs any more, or soon does."""
     until = time.monotonic() + within_s
     while (left := below_launcher()) and time.monotonic() < until:

@@ -9,7 +9,6 @@ import socket
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Mapping
 from contextlib import suppress
 from importlib.util import find_spec
@@ -17,11 +16,9 @@ from pathlib import Path
 
 import psutil
 import pytest
+from patience import HANG_S, until
 
 needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: pip install 'marsupial[ray]'")
-
-PATIENCE_S = 300
-"""Planners are compiled in this time where nobody has run them before."""
 
 PROGRAM = str(Path(__file__).with_name("ray_cluster_program.py"))
 
@@ -46,16 +43,16 @@ class Nodes:
     def stop(self) -> None:
         """End all processes of all nodes."""
         running = self._family()
-        self._program.communicate(timeout=60)
+        self._program.communicate(timeout=HANG_S)
         for process in psutil.wait_procs(running, timeout=20)[1]:
             process.kill()
-        assert psutil.wait_procs(running, timeout=10)[1] == []
+        assert psutil.wait_procs(running, HANG_S)[1] == []
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def run(self, *command: str, **env: str) -> subprocess.CompletedProcess[str]:
         """Run a Python program with the settings of these nodes; an empty text removes one."""
         return subprocess.run([sys.executable, *command], env=with_settings(self.env | env), capture_output=True,
-                              text=True, check=False, timeout=PATIENCE_S)  # fmt: skip
+                              text=True, check=False, timeout=HANG_S)  # fmt: skip
 
     def begin(self, *command: str) -> subprocess.Popen[bytes]:
         """Start a Python program with the settings of these nodes, in a session of its own."""
@@ -105,14 +102,14 @@ class Head:
                 start_new_session=True,
             )
         )
-        until = time.monotonic() + 60
-        while True:
-            try:
-                socket.create_connection(("127.0.0.1", self.port), 1).close()
-                return
-            except OSError:
-                assert time.monotonic() < until, "the head did not start"
-                time.sleep(0.1)
+        until(self._answers, "the head")
+
+    def _answers(self) -> bool:
+        try:
+            socket.create_connection(("127.0.0.1", self.port), HANG_S).close()
+        except OSError:
+            return False
+        return True
 
     def kill(self) -> None:
         """Kill all of it at once."""
@@ -121,7 +118,7 @@ class Head:
         for process in family:
             with suppress(psutil.NoSuchProcess):
                 process.kill()
-        program.wait(20)
+        program.wait(HANG_S)
 
     def stop(self) -> None:
         """End it for good."""
@@ -160,7 +157,7 @@ def free_port() -> int:
 def interrupt(program: subprocess.Popen[bytes]) -> str:
     """Send Ctrl-C as a terminal does and return what the program has said on stderr."""
     os.killpg(program.pid, signal.SIGINT)
-    return program.communicate(timeout=60)[1].decode()
+    return program.communicate(timeout=HANG_S)[1].decode()
 
 
 def _title(process: psutil.Process) -> str:

@@ -8,16 +8,17 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Mapping
 from pathlib import Path
 
+from patience import HANG_S, until
 from talk import HOST, Reply, ask
 
 START = [sys.executable, "-m", "marsupial.cli.main", "serve"]
-_START_S = 120.0
-_END_S = 20.0
-_POLL_S = 0.01
+PATIENT = {
+    f"MARSUPIAL_{name}_S": str(HANG_S) for name in ["ANALYSIS", "BODY", "HEADER", "READ", "STALL", "STEPS", "WAIT"]
+}
+"""The limits of a server that no test examines, as its environment sets them; options say otherwise where one does."""
 
 
 class NotStarted(Exception):
@@ -33,7 +34,14 @@ class Server:
         Of `marsupial serve`, besides folder and port.
     port
         0 takes any free one.
+
+    Attributes
+    ----------
+    environment
+        Variables that it is started with.
     """
+
+    environment: Mapping[str, str] = PATIENT
 
     def __init__(self, data: Path, *options: str, port: int = 0) -> None:
         self.data = data
@@ -75,13 +83,15 @@ class Server:
     def start(self) -> None:
         """Start a process and wait until it answers requests. Raises NotStarted."""
         self.launch()
-        until = time.monotonic() + _START_S
-        while time.monotonic() < until and self.runs:
-            if match := re.search(rb"serves at http://\S+:(\d+)", self._log.read_bytes()[self._told :]):
-                self.port = int(match[1])
-                return
-            time.sleep(_POLL_S)
-        raise NotStarted(self.log[-2000:])
+        until(lambda: self._answers() or not self.runs, "the server")
+        if not self._answers():
+            raise NotStarted(self.log[-2000:])
+
+    def _answers(self) -> bool:
+        match = re.search(rb"serves at http://\S+:(\d+)", self._log.read_bytes()[self._told :])
+        if match is not None:
+            self.port = int(match[1])
+        return match is not None
 
     def launch(self, environment: Mapping[str, str] | None = None) -> None:
         """Start a process; returns at once."""
@@ -90,7 +100,7 @@ class Server:
             self._told = log.tell()
             self._process = subprocess.Popen(
                 [*START, "--port", str(self.port), "--data", str(self.data), *self._options],
-                env={**os.environ, **(environment or {})},
+                env={**os.environ, **self.environment, **(environment or {})},
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,
@@ -104,7 +114,7 @@ class Server:
     def stop(self) -> None:
         """Ask it to end and wait for it."""
         self.process.send_signal(signal.SIGTERM)
-        self.process.wait(_END_S)
+        self.process.wait(HANG_S)
 
     def ask(self, method: str, path: str, body: object = None) -> Reply:
         """Send a request over a connection of its own."""

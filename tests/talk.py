@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing
 from typing import Any, NamedTuple
 
+from patience import HANG_S
+
 BROKEN = (OSError, http.client.HTTPException)
 """What is raised where the way to the service breaks."""
 
@@ -51,7 +53,7 @@ class Talk:
         The header of that name in the last answer.
     """
 
-    def __init__(self, port: int, timeout_s: float = 30.0) -> None:
+    def __init__(self, port: int, timeout_s: float = HANG_S) -> None:
         self._connection = http.client.HTTPConnection(HOST, port, timeout=timeout_s)
         self.retry_after: str | None = None
 
@@ -84,7 +86,7 @@ def ask(port: int, method: str, path: str, body: object = None) -> Reply:
         return talk.ask(method, path, body)
 
 
-def frames(port: int, path: str, after: int = 0, timeout_s: float = 60.0) -> Iterator[Frame]:
+def frames(port: int, path: str, after: int = 0, timeout_s: float = HANG_S) -> Iterator[Frame]:
     """Yield the events of a stream after number `after` until the service ends it. Raises what is in `BROKEN`."""
     connection = http.client.HTTPConnection(HOST, port, timeout=timeout_s)
     with closing(connection):

@@ -10,6 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import yaml
+from patience import HANG_S
 
 import marsupial
 
@@ -18,7 +19,7 @@ DOCS = ROOT / "docs"
 
 
 def run(*command: str) -> None:
-    done = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    done = subprocess.run([sys.executable, *command], cwd=ROOT, capture_output=True, text=True, timeout=HANG_S)
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-4000:]
 
 

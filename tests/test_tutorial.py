@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from servers import Server
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,7 +30,7 @@ def shell(tmp_path: Path) -> dict[str, str]:
 
 
 def done(command: list[str], folder: Path, environment: dict[str, str]) -> str:
-    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=HANG_S)
     assert run.returncode == 0, f"{command}\n{run.stdout}\n{run.stderr}"
     return run.stdout
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import os
-import time
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import pytest
 from compare_workers import GREEDY, dies_of_seed_2, dies_once, lobby, never_begins, never_ends
 from launcher_tree import below_launcher
+from patience import until
 
 from marsupial.bench.compare.plan import Case, Comparison
 from marsupial.bench.compare.pool import LocalPool
@@ -56,9 +56,8 @@ def test_closing_early_leaves_no_worker_behind() -> None:
     comparison = lobby(runs=3, contenders=[GREEDY])
     results = LocalPool(comparison, 2, never_ends).results(list(comparison.trials()))
     next(results)
-    until = time.monotonic() + 10
-    while len(found := below_launcher()) < 4 and time.monotonic() < until:  # each worker has a supervisor
-        time.sleep(0.01)
+    until(lambda: len(below_launcher()) >= 4)  # each worker has a supervisor
+    found = below_launcher()
     workers = [process for process in found if not process.children()]
     assert len(workers) == 2
     results.close()

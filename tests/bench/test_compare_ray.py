@@ -11,8 +11,9 @@ from pathlib import Path
 
 import psutil
 import pytest
+from patience import HANG_S
 from ray_driver import comparison_in, is_hopeless
-from ray_nodes import PATIENCE_S, Nodes, interrupt, needs_ray
+from ray_nodes import Nodes, interrupt, needs_ray
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_rows
@@ -98,7 +99,7 @@ def test_the_command_does_the_same_on_a_node_through_ray_client_and_on_a_cluster
 def begun(nodes: Nodes, out: Path, address: str) -> subprocess.Popen[bytes]:
     """Return a program that has carried out one of its missions."""
     program = nodes.begin(*PROGRAM, *LONG, "--ray", address, "--out", str(out))
-    deadline = time.monotonic() + PATIENCE_S
+    deadline = time.monotonic() + HANG_S
     while not ((out / "rows.csv").exists() and (out / "rows.csv").read_bytes().count(b"\n") > 1):
         if program.poll() is not None or time.monotonic() > deadline:
             program.kill()
@@ -114,7 +115,7 @@ def test_what_is_killed_in_the_middle_goes_on_and_nothing_is_lost_or_done_twice(
     at_work = nodes.missions()
     program.kill()
     program.communicate()
-    assert psutil.wait_procs(at_work, timeout=60)[1] == []
+    assert psutil.wait_procs(at_work, HANG_S)[1] == []
     before = read_rows(out)
     assert 1 <= len(before) < 12
     done = nodes.run(*PROGRAM, *LONG, "--ray", nodes.address, "--out", str(out))
@@ -132,8 +133,8 @@ def test_ctrl_c_leaves_what_is_done_and_no_mission_on_the_cluster(nodes: Nodes, 
     assert program.returncode == 130
     assert f"what is done is kept in {tmp_path}" in error
     assert "Traceback" not in error
-    assert psutil.wait_procs(below, timeout=20)[1] == []
-    assert psutil.wait_procs(nodes.missions(), timeout=20)[1] == []
+    assert psutil.wait_procs(below, HANG_S)[1] == []
+    assert psutil.wait_procs(nodes.missions(), HANG_S)[1] == []
     assert len(read_rows(tmp_path)) >= 1
 
 
@@ -143,7 +144,7 @@ def test_a_node_that_is_killed_in_the_middle_leaves_no_trace_in_the_rows(tmp_pat
     try:
         program = begun(nodes, tmp_path / "ray", nodes.address)
         os.kill(nodes.missions()[0].ppid(), signal.SIGKILL)
-        error = program.communicate(timeout=PATIENCE_S)[1].decode()
+        error = program.communicate(timeout=HANG_S)[1].decode()
         assert program.returncode == 0, error
         assert bytes_of(tmp_path / "ray") == carried_out_here(tmp_path / "local", *LONG)
     finally:

@@ -3,6 +3,7 @@ from __future__ import annotations
 from threading import Event
 
 import pytest
+from patience import HANG_S
 
 from marsupial.cli.display.alive import Alive
 
@@ -17,7 +18,7 @@ def test_silence_is_broken_again_and_again(capsys: pytest.CaptureFixture[str]) -
         return f"at work {asked[0]}"
 
     with Alive(what, first_s=0.01, last_s=0.02):
-        assert often.wait(60)
+        assert often.wait(HANG_S)
     assert capsys.readouterr().err.startswith("at work 1\nat work 2\nat work 3\n")
 
 

@@ -5,11 +5,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import psutil
 import pytest
+from patience import HANG_S, until
 
 from marsupial.bench.compare.folder import read_rows
 from marsupial.cli.display.compare_progress import Lines
@@ -157,11 +157,12 @@ def start(out: Path, *more: str) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "marsupial.cli.main", "compare", "lobby", *QUICK, "--carriers", "1-2",
                "--rovers", "1", "--runs", "2", "--workers", "2", "--out", str(out), *more]  # fmt: skip
     process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, start_new_session=True)
-    deadline = time.monotonic() + 120
-    while not ((out / "rows.csv").exists() and (out / "rows.csv").read_bytes().count(b"\n") > 1):
+
+    def has_row() -> bool:
         assert process.poll() is None, process.communicate()[1].decode()
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
+        return (out / "rows.csv").exists() and (out / "rows.csv").read_bytes().count(b"\n") > 1
+
+    until(has_row)
     return process
 
 
@@ -171,7 +172,7 @@ def test_what_is_killed_in_the_middle_goes_on_and_ends_as_if_nothing_had_been(do
     process.kill()
     process.communicate()
     assert workers
-    assert psutil.wait_procs(workers, timeout=60)[1] == []
+    assert psutil.wait_procs(workers, HANG_S)[1] == []
     assert compare(*WHOLE, "--workers", "1", "--out", str(tmp_path)) == 0
     assert bytes_of(tmp_path) == bytes_of(done)
 
@@ -180,11 +181,11 @@ def test_ctrl_c_leaves_what_is_done_and_no_worker(done: Path, tmp_path: Path) ->
     process = start(tmp_path)
     children = psutil.Process(process.pid).children(recursive=True)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-    error = process.communicate(timeout=60)[1].decode()
+    error = process.communicate(timeout=HANG_S)[1].decode()
     assert process.returncode == 130
     assert f"what is done is kept in {tmp_path}" in error
     assert "Traceback" not in error
-    assert psutil.wait_procs(children, timeout=20)[1] == []
+    assert psutil.wait_procs(children, HANG_S)[1] == []
     assert len(read_rows(tmp_path)) >= 1
     assert compare(*WHOLE, "--workers", "1", "--out", str(tmp_path)) == 0
     assert bytes_of(tmp_path) == bytes_of(done)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from patience import HANG_S
 
 from marsupial.cli import comparing
 from marsupial.cli.main import main
@@ -237,7 +238,7 @@ def test_a_terminated_run_keeps_its_log_and_leaves_nothing_running(tmp_path: Pat
             assert process.poll() is None
         engines = children(process.pid)
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=HANG_S)
     assert process.returncode == 130
     assert json.loads(out)["status"] == "cancelled"
     ended = read_log(log).ended

@@ -7,6 +7,8 @@ import socket
 from collections.abc import Callable
 from typing import Any
 
+from patience import HANG_S
+
 from marsupial.cluster.relay import Relay
 from marsupial.processes.channel import MAX_BYTES, MESSAGE, Channel
 
@@ -19,7 +21,7 @@ def with_relay(use: Callable[[Relay, Channel, list[tuple[bytes, bytes]], asyncio
         taken: list[tuple[bytes, bytes]] = []
         over = asyncio.Event()
         relay = Relay(ours, lambda tag, payload: taken.append((tag, payload)), over.set)
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(HANG_S):
             await use(relay, theirs, taken, over)
         relay.close()
         theirs.close()

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
+from contextlib import suppress
 
+import psutil
 import pytest
 import unruly_planners
 from launcher_tree import below_launcher, nothing_runs
+from patience import HANG_S, longer_and_longer, until
 from situations import SOLVABLE, in_flight, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
 
 from marsupial.errors import EngineUnavailable, UsageError
@@ -21,7 +23,7 @@ from marsupial.planning.external.tamer import tamer
 from marsupial.processes import launcher as processes
 from marsupial.processes.jobs import GIB
 
-AMPLE = Budget(seconds=30)
+AMPLE = Budget(seconds=HANG_S)
 NEEDING_PROCESSES = ("aries", "tamer")
 INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=False, deterministic_steps=False)
 
@@ -49,6 +51,20 @@ def first_plan(solver: Engine, situation: Situation) -> Plan:
     return event.plan
 
 
+def improvements(
+    solver: Engine, situation: Situation, seconds: float, objective: Objective = MAKESPAN
+) -> tuple[list[Plan], Finished]:
+    """Return the plans that are found within a short budget, or within the first longer one that is enough for some."""
+    for budget in longer_and_longer(seconds):
+        *improved, last = solver.solve(situation, Budget(seconds=budget), objective=objective)
+        assert isinstance(last, Finished)
+        plans = [event.plan for event in improved if isinstance(event, Improved)]
+        assert len(plans) == len(improved)
+        if plans:
+            return plans, last
+    raise AssertionError
+
+
 @pytest.mark.parametrize("case", SOLVABLE)
 @pytest.mark.parametrize("name", ENGINES)
 def test_every_engine_finds_a_valid_plan_where_one_can_be_seen_by_eye(name: str, case: str) -> None:
@@ -59,10 +75,8 @@ def test_every_engine_finds_a_valid_plan_where_one_can_be_seen_by_eye(name: str,
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_plans_get_better_and_one_end_comes_last(name: str) -> None:
-    *improved, last = available(name).solve(one_room(), Budget(seconds=0.8))
-    assert isinstance(last, Finished)
-    makespans = [event.plan.makespan_ms for event in improved if isinstance(event, Improved)]
-    assert len(makespans) == len(improved) >= 1
+    plans, last = improvements(available(name), one_room(), 0.8)
+    makespans = [plan.makespan_ms for plan in plans]
     assert makespans == sorted(set(makespans), reverse=True)
     assert last.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)
 
@@ -81,12 +95,8 @@ def test_plans_get_better_by_the_objective_or_the_engine_refuses_it(name: str, o
         with pytest.raises(UsageError, match=f"{name} can't plan for {objective.name}"):
             list(asked.solve(situation, AMPLE, objective=objective))
         return
-    seconds = 5.0 if name in NEEDING_PROCESSES else 0.5
-    *improved, last = asked.solve(situation, Budget(seconds=seconds), objective=objective)
-    assert isinstance(last, Finished)
-    plans = [event.plan for event in improved if isinstance(event, Improved)]
+    plans, _ = improvements(asked, situation, 0.5, objective)
     values = [objective.value(situation, plan) for plan in plans]
-    assert len(values) == len(improved) >= 1
     assert values == sorted(set(values), reverse=True)
     assert all(check(situation, plan).valid for plan in plans)
 
@@ -134,15 +144,8 @@ def test_a_known_plan_comes_first(name: str) -> None:
 @pytest.mark.parametrize(("case", "makespan_ms"), [(one_hall, 30_001), (one_room, 19_002), (two_rooms, 72_007)])
 def test_aries_finds_ever_shorter_plans_and_none_shorter_than_is_possible(case: object, makespan_ms: int) -> None:
     assert callable(case)
-    found = []
-    events = available("aries").solve(case(), Budget(seconds=5))
-    for event in events:
-        if isinstance(event, Improved):
-            found.append(event.plan.makespan_ms)
-            if found[-1] == makespan_ms:
-                break
-    events.close()  # type: ignore[attr-defined]
-    assert found
+    plans, _ = improvements(available("aries"), case(), 1.0)
+    found = [plan.makespan_ms for plan in plans]
     assert found == sorted(set(found), reverse=True)
     assert found[-1] >= makespan_ms
 
@@ -176,13 +179,18 @@ def test_an_engine_without_time_says_so() -> None:
     assert end.outcome is Outcome.TIMEOUT
 
 
+def planner_processes() -> list[psutil.Process]:
+    """Return the processes of the planner: all but the first one, which is their supervisor."""
+    return sorted(below_launcher(), key=lambda process: process.pid)[1:]
+
+
 @pytest.mark.parametrize("name", NEEDING_PROCESSES)
 def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
     situation = many_rooms(3, 2, 8, 4)
     events = available(name).solve(situation, AMPLE)
-    time.sleep(0.3)
-    for process in sorted(below_launcher(), key=lambda process: process.pid)[1:]:  # the first one is the supervisor
-        process.kill()
+    for process in until(planner_processes):
+        with suppress(psutil.NoSuchProcess):
+            process.kill()
     *_, end = events
     assert isinstance(end, Finished)
     assert end.outcome is Outcome.KILLED
@@ -190,11 +198,8 @@ def test_a_planner_killed_from_outside_is_told_apart(name: str) -> None:
 
 def test_an_aries_server_killed_from_outside_is_told_apart() -> None:
     events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
-    until = time.monotonic() + 10
-    while not (servers := [p for p in below_launcher() if "serve" in p.cmdline()]) and time.monotonic() < until:
-        time.sleep(0.01)
-    time.sleep(0.2)
-    servers[0].kill()
+    server, *_ = until(lambda: [process for process in planner_processes() if "serve" in process.cmdline()])
+    server.kill()
     *_, end = events
     assert isinstance(end, Finished)
     assert end.outcome is Outcome.KILLED
@@ -203,10 +208,8 @@ def test_an_aries_server_killed_from_outside_is_told_apart() -> None:
 
 def test_closing_early_ends_the_planner_at_once() -> None:
     events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
-    time.sleep(0.3)
-    _supervisor, *planner = sorted(below_launcher(), key=lambda process: process.pid)
+    planner = until(planner_processes)
     events.close()  # type: ignore[attr-defined]
-    assert planner
     assert not any(process.is_running() for process in planner)
 
 
@@ -222,7 +225,7 @@ def test_closing_early_ends_the_planner_at_once() -> None:
 )
 def test_how_a_planner_ends_is_told_apart(search: str, outcome: Outcome) -> None:
     solver = ProcessEngine(INFO, getattr(unruly_planners, search), ())
-    (end,) = solver.solve(one_room(), Budget(seconds=0.5))
+    (end,) = solver.solve(one_room(), Budget(seconds=0.5) if outcome is Outcome.TIMEOUT else AMPLE)
     assert isinstance(end, Finished)
     assert end.outcome is outcome
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 import unruly_jobs
+from patience import HANG_S, until
 
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
@@ -24,7 +25,7 @@ MIB = 1 << 20
 
 
 def job(name: str, argument: object = None, *, talks: bool = False, **limits: float) -> Job:
-    settings = {"wall_s": 20.0, **limits}
+    settings = {"wall_s": HANG_S, **limits}
     return Job(function=getattr(unruly_jobs, name), argument=argument, limits=JobLimits(**settings), talks=talks)
 
 
@@ -42,17 +43,14 @@ def launcher() -> psutil.Process:
 
 def left_running() -> list[psutil.Process]:
     """Return what still lives below the launcher, once it had a moment to collect what has ended."""
-    until = time.monotonic() + 5
-    while (left := launcher().children(recursive=True)) and time.monotonic() < until:
+    end_s = time.monotonic() + HANG_S
+    while (left := launcher().children(recursive=True)) and time.monotonic() < end_s:
         time.sleep(0.01)
     return left
 
 
 def gone(pid: int) -> bool:
-    until = time.monotonic() + 5
-    while alive(pid) and time.monotonic() < until:
-        time.sleep(0.01)
-    return not alive(pid)
+    return until(lambda: not alive(pid), f"the end of {pid}")
 
 
 def alive(pid: int) -> bool:
@@ -119,7 +117,7 @@ def test_a_function_the_worker_can_not_import_is_a_crash(monkeypatch: pytest.Mon
     here = types.ModuleType("only_here")
     exec("def no_such_job(_): yield 1", vars(here))
     monkeypatch.setitem(sys.modules, "only_here", here)
-    *_, ended = processes.run(Job(function=here.no_such_job, argument=None, limits=JobLimits(wall_s=20.0)))
+    *_, ended = processes.run(Job(function=here.no_such_job, argument=None, limits=JobLimits(wall_s=HANG_S)))
     assert isinstance(ended, Ended)
     assert (ended.ending, ended.detail) == (Ending.CRASHED, "ModuleNotFoundError: No module named 'only_here'")
 

@@ -45,14 +45,14 @@ def segfault(_: object) -> Iterator[int]:
 
 def sleep(_: object) -> Iterator[int]:
     yield os.getpid()
-    time.sleep(600)
+    time.sleep(3600)
 
 
 def ignore_term(_: object) -> Iterator[int]:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     yield os.getpid()
     while True:
-        time.sleep(600)
+        time.sleep(3600)
 
 
 def spin_in_native_code(_: object) -> Iterator[int]:
@@ -67,7 +67,7 @@ def escape(_: object) -> Iterator[int]:
         "import os, signal, time\n"
         "if os.fork(): os._exit(0)\n"
         "os.setsid(); signal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
-        "print(os.getpid(), flush=True); time.sleep(600)\n"
+        "print(os.getpid(), flush=True); time.sleep(3600)\n"
     )
     child = subprocess.Popen([sys.executable, "-S", "-c", code], stdout=subprocess.PIPE, text=True)
     assert child.stdout is not None
@@ -76,7 +76,7 @@ def escape(_: object) -> Iterator[int]:
 
 def escape_and_sleep(_: object) -> Iterator[int]:
     yield from escape(None)
-    time.sleep(600)
+    time.sleep(3600)
 
 
 def rest_and_allocate(block_bytes: int) -> Iterator[int]:
@@ -139,7 +139,7 @@ def listen_late(folder: str, channel: Channel) -> None:
 
 def listen_never(_: object, channel: Channel) -> None:
     channel.send(os.getpid())
-    time.sleep(600)
+    time.sleep(3600)
 
 
 loaded: list[int] = []

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from growing_mission import growing_mission
+from patience import HANG_S
 from synthetic_mission import synthetic_mission
 
 from marsupial.formats.loglines import log_lines
@@ -53,7 +54,12 @@ def asked(question: str, events: Sequence[MissionEvent], **given: object) -> Any
     script = MODEL + told + question
     log = "\n".join(log_lines(events))
     answer = subprocess.run(
-        [node, "--input-type=module", "-e", script], input=log, capture_output=True, text=True, timeout=60, check=False
+        [node, "--input-type=module", "-e", script],
+        input=log,
+        capture_output=True,
+        text=True,
+        timeout=HANG_S,
+        check=False,
     )
     assert answer.returncode == 0, answer.stderr
     return json.loads(answer.stdout)

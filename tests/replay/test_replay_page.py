@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from eyes import contrast
+from patience import HANG_S
 from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.formats.missionlog import parse_log
@@ -124,7 +125,7 @@ def test_the_modules_can_share_one_scope(tmp_path: Path) -> None:
         pytest.skip("no JavaScript engine (node) is installed here")
     script = tmp_path / "joined.js"
     script.write_text(joined_modules())
-    checked = subprocess.run([node, "--check", script], capture_output=True, text=True, timeout=60, check=False)
+    checked = subprocess.run([node, "--check", script], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert checked.returncode == 0, checked.stderr
     assert not re.search(r"^(import|export)\b", script.read_text(), re.MULTILINE)
 

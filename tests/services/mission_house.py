@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from entry_house import followed, opened
+from patience import HANG_S
 from undisturbed import STEPS
 
 from marsupial.generators.builtin import builtin_scenario
@@ -127,10 +128,10 @@ async def started(missions: Missions, scenario: str = "lobby", **how: str) -> Mi
 
 
 def run(work: Any) -> Any:
-    """Run a test's coroutine, for two minutes at most."""
+    """Run a test's coroutine; if it hangs, not for ever."""
 
     async def limited() -> Any:
-        async with asyncio.timeout(120):
+        async with asyncio.timeout(HANG_S):
             return await work
 
     return asyncio.run(limited())
@@ -157,7 +158,7 @@ class Hosted:
 
     def __exit__(self, *_: object) -> None:
         self.line.close()
-        self._thread.join(60)
+        self._thread.join(HANG_S)
 
     def turn(self, due: Due) -> Turn:
         try:
@@ -166,7 +167,7 @@ class Hosted:
                 self.line.send(MayPlan())
                 assert isinstance(self.line.receive(), HasPlanned)
         except (EOFError, OSError):
-            self._thread.join(60)
+            self._thread.join(HANG_S)
             raise self._failure[0] from None
         assert isinstance(told, Turns)
         (turn,) = told.turns

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import httpx
+from patience import HANG_S
 from servers import Server
 
 
 def client(server: Server, **headers: str) -> httpx.Client:
-    return httpx.Client(base_url=server.url, timeout=60, headers=headers, trust_env=False)
+    return httpx.Client(base_url=server.url, timeout=HANG_S, headers=headers, trust_env=False)
 
 
 def problem(answer: httpx.Response, status: int, kind: str) -> dict[str, Any]:

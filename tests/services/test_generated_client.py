@@ -12,6 +12,7 @@ from typing import Any
 
 import httpx
 import pytest
+from patience import HANG_S
 from servers import Server
 
 from marsupial_service.examples.bodies import EXAMPLES
@@ -33,7 +34,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[st
     document = Path(openapi.__file__).with_name(FILE)
     command = [sys.executable, "-m", "openapi_python_client", "generate", "--path", str(document), "--meta", "none"]
     command += ["--output-path", str(folder / PACKAGE), "--config", str(folder / "config.json"), "--fail-on-warning"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     sys.path.insert(0, str(folder))
     yield lambda name: importlib.import_module(f"{PACKAGE}.{name}")

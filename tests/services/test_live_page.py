@@ -222,7 +222,7 @@ def test_a_page_whose_server_is_killed_says_so_and_goes_on_when_it_is_back(brows
     browser.wait("document.querySelector('#connection').textContent === 'back'")
     at = shown_ms(browser)
     browser.wait(f"Number(document.querySelector('.transport input[type=range]').value) > {at + 1000}")
-    browser.wait("document.querySelector('.followed .badge').textContent === 'complete'", 60)
+    browser.wait("document.querySelector('.followed .badge').textContent === 'complete'")
     assert house.ask("GET", f"/v1/missions/{mission}/log").document == undisturbed("lobby")
     assert browser.errors(network=False) == []
 

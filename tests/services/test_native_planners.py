@@ -11,6 +11,7 @@ import httpx
 import psutil
 import pytest
 from launcher_tree import below_launcher_of
+from patience import HANG_S
 from servers import Server
 from service_house import client
 
@@ -81,7 +82,7 @@ def leaving_nothing(server: Server) -> Iterator[set[psutil.Process]]:
         over.set()
         watching.join()
     assert seen
-    assert not psutil.wait_procs(list(seen), 5)[1]
+    assert not psutil.wait_procs(list(seen), HANG_S)[1]
 
 
 def explore(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+from patience import HANG_S, until
 from ray_nodes import Head, Nodes, free_port, needs_ray
 from servers import START, Server
 from service_house import client, problem
@@ -16,12 +17,9 @@ from service_house import client, problem
 pytestmark = needs_ray
 
 
-def until_ready(server: Server, within_s: float = 200.0) -> None:
-    until = time.monotonic() + within_s
+def until_ready(server: Server) -> None:
     with client(server) as http:
-        while (answer := http.get("/readyz")).status_code != 200:
-            assert time.monotonic() < until, answer.text
-            time.sleep(0.3)
+        until(lambda: http.get("/readyz").status_code == 200, server.log)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +27,7 @@ def until_ready(server: Server, within_s: float = 200.0) -> None:
 )
 def test_a_cluster_that_can_not_be_reached_is_told_at_the_start(tmp_path: Path, address: str, said: str) -> None:
     command = [*START, "--port", "0", "--data", str(tmp_path), "--ray", address.format(port=free_port())]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HANG_S)
     assert done.returncode == 2
     assert f"--ray: {said}" in done.stderr
 
@@ -47,7 +45,7 @@ def test_a_server_that_is_killed_leaves_no_process_on_the_cluster(
         ours = [process for process in nodes.planning() if process.pid not in before]
         assert len(ours) >= 3
         server.kill()
-        assert psutil.wait_procs(ours, timeout=10)[1] == []
+        assert psutil.wait_procs(ours, HANG_S)[1] == []
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from servers import Server
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -20,7 +21,7 @@ def blocks(language: str, document: str = "docs/service.md") -> list[str]:
 
 def run(command: list[str], server: Server, folder: Path) -> str:
     environment = {**os.environ, "URL": server.url, "no_proxy": "127.0.0.1"}
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=HANG_S)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import httpx
 import pytest
+from patience import HANG_S
 from servers import Server
 from service_house import pointers, problem
 from talk import frames
@@ -16,7 +17,7 @@ from marsupial_service.intake.situations import reading_of
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import ActionsPlan, TextPlan
 
-WAIT = {"Prefer": "wait=20"}
+WAIT = {"Prefer": f"wait={HANG_S:g}"}
 
 
 @pytest.fixture
@@ -43,7 +44,7 @@ def test_a_job_is_stored_before_it_is_acknowledged(http: httpx.Client, tiny: dic
 @pytest.mark.parametrize("demo", ["tiny", "yard", "office-2x2"])
 def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
     answer = http.post("/v1/jobs", json=http.get(f"/v1/demo-data/{demo}").json(), headers=WAIT)
-    assert (answer.status_code, answer.headers["preference-applied"]) == (200, "wait=20")
+    assert (answer.status_code, answer.headers["preference-applied"]) == (200, f"wait={HANG_S:g}")
     job = answer.json()
     assert (job["state"], job["outcome"] in ("optimal", "satisficing")) == ("succeeded", True)
     found = http.get(job["links"]["situation"]).json()

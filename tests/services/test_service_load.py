@@ -6,6 +6,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+from patience import HANG_S
 from servers import START, Server
 from service_house import client, problem
 
@@ -31,7 +32,7 @@ def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -
 def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
     with Server(tmp_path):
         second = subprocess.run(
-            [*START, "--port", "0", "--data", str(tmp_path)], capture_output=True, text=True, timeout=60
+            [*START, "--port", "0", "--data", str(tmp_path)], capture_output=True, text=True, timeout=HANG_S
         )
     assert second.returncode == 2
     assert second.stderr.startswith("error: ")

@@ -15,6 +15,7 @@ from pathlib import Path
 import httpx
 import pytest
 from databases import PostgresServer
+from patience import HANG_S
 from ray_nodes import Nodes, free_port, needs_ray
 from servers import Server
 from test_service_cluster import until_ready
@@ -53,7 +54,7 @@ def proxy(tmp_path: Path, servers: list[Server]) -> Iterator[str]:
         process = subprocess.Popen(command, stdout=log, stderr=log)
     yield f"http://127.0.0.1:{port}"
     process.send_signal(signal.SIGQUIT)
-    process.wait(20)
+    process.wait(HANG_S)
 
 
 def test_jobs_and_missions_go_on_though_a_server_dies(
@@ -64,7 +65,7 @@ def test_jobs_and_missions_go_on_though_a_server_dies(
     out = tmp_path / "mission.jsonl"
     words = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--planner", "greedy", "--steps", "1"]
     command = [*words, "--server", proxy, "--log", str(out)]
-    with httpx.Client(base_url=proxy, timeout=30, trust_env=False) as http:
+    with httpx.Client(base_url=proxy, timeout=HANG_S, trust_env=False) as http:
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 8}}
         jobs = [http.post("/v1/jobs", json=job).json()["links"]["self"] for _ in range(2)]
         while any(http.get(one).json()["best"] is None for one in jobs):
@@ -74,9 +75,9 @@ def test_jobs_and_missions_go_on_though_a_server_dies(
             time.sleep(0.05)
         before = nodes.processes("ray::Outpost")
         servers[0].kill()
-        said, _ = mission.communicate(timeout=120)
+        said, _ = mission.communicate(timeout=HANG_S)
         assert mission.returncode == 0, said
-        subprocess.run([*words, "--log", str(tmp_path / "here.jsonl")], check=True, capture_output=True, timeout=120)
+        subprocess.run([*words, "--log", str(tmp_path / "here.jsonl")], check=True, capture_output=True, timeout=HANG_S)
         assert out.read_bytes() == (tmp_path / "here.jsonl").read_bytes()
         for one in jobs:
             while (ended := http.get(one).json())["outcome"] is None:
@@ -87,7 +88,7 @@ def test_jobs_and_missions_go_on_though_a_server_dies(
 
 def test_events_pass_the_proxy_as_they_come(servers: list[Server], proxy: str) -> None:
     until_ready(servers[0])
-    with httpx.Client(base_url=proxy, timeout=30, trust_env=False) as http:
+    with httpx.Client(base_url=proxy, timeout=HANG_S, trust_env=False) as http:
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
         made = http.post("/v1/jobs", json=job).json()
         with http.stream("GET", made["links"]["events"]) as stream:

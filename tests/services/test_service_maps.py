@@ -11,6 +11,7 @@ from typing import Any
 import httpx
 import numpy as np
 import pytest
+from patience import HANG_S
 from PIL import Image
 from pydantic import ValidationError
 from service_house import pointers, problem
@@ -223,7 +224,9 @@ def shoelace(ring: list[list[float]]) -> float:
 def test_a_map_state_in_a_job_is_what_the_planner_is_asked(http: httpx.Client) -> None:
     body = {"map_state": map_state(), "planner": "greedy"}
     job = http.post(
-        "/v1/jobs", content=json.dumps(body), headers={"content-type": "application/json"} | {"Prefer": "wait=20"}
+        "/v1/jobs",
+        content=json.dumps(body),
+        headers={"content-type": "application/json", "Prefer": f"wait={HANG_S:g}"},
     )
     asked = http.get(job.json()["links"]["situation"]).json()["situation"]
     assert asked == http.post("/v1/analysis", json={"map_state": map_state()}).json()["situation"]

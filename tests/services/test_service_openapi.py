@@ -4,6 +4,7 @@ import subprocess
 from pathlib import Path
 
 import httpx
+from patience import HANG_S
 from servers import START
 
 from marsupial_service.app import create_app
@@ -25,7 +26,7 @@ def test_without_keys_none_are_asked_for(http: httpx.Client) -> None:
 
 
 def test_the_command_prints_the_document() -> None:
-    printed = subprocess.run([*START, "--openapi"], capture_output=True, text=True, timeout=60)
+    printed = subprocess.run([*START, "--openapi"], capture_output=True, text=True, timeout=HANG_S)
     assert printed.stdout == kept_text()
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import httpx
 import pytest
+from patience import HANG_S
 from servers import START, Server
 from service_house import client, pointers, problem
 from situations import one_hall
@@ -65,7 +66,7 @@ def test_it_is_listed_with_what_it_can_do(asked: httpx.Client) -> None:
 
 
 def test_it_solves_a_job(asked: httpx.Client) -> None:
-    done = asked.post("/v1/jobs", json=job("scripted"), headers={"Prefer": "wait=30"}).json()
+    done = asked.post("/v1/jobs", json=job("scripted"), headers={"Prefer": f"wait={HANG_S:g}"}).json()
     assert (done["state"], done["outcome"], done["planner"]) == ("succeeded", "satisficing", "scripted")
     assert [(action["name"], action["place"]) for action in done["best"]["actions"]] == [
         ("explore", "t1"),
@@ -75,7 +76,7 @@ def test_it_solves_a_job(asked: httpx.Client) -> None:
 
 def test_a_plan_of_its_that_is_not_valid_is_not_told(asked: httpx.Client) -> None:
     body = {**asked.get("/v1/demo-data/tiny").json(), "planner": "scripted"}
-    done = asked.post("/v1/jobs", json=body, headers={"Prefer": "wait=30"}).json()
+    done = asked.post("/v1/jobs", json=body, headers={"Prefer": f"wait={HANG_S:g}"}).json()
     assert (done["state"], done["best"]) == ("failed", None)
 
 
@@ -122,5 +123,5 @@ def test_a_mission_for_what_is_not_offered_is_refused(asked: httpx.Client, plann
 )
 def test_what_can_not_be_offered_is_refused_at_the_start(tmp_path: Path, planner: str, text: str) -> None:
     command = [*START, "--port", "0", "--data", str(tmp_path), "--planner", planner]
-    refused = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    refused = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, check=False)
     assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr

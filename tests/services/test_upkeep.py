@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from databases import PostgresServer
 from mission_house import Driver, open_missions, run, started, team
+from patience import HANG_S
 from servers import Server
 from service_house import client, problem
 
@@ -131,7 +132,7 @@ def test_the_commands_work_beside_a_server_which_says_when_it_is_full(
 
     with Server(data, "--limit", "store_bytes=1") as server, client(server) as http:
         job = http.get("/v1/demo-data/tiny").json()
-        made = http.post("/v1/jobs", json=job, headers={"Prefer": "wait=30"})
+        made = http.post("/v1/jobs", json=job, headers={"Prefer": f"wait={HANG_S:g}"})
         assert made.status_code == 200
         assert (command("backup", file), command("info", "--json")) == (0, 0)
         shown = json.loads(capsys.readouterr().out)

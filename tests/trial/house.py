@@ -10,7 +10,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -26,7 +26,9 @@ _POLL_S = 0.01
 
 
 class House(Server):
-    """A server with all that runs below it."""
+    """A server with all that runs below it, and the limits that operators have."""
+
+    environment: Mapping[str, str] = {}
 
     def __init__(self, data: Path, *options: str) -> None:
         super().__init__(data, *options, port=free_port())

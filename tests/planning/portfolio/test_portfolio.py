@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from patience import HANG_S, until
 from situations import many_rooms, one_hall, one_room, out_of_reach, situation_of
 
 from marsupial.model.objective import MAKESPAN, Objective
@@ -16,7 +17,7 @@ from marsupial.planning.portfolio.engine import GIVEN, Latest, Member, Portfolio
 from marsupial.planning.race import Clock
 
 INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=True, deterministic_steps=True)
-AMPLE, SHORT = Budget(seconds=30), Budget(seconds=0.1)
+AMPLE, SHORT = Budget(seconds=HANG_S), Budget(seconds=0.1)
 BOTH = (AMPLE, Budget(steps=3))
 BEST_MS = 30_001
 DONE = Finished(outcome=Outcome.SATISFICING)
@@ -87,7 +88,7 @@ class Listening:
         return self
 
     def __next__(self) -> Improved | Finished:
-        assert self._cancelled.wait(30)
+        assert self._cancelled.wait(HANG_S)
         raise StopIteration
 
     def cancel(self) -> None:
@@ -96,8 +97,8 @@ class Listening:
 
 def never(clock: Clock) -> None:
     """Search without an answer until the time is over."""
-    until = clock() + 30
-    while clock() < until:
+    end_s = clock() + HANG_S
+    while clock() < end_s:
         time.sleep(0.001)
 
 
@@ -108,10 +109,28 @@ def member(
     return Member(name=name, make=lambda clock, latest: Fake(clock, steps, calls), head_start_s=alone_s)
 
 
+class Watch:
+    """A clock that stands still until it leaps, as the last step of an engine."""
+
+    def __init__(self) -> None:
+        self._now_s = 0.0
+
+    def __call__(self) -> float:
+        return self._now_s
+
+    def leap(self, clock: Clock) -> None:
+        """Leap beyond a short budget."""
+        self._now_s = 1.0
+
+
 def solve(
-    *members: Member, budget: Budget = AMPLE, start: Plan | None = None, situation: Situation | None = None
+    *members: Member,
+    budget: Budget = AMPLE,
+    start: Plan | None = None,
+    situation: Situation | None = None,
+    clock: Clock = time.perf_counter,
 ) -> tuple[list[Plan], Finished]:
-    asked = Portfolio(INFO, *members).solve(situation or one_hall(), budget, start=start)
+    asked = Portfolio(INFO, *members, clock=clock).solve(situation or one_hall(), budget, start=start)
     *improved, finished = asked
     assert isinstance(finished, Finished)
     return [event.plan for event in improved if isinstance(event, Improved)], finished
@@ -128,7 +147,7 @@ def threads() -> list[str]:
 @pytest.fixture(autouse=True)
 def no_thread_left() -> Iterator[None]:
     yield
-    assert threads() == []
+    until(lambda: threads() == [])
 
 
 @pytest.mark.parametrize("budget", BOTH)
@@ -182,12 +201,12 @@ def test_plans_the_checker_refuses_are_not_passed_on_but_counted(budget: Budget)
 
 @pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
 def test_engines_that_never_answer_are_stopped_at_the_end_of_the_budget(quiet: Member) -> None:
-    plans, finished = solve(member("quick", found(late(7)), DONE), quiet, budget=SHORT)
-    assert plans == [late(7)]
-    assert finished.outcome is Outcome.SATISFICING
-    plans, finished = solve(quiet, member("quick", found(late(7)), DONE), budget=SHORT)
-    assert plans == [late(7)]
-    assert finished.outcome is Outcome.SATISFICING
+    for quick_leads in (True, False):
+        watch = Watch()
+        quick = member("quick", found(late(7)), DONE, watch.leap)
+        plans, finished = solve(*((quick, quiet) if quick_leads else (quiet, quick)), budget=SHORT, clock=watch)
+        assert plans == [late(7)]
+        assert finished.outcome is Outcome.SATISFICING
 
 
 @pytest.mark.parametrize("quiet", [member("quiet", never), Member(name="quiet", make=Listening)])
@@ -224,9 +243,10 @@ def test_a_proof_by_one_of_anothers_plan_ends_all() -> None:
 def test_once_the_makespan_is_proven_the_lead_still_gets_targets_reached_sooner() -> None:
     proven = threading.Event()
     slow, quick = late(3), late()
-    lead = member("lead", found(slow), lambda clock: _wait(proven), found(quick), never)
+    watch = Watch()
+    lead = member("lead", found(slow), lambda clock: _wait(proven), found(quick), watch.leap, never)
     prover = member("prover", lambda clock: proven.set(), optimal(slow.makespan_ms), never)
-    plans, finished = solve(lead, prover)
+    plans, finished = solve(lead, prover, clock=watch)
     assert plans == [slow, quick]
     assert finished.outcome is Outcome.SATISFICING  # the proof was wrong
     assert finished.lower_bound_ms is None
@@ -238,11 +258,12 @@ def test_the_lead_goes_on_from_the_proven_plan_where_another_has_found_it() -> N
     plans, finished = solve(lead, member("prover", found(late()), optimal()))
     assert plans[-1] == late()
     assert finished.outcome is Outcome.OPTIMAL
+    until(lambda: threads() == [])
     assert [start for _, start in asked] == [None, late()]
 
 
 def _wait(event: threading.Event) -> None:
-    assert event.wait(30)
+    assert event.wait(HANG_S)
 
 
 @pytest.mark.parametrize("budget", BOTH)
@@ -285,7 +306,7 @@ def test_who_comes_later_begins_with_the_best_plan_so_far_and_the_time_that_is_l
     ((budget, start),) = asked
     assert start == late(8)
     assert budget.seconds is not None
-    assert budget.seconds <= 30
+    assert budget.seconds <= HANG_S
 
 
 def test_with_steps_one_comes_after_the_other_until_one_has_proven_something() -> None:
@@ -331,7 +352,7 @@ def test_closing_early_stops_every_engine(quiet: Member) -> None:
     assert isinstance(next(iter(events)), Improved)
     assert len(threads()) == 2
     events.close()  # type: ignore[attr-defined]
-    assert threads() == []
+    until(lambda: threads() == [])
 
 
 def test_engines_with_a_clock_of_their_own_kind_take_part() -> None:

@@ -8,6 +8,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from patience import HANG_S
+
 import marsupial
 import marsupial_client
 
@@ -35,7 +37,7 @@ print(*sorted({"marsupial", "numpy", "marsupial_service"} & (sys.modules.keys() 
 
 
 def test_the_client_is_imported_and_made_where_there_is_nothing_else() -> None:
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert (done.returncode, done.stdout) == (0, "imported\n"), done.stderr
 
 

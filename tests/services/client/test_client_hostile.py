@@ -12,6 +12,7 @@ import pytest
 import talk
 from hostile_proxy import HostileProxy
 from mission_house import body, team
+from patience import HANG_S
 from servers import Server
 from undisturbed import STEPS, LogLines, undisturbed
 
@@ -72,7 +73,7 @@ def test_reports_and_events_come_through_exactly_once(server: Server, proxy: Hos
         follower.start()
         taken = [mission.report(one) for one in news()]
         mission.cancel()
-        follower.join(60)
+        follower.join(HANG_S)
     assert [one["n"] for one in taken if one is not None] == list(range(1, REPORTS + 1))
     check(server, mission.id, seen)
 
@@ -81,7 +82,7 @@ def test_they_do_for_async_tasks_too(server: Server, proxy: HostileProxy) -> Non
     seen: list[tuple[int, str]] = []
 
     async def run() -> str:
-        async with AsyncClient(proxy.url) as client, asyncio.timeout(120):
+        async with AsyncClient(proxy.url) as client, asyncio.timeout(HANG_S):
             mission = await client.begin(brief(proxy))
 
             async def follow() -> None:
@@ -129,7 +130,7 @@ def test_batches_and_reports_of_robots_come_through_exactly_once(server: Server,
 
 def test_batches_of_async_tasks_do_too(server: Server, proxy: HostileProxy) -> None:
     async def run() -> str:
-        async with AsyncClient(proxy.url) as client, asyncio.timeout(120):
+        async with AsyncClient(proxy.url) as client, asyncio.timeout(HANG_S):
             mission = await client.begin(brief(proxy))
             for batch in many():
                 last = mission.n + len(batch) // 2

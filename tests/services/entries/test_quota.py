@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import pytest
 from entry_house import followed, opened
 from mission_house import Driver, open_missions, run, started, team
+from patience import HANG_S
 from situations import one_room
 from undisturbed import undisturbed
 
@@ -43,7 +44,7 @@ class Desk:
     store: Store
 
     def do(self, write: Callable[[Transaction], T]) -> T:
-        return self.store.write(write).result(10)
+        return self.store.write(write).result(HANG_S)
 
     def add(self, job: str, now_ms: int, owner: str = "me", **budget: float) -> None:
         asked = Budget(**(budget or {"seconds": 10.0}))  # type: ignore[arg-type]
@@ -57,7 +58,7 @@ class Desk:
         return claim
 
     def left_s(self, now_ms: int, owner: str = "me") -> float:
-        return self.store.read(lambda reader: QUOTA.left_s(reader, now_ms)).result(10).get(owner, QUOTA.seconds)
+        return self.store.read(lambda reader: QUOTA.left_s(reader, now_ms)).result(HANG_S).get(owner, QUOTA.seconds)
 
 
 @pytest.fixture
@@ -144,8 +145,8 @@ def test_servers_charge_the_same_owner_at_the_same_time_and_nothing_is_lost(post
             for owner in owners
         ]
         for charge in charges:
-            charge.result(60)
-        left = stores[0].read(lambda reader: QUOTA.left_s(reader, 0)).result(10)
+            charge.result(HANG_S)
+        left = stores[0].read(lambda reader: QUOTA.left_s(reader, 0)).result(HANG_S)
         assert left == {"me": pytest.approx(40.0), "you": pytest.approx(40.0)}
     finally:
         for store in stores:
@@ -171,7 +172,7 @@ def test_it_holds_after_a_restart(place: str) -> None:
     async def work() -> None:
         async with opened(place, jobs_of) as jobs:
             job = (await jobs.submit(wanted(20.0), owner="me")).record.id
-            assert (await jobs.wait(job, 60)).finished_at_ms is not None
+            assert (await jobs.wait(job, HANG_S)).finished_at_ms is not None
             assert 0 < 30.0 - (await jobs.left_s())["me"] < 20.0
         async with opened(place, jobs_of) as jobs:
             with pytest.raises(TooMany, match="planning time"):
@@ -199,7 +200,7 @@ def test_a_mission_beyond_the_quota_waits_and_tells_so_and_goes_on_as_if_nothing
             assert not await driver.drive(missions, record, 5)
             await use_up(missions, 3601.0)
             ending = asyncio.create_task(driver.drive(missions, record))
-            async with asyncio.timeout(60):
+            async with asyncio.timeout(HANG_S):
                 while not quota_events(driver):
                     await asyncio.sleep(0.02)
             if not killed:
@@ -227,7 +228,7 @@ def test_a_mission_that_waits_can_be_cancelled_and_no_other_begins(place: str) -
             assert not await driver.drive(missions, record, 5)
             await use_up(missions, 7000.0)
             ending = asyncio.create_task(driver.drive(missions, record))
-            async with asyncio.timeout(60):
+            async with asyncio.timeout(HANG_S):
                 while not quota_events(driver):
                     await asyncio.sleep(0.02)
             with pytest.raises(TooMany, match=r"key_planning_s"):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import asyncio
 
 import pytest
+from patience import HANG_S
 
 from marsupial_service.entries.slots import Place, Slots
 
@@ -60,7 +61,7 @@ def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission_that_
         slots.let_break(new, lambda: broken.append("new"))
         slots.let_break(old, lambda: broken.append("old"))
         slots.free(new)
-        async with asyncio.timeout(1):
+        async with asyncio.timeout(HANG_S):
             await mission
         return broken
 
@@ -82,7 +83,7 @@ def test_who_no_longer_waits_takes_no_slot(moment: str) -> None:
         if moment == "waiting":
             slots.free(first)
         assert slots.in_use == 0
-        async with asyncio.timeout(1):
+        async with asyncio.timeout(HANG_S):
             await slots.for_job()
 
     asyncio.run(plan())

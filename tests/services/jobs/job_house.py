@@ -8,6 +8,7 @@ from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 
 from entry_house import followed, opened
+from patience import HANG_S, awaited
 from situations import one_room
 
 from marsupial.model.planning import Budget
@@ -23,14 +24,17 @@ SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{doma
 
 def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
     """Give the jobs of a folder, one at a time unless told otherwise."""
-    return opened(place, lambda store: Jobs(store, JobSettings(**{"slots": 1, **settings}), runner=runner))
+    return opened(
+        place,
+        lambda store: Jobs(store, JobSettings(**{"slots": 1, "steps_limit_s": HANG_S, **settings}), runner=runner),
+    )
 
 
 def request(
     task: Situation | MapTask | None = None,
     planner: str = "greedy",
     *,
-    seconds: float | None = 20.0,
+    seconds: float | None = HANG_S,
     steps: int | None = None,
     digest: bytes = b"same",
 ) -> JobRequest:
@@ -50,19 +54,21 @@ async def submit(jobs: Jobs, wanted: JobRequest | None = None) -> str:
 
 
 async def ended(jobs: Jobs, job: str) -> JobRecord:
-    """Return a job once it is over; the test hangs no longer than a minute."""
-    record = await jobs.wait(job, 60)
+    """Return a job once it is over; a test hangs no longer than `HANG_S`."""
+    record = await jobs.wait(job, HANG_S)
     assert record.outcome is not None, f"{job} is not over: {record}"
     return record
 
 
 async def told(jobs: Jobs, job: str, after: int = 0) -> list[EventRecord]:
-    async with asyncio.timeout(60):
+    async with asyncio.timeout(HANG_S):
         return [event async for event in followed(jobs, job, after)]
 
 
 async def planned(jobs: Jobs, job: str, revision: int = 1) -> None:
     """Wait until a job has that revision."""
-    async with asyncio.timeout(20):
-        while len(await jobs.plans(job)) < revision:
-            await asyncio.sleep(0.01)
+
+    async def is_there() -> bool:
+        return len(await jobs.plans(job)) >= revision
+
+    await awaited(is_there, f"revision {revision} of {job}")

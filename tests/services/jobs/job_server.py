@@ -22,7 +22,7 @@ async def serve(folder: Path, what: str) -> None:
             job = await submit(jobs, request(planner="slow"))
             await planned(jobs, job)
             print(job, flush=True)
-            await asyncio.sleep(600)
+            await asyncio.sleep(3600)
         for number in range(10**6):
             longer = request(many_rooms(2, 1, 6, 3), "anytime", seconds=None, steps=150)
             wanted = request(one_hall()) if number % 2 else longer

@@ -28,7 +28,7 @@ def main() -> None:
     while not Path(sys.argv[-1]).exists():
         time.sleep(0.01)
     print(STRAIGHT, flush=True)
-    time.sleep(600)
+    time.sleep(3600)
 
 
 main()

@@ -52,11 +52,11 @@ class Escapes(Ordinary):
             "if os.fork(): os._exit(0)\n"
             "os.setsid(); signal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
             "open(sys.argv[1] + '/part', 'w').write(str(os.getpid()))\n"
-            "os.rename(sys.argv[1] + '/part', sys.argv[1] + '/pid'); time.sleep(600)\n"
+            "os.rename(sys.argv[1] + '/part', sys.argv[1] + '/pid'); time.sleep(3600)\n"
         )
         subprocess.run([sys.executable, "-S", "-c", code, str(self.folder)], check=True)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        time.sleep(600)
+        time.sleep(3600)
         return one_room()
 
 
@@ -69,7 +69,7 @@ class Paralyses(Ordinary):
     def situation(self) -> Situation:
         os.kill(os.getppid(), signal.SIGSTOP)
         tell_pid(self.folder)
-        time.sleep(600)
+        time.sleep(3600)
         return one_room()
 
 
@@ -114,11 +114,12 @@ def tell_pid(folder: Path) -> None:
     (folder / "part").rename(folder / "pid")
 
 
-async def pid_in(folder: Path, within_s: float = 60) -> int:
+async def pid_in(folder: Path) -> int:
     """Return the process id that a task wrote, once it has."""
-    import asyncio
+    from patience import awaited
 
-    async with asyncio.timeout(within_s):
-        while not (folder / "pid").exists():
-            await asyncio.sleep(0.01)
+    async def is_there() -> bool:
+        return (folder / "pid").exists()
+
+    await awaited(is_there, folder / "pid")
     return int((folder / "pid").read_text())

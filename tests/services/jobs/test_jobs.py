@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from job_house import SLOW, ended, open_jobs, planned, request, submit, told
 from launcher_tree import is_gone, nothing_runs
+from patience import HANG_S
 from situations import many_rooms, one_hall, one_room, out_of_reach
 from strange_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in
 
@@ -151,7 +152,7 @@ def test_jobs_run_in_the_order_they_came_and_no_more_than_there_are_slots(place:
         async with open_jobs(place, slots=2) as jobs:
             ids = [await submit(jobs, request(one_hall() if i % 2 else one_room())) for i in range(12)]
             most = 0
-            async with asyncio.timeout(60):
+            async with asyncio.timeout(HANG_S):
                 while (metrics := await jobs.metrics()).states[JobState.SUCCEEDED] < 12:
                     most = max(most, metrics.states[JobState.RUNNING])
             assert most <= 2
@@ -167,7 +168,7 @@ def test_a_job_makes_way_for_another_owners_and_goes_on_after_it(place: str, tmp
             long = [await submit(jobs, request(Waits(tmp_path))) for _ in range(3)]
             await pid_in(tmp_path)
             other = (await jobs.submit(request(), owner="you")).record.id
-            assert (await jobs.wait(other, 20)).state is JobState.SUCCEEDED
+            assert (await jobs.wait(other, HANG_S)).state is JobState.SUCCEEDED
             (tmp_path / "go").touch()
             assert [(await ended(jobs, job)).attempts for job in long] == [1, 1, 1]
             assert [event.type for event in await told(jobs, long[0])].count("state") == 2
@@ -199,7 +200,7 @@ def test_a_running_job_is_cancelled_with_all_it_started_and_the_next_one_runs(
             grandchild = await pid_in(tmp_path)
             job = await jobs.cancel(first)
             assert (job.state, job.outcome) == (JobState.CANCELLED, JobOutcome.CANCELLED)
-            assert await asyncio.to_thread(is_gone, grandchild, within_s=2)
+            assert await asyncio.to_thread(is_gone, grandchild)
             assert await jobs.cancel(first) == job
             assert (await ended(jobs, second)).state is JobState.SUCCEEDED
             return grandchild
@@ -256,11 +257,13 @@ def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(place: str) -> None
 def test_at_its_limit_a_job_is_ended_with_all_it_started(place: str, tmp_path: Path, planner: str) -> None:
     async def run() -> None:
         async with open_jobs(place) as jobs:
-            job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=3))
-            grandchild = await pid_in(tmp_path)
-            done = await ended(jobs, job)
-            assert (done.state, done.outcome) == (JobState.FAILED, JobOutcome.TIMEOUT)
-            assert is_gone(grandchild, within_s=0.5)
+            seconds = 1.5
+            while not (tmp_path / "pid").exists():  # a loaded machine may need longer to get that far
+                seconds *= 2
+                job = await submit(jobs, request(Escapes(tmp_path), planner, seconds=seconds))
+                done = await ended(jobs, job)
+                assert (done.state, done.outcome) == (JobState.FAILED, JobOutcome.TIMEOUT)
+            assert is_gone(int((tmp_path / "pid").read_text()))
 
     asyncio.run(run())
 
@@ -334,7 +337,7 @@ def test_waiting_returns_at_the_end_or_after_the_time_given(place: str, tmp_path
             job = await submit(jobs, request(Waits(tmp_path)))
             assert (await jobs.wait(job, 0.05)).outcome is None
             (tmp_path / "go").touch()
-            assert (await jobs.wait(job, 60)).state in FINAL
+            assert (await jobs.wait(job, HANG_S)).state in FINAL
 
     asyncio.run(run())
 
@@ -346,7 +349,7 @@ def test_finished_jobs_are_removed_when_too_old_or_too_many(place: str) -> None:
             for job in ids:
                 await ended(jobs, job)
         async with open_jobs(place, **settings) as jobs:
-            async with asyncio.timeout(10):
+            async with asyncio.timeout(HANG_S):
                 while sum((await jobs.metrics()).states.values()) > 2:
                     await asyncio.sleep(0.01)
             return [job.id for job in await jobs.list("me")] + ids

@@ -6,6 +6,7 @@ from contextlib import suppress
 from job_house import open_jobs, request
 from lost_answers import LostAnswers
 from mission_house import run
+from patience import HANG_S
 
 from marsupial_service.jobs.records import JobOutcome
 from marsupial_service.jobs.service import Jobs
@@ -26,7 +27,7 @@ def test_jobs_that_a_server_has_got_without_being_told_so_are_run_all_the_same(p
             while answers.left or jobs._is_claiming:
                 await asyncio.sleep(0.02)
             await jobs._take_up()
-            ends = [await jobs.wait(job, 60) for job in made]
+            ends = [await jobs.wait(job, HANG_S) for job in made]
             assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3
 
     run(plan())

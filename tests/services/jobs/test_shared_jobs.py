@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from databases import PostgresServer
 from job_house import open_jobs, request, submit, told
+from patience import HANG_S
 from strange_tasks import Waits
 
 from marsupial_service.jobs.records import JobOutcome
@@ -29,7 +30,7 @@ def test_a_job_of_one_server_runs_at_another_which_hears_of_its_cancelling(share
             for job in held:
                 for jobs in (second, first):
                     await jobs.cancel(job)
-            async with asyncio.timeout(5):
+            async with asyncio.timeout(HANG_S):
                 while first._attempts or second._attempts:
                     await asyncio.sleep(0.02)
             assert [e.type for e in await events][-1] == "end"
@@ -43,7 +44,7 @@ def test_no_job_is_taken_twice_by_servers_that_claim_at_once(shared: str) -> Non
         async with open_jobs(shared, slots=3, queue=200) as first, open_jobs(shared, slots=3, queue=200) as second:
             jobs = [await submit((first, second)[i % 2]) for i in range(30)]
             for job in jobs:
-                record = await first.wait(job, 60)
+                record = await first.wait(job, HANG_S)
                 assert (record.outcome is not None, record.attempts) == (True, 1)
                 types = [event.type for event in await told(second, job)]
                 assert types.count("end") == 1
@@ -58,10 +59,10 @@ def test_a_job_makes_way_for_another_owners_on_whatever_server_and_only_one(shar
             while {(await first.of("me", job)).state.value for job in long} != {"running"}:
                 await asyncio.sleep(0.02)
             other = (await third.submit(request(), owner="you")).record.id
-            assert (await first.wait(other, 20)).outcome is JobOutcome.SATISFICING
+            assert (await first.wait(other, HANG_S)).outcome is JobOutcome.SATISFICING
             (tmp_path / "go").touch()
             for job in long:
-                assert (await second.wait(job, 20)).attempts == 1
+                assert (await second.wait(job, HANG_S)).attempts == 1
             begun = [sum(event.type == "state" for event in await told(third, job)) for job in long]
             assert sorted(begun) == [2, 2, 4]
 

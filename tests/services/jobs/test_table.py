@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 import pytest
+from patience import HANG_S
 from situations import one_hall
 
 from marsupial.model.plan import Plan
@@ -30,7 +31,7 @@ class Table:
         self.store = store
 
     def do(self, write: Callable[[Transaction], T]) -> T:
-        return self.store.write(write).result(10)
+        return self.store.write(write).result(HANG_S)
 
     def add(
         self,
@@ -68,7 +69,7 @@ class Table:
         self.do(lambda tx: tx.execute("DELETE FROM servers"))
 
     def job(self, job: str = "j") -> JobRecord:
-        return self.store.read(lambda c: JOBS.existing(c, job)).result(10)
+        return self.store.read(lambda c: JOBS.existing(c, job)).result(HANG_S)
 
 
 @pytest.fixture
@@ -285,7 +286,7 @@ def test_an_attempt_that_made_way_changes_nothing_any_more(jobs: Table) -> None:
     jobs.add("b1", "b", MANY)
     jobs.make_way(5001)
     jobs.claim(5002)
-    assert jobs.store.read(lambda c: table.is_running(c, former)).result(10) is False
+    assert jobs.store.read(lambda c: table.is_running(c, former)).result(HANG_S) is False
     assert jobs.do(lambda tx: table.finish(tx, former, DONE, 5003)) is False
     assert jobs.do(lambda tx: table.give_back(tx, former, "", SETTINGS, 5003)) is False
 
@@ -338,5 +339,5 @@ def test_a_list_of_jobs_reads_no_plans(jobs: Table) -> None:
     claim = jobs.claim()
     unread = replace(found(7), actions="of no plan")
     assert jobs.do(lambda tx: table.add_plan(tx, claim, unread, 3))
-    (listed,) = jobs.store.read(lambda reader: JOBS.newest(reader, "me", 200)).result(10)
+    (listed,) = jobs.store.read(lambda reader: JOBS.newest(reader, "me", 200)).result(HANG_S)
     assert (listed.plans, listed.makespan_ms) == (1, 7)

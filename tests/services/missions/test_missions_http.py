@@ -17,6 +17,7 @@ from urllib.parse import urlsplit
 
 import pytest
 from mission_house import body
+from patience import HANG_S
 from servers import Server
 from undisturbed import STEPS, LogLines, undisturbed
 
@@ -94,7 +95,7 @@ def test_a_server_that_is_killed_again_and_again_loses_nothing(tmp_path: Path, s
             server.kill()
             kills += 1
             server.start()
-        exploring.join(120)
+        exploring.join(HANG_S)
         _, _, listed = server.ask("GET", "/v1/missions")
         (mission,) = listed["missions"]
         assert (mission["state"], mission["status"]) == ("ended", "complete")
@@ -199,7 +200,7 @@ def test_pausing_resuming_and_cancelling_by_http(server: Server, mission: str) -
 
 
 def stream(server: Server, mission: str, last: int = 0) -> str:
-    connection = http.client.HTTPConnection(urlsplit(server.url).netloc, timeout=30)
+    connection = http.client.HTTPConnection(urlsplit(server.url).netloc, timeout=HANG_S)
     connection.request("GET", f"{mission}/events", headers={"Last-Event-ID": str(last)})
     text = connection.getresponse().read().decode()
     connection.close()
@@ -225,7 +226,7 @@ def test_a_server_that_stops_ends_its_streams_and_goes_on_later(tmp_path: Path) 
         server.stop()
         took_s = time.monotonic() - begun
         server.start()
-        exploring.join(120)
+        exploring.join(HANG_S)
     assert took_s < 8
     assert lines.text == undisturbed("lobby")
 
@@ -246,5 +247,5 @@ def test_who_waits_for_a_server_is_told_and_may_leave_at_once() -> None:
             "http://127.0.0.1:9 can't be reached (connection refused); trying for 60 s: is `marsupial"
         )
         process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=10)[1] == "interrupted\n"
+        assert process.communicate(timeout=HANG_S)[1] == "interrupted\n"
     assert process.returncode == 130

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from entry_house import followed
 from mission_house import Driver, body, brief, open_missions, run, send, started, team
+from patience import HANG_S
 from undisturbed import undisturbed
 
 from marsupial.formats.missionlog import MissionLog, parse_log
@@ -67,7 +68,7 @@ def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
 
     def start(job: Job) -> Late:
         begun.set()
-        stopped.wait(10)
+        stopped.wait(HANG_S)
         return Late()
 
     monkeypatch.setattr(processes, "run", start)
@@ -75,11 +76,11 @@ def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_ended(
     async def stop_early() -> None:
         async with open_missions(place) as missions:
             await started(missions)
-            assert await asyncio.to_thread(begun.wait, 10)
+            assert await asyncio.to_thread(begun.wait, HANG_S)
 
     run(stop_early())
     stopped.set()
-    assert closed.wait(10)
+    assert closed.wait(HANG_S)
 
 
 def test_the_same_idempotency_key_gives_the_same_mission(place: str) -> None:

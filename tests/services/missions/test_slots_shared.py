@@ -7,6 +7,7 @@ import threading
 from pathlib import Path
 
 from mission_house import Driver, run, started, team
+from patience import HANG_S
 from situations import many_rooms
 
 from marsupial.model.planning import Budget
@@ -69,7 +70,7 @@ def test_a_mission_is_planned_while_a_long_job_has_the_only_slot_and_the_job_goe
                 await asyncio.sleep(0.02)
             record = await started(missions)
             assert await Driver(team()).drive(missions, record)
-            done = await jobs.wait(job, 60)
+            done = await jobs.wait(job, HANG_S)
             assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 1)
         finally:
             await jobs.stop()
@@ -88,7 +89,7 @@ def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_a
             await jobs.submit(WANTED, owner="me")
             while not slots.in_use:
                 await asyncio.sleep(0.02)
-            async with asyncio.timeout(5):
+            async with asyncio.timeout(HANG_S):
                 with slots.taken(await slots.for_mission("me")):
                     assert runner.asked == 1
                 while runner.asked == 1:

@@ -14,6 +14,7 @@ pytest.importorskip("websockets")
 
 import numpy as np
 from fake_ros import FakeRos, rooms, settings_text, team
+from patience import HANG_S
 from servers import Server
 
 from marsupial.model.grid import UNKNOWN
@@ -21,8 +22,6 @@ from marsupial_client import AsyncClient
 from marsupial_ros.bridge import Bridge, Outcome
 from marsupial_ros.journal import Journal
 from marsupial_ros.settings import read_settings
-
-LIMIT_S = 90.0
 
 
 class Talk:
@@ -54,7 +53,7 @@ def play(story: Callable[[FakeRos, Talk], Awaitable[None]], **more: str) -> tupl
 
     async def within() -> None:
         async with ros:
-            await asyncio.wait_for(story(ros, talk), LIMIT_S)
+            await asyncio.wait_for(story(ros, talk), HANG_S)
 
     asyncio.run(within())
     return ros, talk

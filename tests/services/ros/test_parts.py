@@ -16,6 +16,7 @@ pytest.importorskip("websockets")
 
 import numpy as np
 from fake_ros import CARRIER, rooms, settings_text, team
+from patience import HANG_S
 from websockets.asyncio.server import ServerConnection, serve
 
 from marsupial.cli.main import main
@@ -370,7 +371,7 @@ def talk(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[str, A
             work.cancel()
             await asyncio.gather(work, return_exceptions=True)
 
-    asyncio.run(asyncio.wait_for(run(), 20))
+    asyncio.run(asyncio.wait_for(run(), HANG_S))
     return listener, asked
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 
 from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, failpoints, open_store, tables
 from marsupial_service.store.sqlite import FILE
@@ -46,15 +47,15 @@ class Held:
     def __init__(self, store: Store) -> None:
         self._entered, self._go_on = threading.Event(), threading.Event()
         self.done = store.write(self._wait)
-        assert self._entered.wait(10)
+        assert self._entered.wait(HANG_S)
 
     def _wait(self, tx: Transaction) -> None:
         self._entered.set()
-        assert self._go_on.wait(10)
+        assert self._go_on.wait(HANG_S)
 
     def release(self) -> None:
         self._go_on.set()
-        self.done.result(10)
+        self.done.result(HANG_S)
 
 
 def test_what_was_written_is_there_when_the_folder_is_opened_again(tmp_path: Path) -> None:
@@ -73,7 +74,7 @@ def test_writes_that_come_while_one_is_committed_share_one_commit(store: Store) 
     writes = [store.write(adding(f"j{i:02}")) for i in range(50)]
     held.release()
     for write in writes:
-        write.result(10)
+        write.result(HANG_S)
     assert names(store) == [f"j{i:02}" for i in range(50)]
     assert len(commits) == 1
 
@@ -86,7 +87,7 @@ def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> N
     held = Held(store)
     writes = [store.write(write) for write in (adding("a"), refuse, adding("b"), adding("a"), adding("c"))]
     held.release()
-    errors = [type(write.exception(10)) for write in writes]
+    errors = [type(write.exception(HANG_S)) for write in writes]
     assert errors == [type(None), KeyError, type(None), sqlite3.IntegrityError, type(None)]
     assert names(store) == ["a", "b", "c"]
 
@@ -109,7 +110,7 @@ def test_when_the_disk_fails_everybody_in_the_group_is_told(tmp_path: Path, monk
     held = Held(store)
     writes = [store.write(adding(name)) for name in "abc"]
     held.release()
-    assert all(isinstance(write.exception(10), StoreError) for write in writes)
+    assert all(isinstance(write.exception(HANG_S), StoreError) for write in writes)
     assert names(store) == []
     store.write(adding("d")).result()
     assert names(store) == ["d"]
@@ -119,7 +120,7 @@ def test_when_the_disk_fails_everybody_in_the_group_is_told(tmp_path: Path, monk
 def test_a_read_sees_one_moment(store: Store) -> None:
     def read(connection: sqlite3.Connection) -> list[int]:
         first = connection.execute("SELECT count(*) FROM jobs").fetchone()[0]
-        store.write(adding("meanwhile")).result(10)
+        store.write(adding("meanwhile")).result(HANG_S)
         return [first, connection.execute("SELECT count(*) FROM jobs").fetchone()[0]]
 
     assert store.read(read).result() == [0, 0]
@@ -147,8 +148,8 @@ def test_writes_that_wait_when_the_store_is_closed_are_done(tmp_path: Path) -> N
     closing = threading.Thread(target=store.close)
     closing.start()
     held.release()
-    closing.join(10)
-    assert write.result(10) is None
+    closing.join(HANG_S)
+    assert write.result(HANG_S) is None
     again = open_store(tmp_path)
     assert names(again) == ["late"]
     again.close()
@@ -209,7 +210,7 @@ def test_killed_at_a_commit_the_file_holds_all_of_it_or_nothing(tmp_path: Path, 
         env={**os.environ, failpoints.VARIABLE: armed},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=HANG_S,
         check=False,
     )
     assert done.returncode == -signal.SIGKILL, done.stderr
