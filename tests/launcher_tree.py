@@ -40,17 +40,23 @@ def below_launcher() -> list[psutil.Process]:
 
 
 def below_launcher_of(parent: psutil.Process) -> list[psutil.Process]:
-    """Return the same of another process; nothing if that has ended."""
+    """Return the same of another process, nothing if that has ended; what runs on its Ray nodes is not its own."""
     try:
-        return [process for process in parent.children(recursive=True) if _is_planning(process)]
+        below = [process for child in parent.children() if _is_launcher(child) for process in _alive_below(child)]
     except psutil.NoSuchProcess:
         return []
+    return below
 
 
-def _is_planning(process: psutil.Process) -> bool:
+def _is_launcher(process: psutil.Process) -> bool:
     try:
-        names = [" ".join(parent.cmdline()) for parent in process.parents()]
-        alive = process.status() not in _ENDED
+        return "marsupial.processes.fork_server" in " ".join(process.cmdline())
     except psutil.NoSuchProcess:
         return False
-    return alive and any("marsupial.processes.fork_server" in name for name in names)
+
+
+def _alive_below(launcher: psutil.Process) -> list[psutil.Process]:
+    try:
+        return [process for process in launcher.children(recursive=True) if is_alive(process.pid)]
+    except psutil.NoSuchProcess:
+        return []

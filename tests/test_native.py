@@ -50,3 +50,20 @@ def test_is_made_anew_only_where_a_function_of_another_file_has_changed(run, tmp
     assert [run("near"), run("near")] == [(12, 0), (12, 1)]
     write(tmp_path / folder, inner=INNER.format(summand=200))
     assert run("near") == (202, 0)
+
+
+def test_who_watches_is_told_of_what_is_compiled_and_not_of_what_is_loaded(run, tmp_path):
+    watched = """
+from marsupial import native
+told = []
+with native.watched(lambda *function: told.append(function)):
+    from near.outer import outer
+    outer(1)
+print(told)
+"""
+    write(tmp_path / "near", outer=OUTER.format(package="near"), inner=INNER.format(summand=10))
+    said = [
+        subprocess.run([sys.executable, "-c", watched], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+        for _ in range(2)
+    ]
+    assert said == ["[('near.outer.outer', 0, 2), ('near.inner.inner', 1, 2)]\n", "[]\n"]

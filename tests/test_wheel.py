@@ -1,6 +1,7 @@
-"""A wheel, installed into a clean environment, does its work from another directory.
+"""A wheel does its work from another directory: unpacked there, and installed into a clean environment.
 
-The environment is filled from the package index, as a user's would be.
+That environment is filled from the package index, as a user's would be, and compiles everything anew, which takes
+minutes. What is in the wheel is seen from an unpacked one as well, beside the compiled code of the checkout.
 """
 
 from __future__ import annotations
@@ -11,91 +12,122 @@ import shutil
 import subprocess
 import sys
 import venv
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[1]
+CLIENT = CHECKOUT / "services" / "marsupial_client"
 
 
-def run(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """Run a command where nothing of this checkout is on the path, whatever other tests need there."""
-    env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+@dataclass(frozen=True, kw_only=True)
+class Elsewhere:
+    """A folder far from the checkout with a wheel's content, and the Python that finds it there."""
+
+    folder: Path
+    python: Path
+    path: str = ""
+    is_clean: bool = False
+
+    def run(self, *words: str) -> str:
+        """Run a Python program in the folder; nothing of the checkout is on its path, whatever other tests need."""
+        return succeed(self.python, *words, cwd=self.folder, PYTHONPATH=self.path)
+
+    def marsupial(self, *words: str) -> str:
+        """Run the command."""
+        return self.run("-m", "marsupial.cli.main", *words)
+
+
+def succeed(*command: str | Path, cwd: Path, **variables: str) -> str:
     words = [str(word) for word in command]
-    return subprocess.run(words, cwd=cwd, env=env, capture_output=True, text=True, check=False)
-
-
-def succeed(*command: str | Path, cwd: Path) -> str:
-    done = run(*command, cwd=cwd)
+    done = subprocess.run(words, cwd=cwd, env={**os.environ, **variables}, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder far from the checkout that holds ``env``, an environment with nothing but the wheel."""
-    folder = tmp_path_factory.mktemp("elsewhere")
-    succeed(sys.executable, "-m", "build", "--wheel", "--outdir", folder, CHECKOUT, cwd=folder)
+def unpacked(project: Path, folder: Path) -> Elsewhere:
+    """Build a wheel with what is installed here, and unpack it."""
+    succeed(sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder, cwd=project, PYTHONPATH="")
+    (wheel,) = folder.glob("*.whl")
+    with zipfile.ZipFile(wheel) as file:
+        file.extractall(folder / "content")
+    return Elsewhere(folder=folder, python=Path(sys.executable), path=str(folder / "content"))
+
+
+def installed(project: Path, folder: Path) -> Elsewhere:
+    """Build a wheel as its users do, and install it into an environment with nothing else."""
+    succeed(sys.executable, "-m", "build", "--wheel", "--outdir", folder, project, cwd=folder, PYTHONPATH="")
     (wheel,) = folder.glob("*.whl")
     venv.create(folder / "env", with_pip=True)
-    succeed(folder / "env" / "bin" / "python", "-m", "pip", "install", "--quiet", wheel, cwd=folder)
-    return folder
+    python = folder / "env" / "bin" / "python"
+    succeed(python, "-m", "pip", "install", "--quiet", wheel, cwd=folder, PYTHONPATH="")
+    return Elsewhere(folder=folder, python=python, is_clean=True)
 
 
-def test_an_installed_wheel_runs_a_mission_and_finds_its_files(elsewhere: Path) -> None:
-    marsupial = elsewhere / "env" / "bin" / "marsupial"
+BOTH = [unpacked, pytest.param(installed, marks=pytest.mark.slow)]
+
+
+@pytest.fixture(scope="module", params=BOTH)
+def elsewhere(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Elsewhere:
+    found: Elsewhere = request.param(CHECKOUT, tmp_path_factory.mktemp("elsewhere"))
+    compiled = CHECKOUT / "marsupial" / "precompiled"
+    if not found.is_clean and compiled.is_dir():
+        shutil.copytree(compiled, Path(found.path, "marsupial", "precompiled"))
+    return found
+
+
+def test_a_wheel_runs_a_mission_and_finds_its_files(elsewhere: Elsewhere) -> None:
     mission = ("run", "lobby", "--planner", "greedy", "--steps", "2", "--log", "lobby.jsonl", "--json")
-    summary = json.loads(succeed(marsupial, *mission, cwd=elsewhere))
+    summary = json.loads(elsewhere.marsupial(*mission))
     assert (summary["status"], summary["coverage"]) == ("complete", 1.0)
-    succeed(marsupial, "export", "lobby.jsonl", "--at", "5", "-o", "moment", cwd=elsewhere)
-    assert "(domain marsupial)" in (elsewhere / "moment" / "domain.pddl").read_text()
-    succeed(marsupial, "replay", "lobby.jsonl", "--html", "lobby.html", cwd=elsewhere)
-    assert "<script" in (elsewhere / "lobby.html").read_text()
-    assert "not installed" in succeed(marsupial, "planners", cwd=elsewhere)
+    elsewhere.marsupial("export", "lobby.jsonl", "--at", "5", "-o", "moment")
+    assert "(domain marsupial)" in (elsewhere.folder / "moment" / "domain.pddl").read_text()
+    elsewhere.marsupial("replay", "lobby.jsonl", "--html", "lobby.html")
+    assert "<script" in (elsewhere.folder / "lobby.html").read_text()
+    if elsewhere.is_clean:
+        assert "not installed" in succeed(elsewhere.python.with_name("marsupial"), "planners", cwd=elsewhere.folder)
     bench = ("bench", "planners", "--engine", "greedy", "--instance", "mission-lobby-*", "--budget", "0.1")
-    assert "best known" in succeed(marsupial, *bench, cwd=elsewhere)
+    assert "best known" in elsewhere.marsupial(*bench)
 
 
-def test_an_installed_wheel_has_the_sources_in_c_that_benches_compile(elsewhere: Path) -> None:
-    marsupial = elsewhere / "env" / "bin" / "marsupial"
-    shown = succeed(marsupial, "bench", "paths", "--size", "64", "--repeats", "1", cwd=elsewhere)
+def test_a_wheel_has_the_sources_in_c_that_benches_compile(elsewhere: Elsewhere) -> None:
+    shown = elsewhere.marsupial("bench", "paths", "--size", "64", "--repeats", "1")
     if shutil.which("cc") is None:
         assert shown.endswith("C is left out: there is no compiler (cc)\n")
     else:
         assert "C is left out" not in shown
 
 
-def test_an_installed_wheel_is_a_typed_library(elsewhere: Path) -> None:
+def test_a_wheel_is_a_typed_library(elsewhere: Elsewhere) -> None:
     program = (
         "import marsupial; from importlib.metadata import version; from importlib.resources import files;"
         "print(marsupial.__file__, marsupial.__version__ == version('marsupial'),"
         "files('marsupial').joinpath('py.typed').is_file());"
         "marsupial.explore('lobby', 'heuristic', steps=1).plot().savefig('lobby.png')"
     )
-    where, *said = succeed(elsewhere / "env" / "bin" / "python", "-c", program, cwd=elsewhere).split()
-    assert str(elsewhere) in where
+    where, *said = elsewhere.run("-c", program).split()
+    assert str(elsewhere.folder) in where
     assert said == ["True", "True"]
-    assert (elsewhere / "lobby.png").read_bytes().startswith(b"\x89PNG")
+    assert (elsewhere.folder / "lobby.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_client_is_installed_without_the_rest(tmp_path: Path) -> None:
-    client = CHECKOUT / "services" / "marsupial_client"
-    succeed(sys.executable, "-m", "build", "--wheel", "--outdir", tmp_path, client, cwd=tmp_path)
-    (wheel,) = tmp_path.glob("*.whl")
-    venv.create(tmp_path / "env", with_pip=True)
-    python = tmp_path / "env" / "bin" / "python"
-    succeed(python, "-m", "pip", "install", "--quiet", wheel, cwd=tmp_path)
+@pytest.mark.parametrize("put", BOTH)
+def test_the_client_is_a_wheel_without_the_rest(put: Callable[[Path, Path], Elsewhere], tmp_path: Path) -> None:
+    client = put(CLIENT, tmp_path)
     program = (
-        "import marsupial_client; from importlib.metadata import version; from importlib.resources import files;"
+        "import marsupial_client; from importlib.metadata import requires, version;"
+        "from importlib.resources import files;"
         "print(marsupial_client.__file__, marsupial_client.__version__ == version('marsupial-client'),"
         "files('marsupial_client').joinpath('py.typed').is_file(),"
-        "files('marsupial_client').joinpath('pyproject.toml').is_file())"
+        "files('marsupial_client').joinpath('pyproject.toml').is_file(), *requires('marsupial-client'))"
     )
-    where, *said = succeed(python, "-I", "-c", program, cwd=tmp_path).split()
+    where, *said = client.run("-c", program).split()
     assert str(tmp_path) in where
-    assert said == ["True", "True", "False"]
-    installed = {
-        package["name"] for package in json.loads(succeed(python, "-m", "pip", "list", "--format=json", cwd=tmp_path))
-    }
-    assert "marsupial-client" in installed
-    assert not installed & {"marsupial", "numpy"}
+    assert said[:3] == ["True", "True", "False"]
+    assert [name.partition(">")[0] for name in said[3:]] == ["httpx2"]
+    if client.is_clean:
+        listed = json.loads(client.run("-m", "pip", "list", "--format=json"))
+        assert not {package["name"] for package in listed} & {"marsupial", "numpy"}

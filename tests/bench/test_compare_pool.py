@@ -5,6 +5,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+import psutil
 import pytest
 from compare_workers import GREEDY, dies_of_seed_2, dies_once, lobby, never_begins, never_ends
 from launcher_tree import below_launcher
@@ -53,12 +54,16 @@ def test_workers_that_never_begin_are_a_bug_and_not_a_mission_that_failed() -> N
 
 
 def test_closing_early_leaves_no_worker_behind() -> None:
+    before = below_launcher()
     comparison = lobby(runs=3, contenders=[GREEDY])
     results = LocalPool(comparison, 2, never_ends).results(list(comparison.trials()))
     next(results)
-    until(lambda: len(below_launcher()) >= 4)  # each worker has a supervisor
-    found = below_launcher()
-    workers = [process for process in found if not process.children()]
+
+    def both() -> list[psutil.Process]:
+        started = [process for process in below_launcher() if process not in before]
+        return [process for process in started if not process.children()] if len(started) == 4 else []
+
+    workers = until(both, "two workers, each with a supervisor")
     assert len(workers) == 2
     results.close()
     assert not any(worker.is_running() for worker in workers)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from mission_house import Driver, open_missions, run, started, team
 
+from marsupial_service.entries import table as entry_table
 from marsupial_service.entries.records import EntrySettings
 from marsupial_service.entries.room import stored_bytes
 from marsupial_service.missions import packed
@@ -72,9 +73,10 @@ def is_sweeping(folder: Path, missions: int) -> bool:
 
 
 @pytest.fixture
-def long(place: str) -> Store:
+def long(place: str, monkeypatch: pytest.MonkeyPatch) -> Store:
+    monkeypatch.setattr(entry_table, "_SWEPT_ROWS", 1000)
     store = open_store(place)
-    store.write(lambda tx: add_mission(tx, "long", "me", 6000, 100)).result()
+    store.write(lambda tx: add_mission(tx, "long", "me", 600, 100)).result()
     store.write(lambda tx: add_mission(tx, "short", "me", 3, 200)).result()
     return store
 
@@ -90,7 +92,7 @@ def test_a_long_mission_is_removed_little_by_little_and_is_not_seen_meanwhile(lo
     assert long.read(lambda c: MISSIONS.events(c, "long", 0, 9)).result().events == ()
     count = "SELECT count(*) FROM mission_events"
     left = long.read(lambda c: c.execute(count).fetchone()[0]).result()
-    assert 0 < left - 3 < 6000
+    assert 0 < left - 3 < 600
     assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 1
     assert long.write(lambda tx: MISSIONS.remove_old(tx, settings, 101)).result() == 0
     assert long.read(lambda c: c.execute(count).fetchone()[0]).result() == 3
