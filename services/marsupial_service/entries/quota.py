@@ -1,9 +1,9 @@
 """How many seconds of planning a key may use in an hour.
 
 What was used comes back evenly, all of the quota within an hour: of 600 s, one every six seconds. Jobs reserve their
-budgets when they are taken, and what their planning really took is charged when it ends; missions are charged as they
-plan. The store has for each owner the moment at which nothing of the quota is used any more, so that one number holds
-for all servers, and after a restart.
+budgets when they are taken. All work is charged for what it took, with its preparation (the start of a process, parsing,
+the analysis of the map): a small budget does not make it cheap. The store has for each owner the moment at which
+nothing of the quota is used any more, so that one number holds for all servers, and after a restart.
 """
 
 from __future__ import annotations
@@ -17,13 +17,18 @@ from marsupial_service.store.engine import Connection
 
 HOUR_S = 3600.0
 
+PREPARATION_S = 1.0
+"""What an attempt at a job may take besides its budget; no job reserves less."""
+
 Reader = Connection | Transaction
 
 _DOCUMENT = "planning/"
 """Before the name of the owner, the name of the document that has that moment, in ms since 1970."""
 
 _RESERVED = (
-    "SELECT owner, sum(left_s) AS seconds FROM (SELECT owner, coalesce(seconds, ?) - spent_ms / 1000.0 AS left_s"
+    "SELECT owner, sum(left_s) AS seconds FROM"
+    f" (SELECT owner, CASE WHEN seconds < {PREPARATION_S} THEN {PREPARATION_S} ELSE coalesce(seconds, ?) END"
+    " - spent_ms / 1000.0 AS left_s"
     " FROM jobs WHERE finished_ms IS NULL AND owner = coalesce(?, owner)) AS open WHERE left_s > 0 GROUP BY owner"
 )
 
@@ -43,6 +48,10 @@ class Quota:
     def asked_s(self, seconds: float | None) -> float:
         """Return how many seconds a budget (None: one in steps) can take."""
         return self.steps_s if seconds is None else seconds
+
+    def reserved_s(self, seconds: float | None) -> float:
+        """Return how many seconds a job with such a budget reserves."""
+        return max(PREPARATION_S, self.asked_s(seconds))
 
     def check(self, reader: Reader, owner: str, asked_s: float, now_ms: int) -> None:
         """Raise TooMany if the owner has not so many seconds left."""
@@ -78,18 +87,18 @@ class Quota:
         left = {}
         for name, moment in moments.items():
             left[name] = self.seconds - max(0, int(moment) - now_ms) / 1000 * self.seconds / HOUR_S
-        for row in reader.execute(_RESERVED, (self.asked_s(None), owner)):
+        for row in reader.execute(_RESERVED, (self.reserved_s(None), owner)):
             left[row["owner"]] = left.get(row["owner"], self.seconds) - float(row["seconds"])
         return left
 
-    def charge(self, tx: Transaction, owner: str, planned_ms: int, now_ms: int) -> None:
+    def charge(self, tx: Transaction, owner: str, used_ms: int, now_ms: int) -> None:
         """Take what an owner has used."""
         if not self.is_bounded:
             return
         name = _DOCUMENT + owner
         tx.lock(name)
         free_ms = max(now_ms, int(documents.text_of(tx, name) or "0"))
-        documents.keep(tx, name, str(free_ms + math.ceil(planned_ms * HOUR_S / self.seconds)))
+        documents.keep(tx, name, str(free_ms + math.ceil(used_ms * HOUR_S / self.seconds)))
 
 
 NO_QUOTA = Quota()

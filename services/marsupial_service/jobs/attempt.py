@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
@@ -50,7 +52,13 @@ class _Storing(NamedTuple):
 
 
 class Attempt:
-    """An attempt at the job of `claim`, in `room`. `cancel` may be called from any thread, at any time."""
+    """An attempt at the job of `claim`, in `room`. `cancel` may be called from any thread, at any time.
+
+    Attributes
+    ----------
+    took_s
+        How long its processes took, from being asked for to their end; 0 until then.
+    """
 
     def __init__(
         self, claim: table.Claim, room: Room, store: Store, settings: JobSettings, now_ms: Callable[[], int]
@@ -66,20 +74,33 @@ class Attempt:
         self._unstored: deque[_Storing] = deque()
         self._has_plan = claim.start is not None
         self._closed: Closed | None = None
+        self._cancelled_s = math.inf
+        self._begun_s = time.monotonic()
+        self.took_s = 0.0
+
+    @property
+    def tail_s(self) -> float:
+        """How long its processes still took once it was cancelled."""
+        return max(0.0, self._begun_s + self.took_s - self._cancelled_s)
 
     def cancel(self) -> None:
         """Have it ended; returns at once."""
         with self._lock:
+            self._cancelled_s = min(self._cancelled_s, time.monotonic())
             self._cancelled.set()
             if self._run is not None:
                 self._run.cancel()
 
     def run(self) -> Closed | Lost:
         """Run it to its end; when this returns, nothing of it is running and its plans are stored."""
+        self._begun_s = time.monotonic()
         try:
             run = self._room.run(self._job())
         except InternalError as error:
             return self._lost(str(error))
+        finally:
+            self.took_s = time.monotonic() - self._begun_s
+        ended = None
         try:
             with self._lock:
                 self._run = run
@@ -91,6 +112,8 @@ class Attempt:
             return self._lost(str(error))
         finally:
             run.close()
+            # by the supervisor's clock, if possible: to wait for the store is no planning
+            self.took_s = time.monotonic() - self._begun_s if ended is None else self.took_s + ended.wall_s
         return self._closed or self._judge(ended)
 
     def _job(self) -> Job:

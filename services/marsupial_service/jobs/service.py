@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import time
 import uuid
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -242,20 +241,19 @@ class Jobs(Entries[JobRecord]):
     async def _attend(self, claimed: _Claimed) -> None:
         """Do an attempt at a job and store how it ended."""
         claim = claimed.claim
-        begun_s = time.monotonic()
-        end = await self._attempt(claimed)
-        self._settings.planned(claim.owner, time.monotonic() - begun_s)
+        attempt = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
+        end = await self._attempt(attempt, claimed.place)
+        self._settings.planned(claim.owner, attempt.took_s)
         try:
-            await self._settle(claim, end)
+            await self._settle(attempt, end)
         except Exception as error:
             log.exception("the end of a job can't be stored", extra={"job": claim.id})
-            await self._settle(claim, _failed(error))
+            await self._settle(attempt, _failed(error))
         finally:
             self._ours.discard((claim.number, claim.term))
 
-    async def _attempt(self, claimed: _Claimed) -> Closed | Lost:
-        claim, place = claimed.claim, claimed.place
-        attempt = Attempt(claim, claimed.room, self._store, self._settings, self.now_ms)
+    async def _attempt(self, attempt: Attempt, place: Place) -> Closed | Lost:
+        claim = attempt.claim
         self._attempts.add(attempt)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         self._slots.let_break(place, attempt.cancel)
@@ -286,21 +284,22 @@ class Jobs(Entries[JobRecord]):
                 return await self.read(lambda reader: table.is_running(reader, claim))
             await asyncio.sleep(RETRY_S)  # it can't be cancelled then
 
-    async def _settle(self, claim: table.Claim, end: Closed | Lost) -> None:
-        """Store how an attempt ended."""
+    async def _settle(self, attempt: Attempt, end: Closed | Lost) -> None:
+        """Store how an attempt ended. Whoever cancelled it has charged it until then; what it took beyond is added."""
+        claim, took_ms = attempt.claim, round(1000 * attempt.took_s)
         if isinstance(end, Closed):
-            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms(), self.quota))
+            in_time = await self.surely(lambda tx: table.finish(tx, claim, end, self.now_ms(), self.quota, took_ms))
             if in_time:
                 log.info("job ended", extra={"job": claim.id, "outcome": end.outcome.value})
-            return
-        again = await self.surely(
-            lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms(), self.quota)
-        )
-        if again:
-            log.warning(
-                "job interrupted",
-                extra={"job": claim.id, "reason": end.reason or "the server stops, or a mission is planned"},
+        else:
+            in_time = await self.surely(
+                lambda tx: table.give_back(tx, claim, end.reason, self._settings, self.now_ms(), self.quota, took_ms)
             )
+            if in_time:
+                why = end.reason or "the server stops, or a mission is planned"
+                log.warning("job interrupted", extra={"job": claim.id, "reason": why})
+        if not in_time and self.quota.is_bounded:
+            await self._charge(claim.owner, round(1000 * attempt.tail_s))
 
 
 def _failed(error: Exception) -> Closed:

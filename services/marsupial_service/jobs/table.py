@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from marsupial.model.objective import Value
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget
-from marsupial_service.entries.quota import NO_QUOTA, Quota
+from marsupial_service.entries.quota import NO_QUOTA, PREPARATION_S, Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.room import BOUNDLESS, Room
 from marsupial_service.entries.table import Reader, made_of
@@ -78,7 +78,7 @@ def insert(
     def add() -> None:
         room.check(tx, job.owner)
         _find_room(tx, job.owner, settings)
-        quota.check(tx, job.owner, quota.asked_s(job.budget.seconds), now_ms)
+        quota.check(tx, job.owner, quota.reserved_s(job.budget.seconds), now_ms)
         number = JOBS.add(
             tx,
             job,
@@ -202,9 +202,11 @@ def add_plan(tx: Transaction, claim: Claim, found: Found, now_ms: int) -> bool:
     return True
 
 
-def finish(tx: Transaction, claim: Claim, closed: Closed, now_ms: int, quota: Quota = NO_QUOTA) -> bool:
-    """Put a running job into its final state; say whether it was in time."""
-    return _is_running(tx, claim) and _end(tx, claim.number, closed, now_ms, quota)
+def finish(
+    tx: Transaction, claim: Claim, closed: Closed, now_ms: int, quota: Quota = NO_QUOTA, took_ms: int | None = None
+) -> bool:
+    """Put a running job into its final state; say whether it was in time. `took_ms`: see `_charge`."""
+    return _is_running(tx, claim) and _end(tx, claim.number, closed, now_ms, quota, took_ms)
 
 
 def cancel(tx: Transaction, job: str, now_ms: int, quota: Quota = NO_QUOTA) -> JobRecord:
@@ -216,13 +218,20 @@ def cancel(tx: Transaction, job: str, now_ms: int, quota: Quota = NO_QUOTA) -> J
 
 
 def give_back(
-    tx: Transaction, claim: Claim, reason: str, settings: JobSettings, now_ms: int, quota: Quota = NO_QUOTA
+    tx: Transaction,
+    claim: Claim,
+    reason: str,
+    settings: JobSettings,
+    now_ms: int,
+    quota: Quota = NO_QUOTA,
+    took_ms: int | None = None,
 ) -> bool:
     """Put a job whose attempt was lost into the queue again, or end it if that was the last; say which (True: queue).
 
-    With no `reason` the attempt was ended by us: it does not count, but for the time that it took.
+    With no `reason` the attempt was ended by us: it does not count, but for the time that it took (`took_ms`: see
+    `_charge`).
     """
-    return _is_running(tx, claim) and _try_again(tx, claim.number, reason, settings, now_ms, quota)
+    return _is_running(tx, claim) and _try_again(tx, claim.number, reason, settings, now_ms, quota, took_ms)
 
 
 def make_way(
@@ -288,13 +297,21 @@ def _is_running(tx: Transaction, claim: Claim) -> bool:
     return is_running(tx, claim, tx.row_lock)
 
 
-def _try_again(tx: Transaction, number: int, reason: str, settings: JobSettings, now_ms: int, quota: Quota) -> bool:
+def _try_again(
+    tx: Transaction,
+    number: int,
+    reason: str,
+    settings: JobSettings,
+    now_ms: int,
+    quota: Quota,
+    took_ms: int | None = None,
+) -> bool:
     (attempts,) = tx.execute("SELECT attempts FROM jobs WHERE number = ?", (number,)).fetchone()
     if reason and attempts >= settings.max_attempts:
         detail = f"given up after {attempts} attempts; in the last one, {reason}"
-        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms, quota)
+        _end(tx, number, Closed(outcome=JobOutcome.ENGINE_FAILED, detail=detail), now_ms, quota, took_ms)
         return False
-    took_ms = _charge(tx, number, now_ms, quota)
+    took_ms = _charge(tx, number, now_ms, quota, took_ms)
     counted = attempts if reason else attempts - 1
     JOBS.move(tx, number, JobState.QUEUED, now_ms, attempts=counted, queued_ms=now_ms)
     if not reason:
@@ -304,25 +321,27 @@ def _try_again(tx: Transaction, number: int, reason: str, settings: JobSettings,
     return True
 
 
-def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota) -> int:
+def _charge(tx: Transaction, number: int, now_ms: int, quota: Quota, took_ms: int | None) -> int:
     """Charge the owner of a job for the attempt that ends, if one is under way; return how long it took, in ms.
 
-    It is not charged for more than was left of its budget: its server may have died long ago.
+    Whoever ran the attempt says how long it took. Where others end it (`took_ms` is None) it is charged up to now, but
+    for no more than it can have taken: its server may have died long ago.
     """
     row = tx.execute(
-        "SELECT owner, seconds, spent_ms, claimed_ms FROM jobs WHERE number = ? AND state = ?",
+        "SELECT owner, seconds, claimed_ms FROM jobs WHERE number = ? AND state = ?",
         (number, JobState.RUNNING),
     ).fetchone()
     if row is None or row["claimed_ms"] is None:
         return 0
-    took_ms: int = max(0, now_ms - row["claimed_ms"])
-    left_ms = max(0, 1000 * quota.asked_s(row["seconds"]) - row["spent_ms"])
-    quota.charge(tx, row["owner"], round(min(took_ms, left_ms)), now_ms)
+    if took_ms is None:
+        most_s = quota.asked_s(row["seconds"]) + PREPARATION_S
+        took_ms = max(0, round(min(now_ms - row["claimed_ms"], 1000 * most_s)))
+    quota.charge(tx, row["owner"], took_ms, now_ms)
     return took_ms
 
 
-def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota) -> bool:
-    _charge(tx, number, now_ms, quota)
+def _end(tx: Transaction, number: int, closed: Closed, now_ms: int, quota: Quota, took_ms: int | None = None) -> bool:
+    _charge(tx, number, now_ms, quota, took_ms)
     state = STATE_OF[closed.outcome]
     detail = closed.detail.encode(errors="replace").decode()[:_LONGEST_DETAIL]
     bound_ms = closed.lower_bound_ms

@@ -50,6 +50,9 @@ _CPUS = 0.1
 _AT_A_TIME = 32
 """Inputs that a process is given at a time, where so many wait: their turns are stored together."""
 
+_CHARGED_S = 0.5
+"""How much work of a mission is charged at once: each charge is a transaction."""
+
 _LOOK_S = 1.0
 """How often a mission that waits for its owner's quota looks: jobs that end may give some back."""
 
@@ -100,6 +103,7 @@ class Keeper:
         self._runner = runner
         self._settings = settings
         self._driver = driver
+        self._worked_s = 0.0
 
     async def keep(self) -> None:
         """Keep the mission going until it has ended or is another server's."""
@@ -181,13 +185,19 @@ class Keeper:
 
     async def _talk(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Hand out inputs and take turns, until the last one."""
+        try:
+            await self._exchange(run, told)
+        finally:
+            self._charge(0.0)
+
+    async def _exchange(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         number = asked = 0
         with self._missions.bell(table.inputs_of(self.id)) as bell:
             bell.set()
             while True:
                 if number == asked:
                     asked += await self._ask(run, number, bell)
-                match await told.get():
+                match await self._next(told, is_new=number >= self._turns):
                     case Turns(turns):
                         await self._take(number, turns)
                         if self._driver is not None:
@@ -200,6 +210,22 @@ class Keeper:
                     case other:
                         raise AssertionError(other)
 
+    async def _next(self, told: asyncio.Queue[object], *, is_new: bool) -> object:
+        """Wait for what the process sends; its work is charged unless another process has done the same before."""
+        begun_s = time.monotonic()
+        try:
+            return await told.get()
+        finally:
+            self._worked_s += time.monotonic() - begun_s if is_new else 0.0
+            if self._worked_s >= _CHARGED_S:
+                self._charge(0.0)
+
+    def _charge(self, planned_s: float) -> None:
+        """Charge the owner for a planning, and for what the process has done since the last charge."""
+        used_s, self._worked_s = self._worked_s + planned_s, 0.0
+        if used_s:
+            self._missions.charge(self._owner, used_s)
+
     async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Let the process plan once its owner may and a slot is free; however that ends, it is charged."""
         await self._wait_for_quota()
@@ -209,7 +235,7 @@ class Keeper:
                 await self._send(run, MayPlan())
                 assert isinstance(await told.get(), HasPlanned)
             finally:
-                self._missions.charge(self._owner, time.monotonic() - begun_s)
+                self._charge(time.monotonic() - begun_s)
 
     async def _wait_for_quota(self) -> None:
         """Wait until the owner may plan again, and tell of it."""

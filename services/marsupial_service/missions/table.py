@@ -129,7 +129,7 @@ def insert(
 
 def asked_s(brief: Brief) -> float:
     """Return how many seconds a mission wants to be left before it plans; where it counts steps nobody knows."""
-    return _LEAST_PLANNING_S if brief.budget.seconds is None else brief.budget.seconds
+    return max(_LEAST_PLANNING_S, brief.budget.seconds or 0.0)
 
 
 def tell_quota(tx: Transaction, mission: str, term: int, reason: str, wait_s: float, now_ms: int) -> None:

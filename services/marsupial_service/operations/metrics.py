@@ -27,7 +27,7 @@ class HttpMetrics:
         self._backlog = Gauge("marsupial_backlog", "Reports and wishes that wait to be answered.", registry=own)
         seconds = "Seconds from a report's being stored to its commands' being stored, of this server's missions."
         self._lag = Histogram("marsupial_command_lag_seconds", seconds, registry=own)
-        seconds = "Seconds that planning has taken in this server, by owner."
+        seconds = "Seconds that planning and what belongs to it have taken in this server, by owner."
         self._planned = Counter("marsupial_planning_seconds", seconds, ("owner",), registry=own)
         seconds = "Seconds of planning that are left of the quota of those who use some of it, by owner."
         self._left = Gauge("marsupial_planning_seconds_left", seconds, ("owner",), registry=own)

@@ -107,12 +107,12 @@ def test_one_that_is_cancelled_while_it_runs_is_charged_once(desk: Desk) -> None
     assert desk.left_s(6000) == pytest.approx(54.0)
 
 
-def test_one_that_began_again_from_nothing_is_charged_its_budget_and_reserves_nothing_beyond(desk: Desk) -> None:
+def test_one_that_began_again_from_nothing_is_charged_for_all_attempts_and_reserves_nothing_beyond(desk: Desk) -> None:
     desk.add("a", 0)
     for begun_ms in (0, 8000):
         claim = desk.do(lambda tx, at=begun_ms: table.claim(tx, at, ["greedy"]))  # type: ignore[misc]
-        desk.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA))  # type: ignore[misc]
-    assert desk.left_s(16_000) == pytest.approx(50.0, abs=0.3)
+        desk.do(lambda tx, c=claim, at=begun_ms: table.give_back(tx, c, "", SETTINGS, at + 8000, QUOTA, 8000))  # type: ignore[misc]
+    assert desk.left_s(16_000) == pytest.approx(44.0, abs=0.3)
 
 
 def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget(desk: Desk) -> None:
@@ -126,12 +126,52 @@ def test_a_job_that_makes_room_for_a_mission_reserves_what_is_left_of_its_budget
     assert desk.left_s(7000) == pytest.approx(54.0, abs=0.1)
 
 
-def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget(desk: Desk) -> None:
+def test_an_attempt_whose_server_died_long_ago_is_charged_no_more_than_its_budget_and_preparation(desk: Desk) -> None:
     desk.add("a", 0)
     desk.claim(0)
     desk.do(lambda tx: tx.execute("DELETE FROM servers"))
     desk.do(lambda tx: table.recover(tx, SETTINGS, 50 * MINUTE_MS, quota=QUOTA))
-    assert desk.left_s(50 * MINUTE_MS) == pytest.approx(40.0)
+    assert desk.left_s(50 * MINUTE_MS) == pytest.approx(39.0)
+
+
+def test_a_small_budget_reserves_what_preparing_for_it_takes(desk: Desk) -> None:
+    for i in range(60):
+        desk.add(f"job{i}", 0, seconds=0.001)
+    with pytest.raises(TooMany, match="key_planning_s"):
+        desk.add("one_too_many", 0, seconds=0.001)
+
+
+def test_jobs_of_a_millisecond_are_charged_for_all_that_they_took(place: str) -> None:
+    used_s: list[float] = []
+
+    def jobs_of(store: Store) -> Jobs:
+        settings = JobSettings(slots=2, key_planning_s=60.0, planned=lambda owner, seconds: used_s.append(seconds))
+        return Jobs(store, settings, now_ms=lambda: 0)  # nothing comes back meanwhile
+
+    async def left_s() -> float:
+        async with opened(place, jobs_of) as jobs:
+            budget = Budget(seconds=0.001)
+            asked = JobRequest(planner="greedy", budget=budget, task=one_room(), digest=b"", source={})
+            for job in [(await jobs.submit(asked, owner="me")).record.id for _ in range(5)]:
+                await jobs.wait(job, 60)
+            return (await jobs.left_s())["me"]
+
+    left = run(left_s())
+    assert len(used_s) == 5
+    assert 60.0 - left == pytest.approx(sum(used_s), abs=0.005)
+    assert sum(used_s) > 5 * 0.002
+
+
+def test_a_mission_is_charged_for_its_analyses_besides_its_plannings(place: str) -> None:
+    async def used() -> tuple[int, int]:
+        charged_s: list[float] = []
+        driver = Driver(team())
+        async with open_missions(place, planned=lambda owner, seconds: charged_s.append(seconds)) as missions:
+            assert await driver.drive(missions, await started(missions))
+        return len(charged_s), sum(kind == "decision" for _, kind, _ in driver.events)
+
+    charges, plannings = run(used())
+    assert charges > plannings
 
 
 def test_servers_charge_the_same_owner_at_the_same_time_and_nothing_is_lost(postgres: Any) -> None:
