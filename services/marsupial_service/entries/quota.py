@@ -1,9 +1,9 @@
 """How many seconds of planning a key may use in an hour.
 
 What was used comes back evenly, all of the quota within an hour: of 600 s, one every six seconds. Jobs reserve their
-budgets when they are taken. All work is charged for what it took, with its preparation (the start of a process, parsing,
-the analysis of the map): a small budget does not make it cheap. The store has for each owner the moment at which
-nothing of the quota is used any more, so that one number holds for all servers, and after a restart.
+budgets when they are taken. All work is charged for what it took, with its preparation (the start of a process,
+parsing, the analysis of the map): a small budget does not make it cheap. The store has for each owner the moment at
+which nothing of the quota is used any more, so that one number holds for all servers, and after a restart.
 """
 
 from __future__ import annotations
