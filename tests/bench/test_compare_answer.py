@@ -8,7 +8,7 @@ from compare_outcomes import CASE, outcome_of, with_times
 from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from eyes import contrast, nearest
 
-from marsupial.bench.compare.answer import sentences, standing_of
+from marsupial.bench.compare.answer import quality_sentence, sentences, standing_of
 from marsupial.bench.compare.cells import TIME, tally
 from marsupial.bench.compare.figures import COLOURS
 from marsupial.bench.compare.pairs import notable_pairs, replays_in
@@ -21,23 +21,34 @@ def sections(text: str) -> list[str]:
 
 
 def test_the_page_begins_with_the_answer_and_one_plot_and_has_tables_of_all_at_its_end() -> None:
-    text = dict(documents(outcome_of(lobby(runs=4))))["report.html"].decode()
+    text = dict(documents(outcome_of(lobby(runs=5))))["report.html"].decode()
     assert sections(text) == ["The answer", "lobby", "In numbers", "Method"]
     opening = text[: text.index("<h2>lobby</h2>")]
     assert (
-        "temporal (greedy) explores 8.9 % faster than heuristic on average over 4 pairs of missions on lobby" in opening
+        "temporal (greedy) explores 8.9 % faster than heuristic on average over 5 pairs of missions on lobby" in opening
     )
-    assert "it is faster in 4 and slower in 0." in opening
+    assert "it is faster in 5 and slower in 0." in opening
     assert "Exploration quality Q: that of temporal (greedy) is" in opening
     assert opening.count("<svg") == 1
     assert "<table" not in opening
 
 
 def test_what_can_not_be_told_from_chance_is_said_to_be_so() -> None:
-    (text,) = sentences(with_times({GREEDY: [90, 110, 99, 103], HEURISTIC: [100, 100, 100, 100]}))
-    assert text.startswith("Whether temporal (greedy) or heuristic explores faster can't be told from 4 pairs")
-    assert "takes 0.5 % more time on average" in text
-    assert "faster in 2 and slower in 2." in text
+    (text,) = sentences(with_times({GREEDY: [90, 110, 99, 103, 99], HEURISTIC: [100] * 5}))
+    assert text.startswith("Whether temporal (greedy) or heuristic explores faster can't be told from 5 pairs")
+    assert "takes 0.2 % more time on average" in text
+    assert "faster in 3 and slower in 2" in text
+
+
+def test_two_pairs_are_too_few_for_an_interval_or_a_verdict() -> None:
+    outcome = with_times({GREEDY: [60, 71], HEURISTIC: [100, 100]})
+    assert sentences(outcome) == [
+        "temporal (greedy) takes 34.5 % less time than heuristic on average over 2 pairs of missions on lobby, "
+        "too few for an interval; it is faster in 2 and slower in 0."
+    ]
+    assert quality_sentence(outcome) == ""
+    page = dict(documents(outcome))["report.html"].decode()
+    assert not re.search(r'class="(good|bad)"', page)
 
 
 def test_a_mean_on_the_side_of_the_fewer_pairs_is_explained() -> None:
@@ -49,7 +60,7 @@ def test_a_mean_on_the_side_of_the_fewer_pairs_is_explained() -> None:
 def test_the_best_of_several_comes_first() -> None:
     anytime = Contender("temporal", "anytime")
     outcome = with_times({GREEDY: [90, 91], anytime: [80, 81], HEURISTIC: [100, 101]})
-    assert [text.split(" explores")[0] for text in sentences(outcome)] == ["temporal (anytime)", "temporal (greedy)"]
+    assert [text.split(" takes")[0] for text in sentences(outcome)] == ["temporal (anytime)", "temporal (greedy)"]
 
 
 def test_a_single_contender_is_told_by_its_time() -> None:

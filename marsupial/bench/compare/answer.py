@@ -15,7 +15,7 @@ import numpy as np
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import COLOURS, INK, MARKERS, Figure, as_figure, legend, panels
 from marsupial.bench.compare.plan import Case, Contender
-from marsupial.bench.compare.statistics import Estimate, estimate
+from marsupial.bench.compare.statistics import FEWEST_PAIRS, Estimate, estimate
 from marsupial.library.metrics import Metric
 from marsupial.wording import counted
 
@@ -46,7 +46,7 @@ def standing(pairings: Sequence[Pairing]) -> Standing:
     """Return pairings as one."""
     gains = tuple(gain for pairing in pairings for gain in pairing.gains)
     return Standing(
-        gain=estimate(gains),
+        gain=estimate(gains, FEWEST_PAIRS),
         gains=gains,
         wins=sum(pairing.wins for pairing in pairings),
         losses=sum(pairing.losses for pairing in pairings),
@@ -82,27 +82,30 @@ def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Standing) ->
         return f"Nothing can be said about {rival} yet: it has no mission complete that {base} has completed too."
     where = _listed(outcome.scenarios)
     pairs = f"{counted(gain.count, 'pair')} of missions on {where}"
-    if gain.half is None or gain.sign == 0:
+    if gain.half is None:
+        said = f"{rival} takes {_less(gain.mean)} than {base} on average over {pairs}, too few for an interval"
+    elif gain.sign == 0:
         said = (
             f"Whether {rival} or {base} explores faster can't be told from {pairs}: "
-            f"{rival} takes {_less(gain.mean)} on average{_interval(gain)}"
+            f"{rival} takes {_less(gain.mean)} on average{_interval(gain, 'the time saved')}"
         )
     else:
         said = (
             f"{rival} explores {abs(gain.mean):.1%} {'faster' if gain.mean > 0 else 'slower'} than {base} "
-            f"on average over {pairs}{_interval(gain)}"
+            f"on average over {pairs}{_interval(gain, 'the time saved')}"
         )
     odds = ", so the few differ by more" if stands.at_odds else ""
     return f"{said}; it is faster in {stands.wins} and slower in {stands.losses}{odds}.".replace("%", " %")
 
 
 def quality_sentence(outcome: ComparisonOutcome) -> str:
-    """Return the same about exploration quality, of all rivals; nothing without any pair."""
+    """Return the same about exploration quality, of all rivals that have pairs enough for an interval."""
     found = ((rival, standing_of(outcome, rival, QUALITY, outcome.cases)) for rival in outcome.rivals)
     parts = [
-        f"that of {rival} is {_more(one.gain.mean)} than {outcome.base}'s (higher in {one.wins}, lower in {one.losses})"
+        f"that of {rival} is {_more(one.gain.mean)} than {outcome.base}'s{_interval(one.gain, 'the gain')}, "
+        f"higher in {one.wins} pairs and lower in {one.losses}"
         for rival, one in found
-        if one.gain is not None
+        if one.gain is not None and one.gain.half is not None
     ]
     return f"Exploration quality Q: {'; '.join(parts)}.".replace("%", " %") if parts else ""
 
@@ -115,11 +118,12 @@ def _more(share: float) -> str:
     return f"{abs(share):.1%} {'higher' if share >= 0 else 'lower'}"
 
 
-def _interval(found: Estimate) -> str:
-    """Return the interval of a gain, in time saved, which is all of it at most."""
+def _interval(found: Estimate, of_what: str) -> str:
+    """Return the interval of a relative gain; of time saved it ends at 100 %, which is all of it."""
     if found.low is None or found.high is None:
         return ""
-    return f" (95% interval of the time saved: {found.low:+.1%} to {min(found.high, 1.0):+.1%})"
+    high = min(found.high, 1.0) if of_what == "the time saved" else found.high
+    return f" (95% interval of {of_what}: {found.low:+.1%} to {high:+.1%})"
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 from marsupial.bench.compare.header import cases_of, contenders_of
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import Curve, Row, Timing
-from marsupial.bench.compare.statistics import Estimate, estimate
+from marsupial.bench.compare.statistics import FEWEST_PAIRS, Estimate, estimate
 from marsupial.library.metrics import METRICS, Metric
 from marsupial.model.mission import Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -127,7 +127,7 @@ class ComparisonOutcome:
         level = fmean(theirs for _, _, theirs in pairs) if pairs else 0.0
         return Pairing(
             case=case,
-            ahead=estimate(differences),
+            ahead=estimate(differences, FEWEST_PAIRS),
             gain=fmean(differences) / level if level else None,
             gains=tuple(measure.better * (ours - theirs) / theirs for _, ours, theirs in pairs if theirs),
             wins=sum(difference > 0 for difference in differences),

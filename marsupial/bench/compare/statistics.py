@@ -10,10 +10,13 @@ from statistics import fmean, stdev
 
 LEVEL = 0.95
 
+FEWEST_PAIRS = 5
+"""Pairs that an interval takes: fewer hardly show how much pairs differ, and Student's t then promises too much."""
+
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A mean of `count` values and half the width of its interval, None where one value says nothing about it."""
+    """A mean of `count` values and half the width of its interval; None where there are too few values for one."""
 
     count: int
     mean: float
@@ -37,12 +40,12 @@ class Estimate:
         return 1 if self.mean > 0 else -1
 
 
-def estimate(values: Sequence[float]) -> Estimate | None:
-    """Return the mean of `values` with its interval; None without any."""
+def estimate(values: Sequence[float], fewest: int = 2) -> Estimate | None:
+    """Return the mean of `values`, with its interval if there are at least `fewest`; None without any."""
     if not values:
         return None
     count = len(values)
-    half = None if count < 2 else t_quantile(count - 1) * stdev(values) / sqrt(count)
+    half = None if count < fewest else t_quantile(count - 1) * stdev(values) / sqrt(count)
     return Estimate(count, fmean(values), half)
 
 
