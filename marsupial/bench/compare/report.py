@@ -189,9 +189,9 @@ def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
         "quality Q is the explored part of the reachable area by the sum of all distances; more is better.",
         "Means are over complete missions; a mission that ended in another way is counted, but its time would say "
         "nothing. Intervals are 95 % confidence intervals by Student's t. Paired differences are taken seed by seed "
-        f"over the pairs that are both complete, with intervals of their own from {FEWEST_PAIRS} pairs on; they are counted so that more than 0 "
-        "is in favour of the contender. No correction is made for the number of cells: of 20 without any difference, "
-        "one may show one.",
+        f"over the pairs that are both complete, with intervals of their own from {FEWEST_PAIRS} pairs on; they are "
+        "counted so that more than 0 is in favour of the contender. No correction is made for the number of cells: of "
+        "20 without any difference, one may show one.",
         f"Made with marsupial {header['marsupial']}; begun with {versions}. Rows are in rows.csv, wall-clock times in "
         "timings.csv, coverage over time in coverage.csv.",
     ]
