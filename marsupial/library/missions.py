@@ -27,7 +27,6 @@ from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.clairvoyant.strategy import Clairvoyant
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
@@ -86,6 +85,8 @@ def simulate(
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=charged, reachable=reachable)
     if decider is None:
+        from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # brings a planner that others may not need
+
         insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
         mission = Mission(world, kinds, insider, order, watcher, insider)
     else:

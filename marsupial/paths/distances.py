@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from marsupial.arrays import Flags, Floats, Ints, Ints32
 from marsupial.model.grid import Mask
@@ -104,7 +103,7 @@ class _Update:
         self._table, self._least, self._opened = table, least, opened
         self._doubtful: Flags = np.ones(table.shape, dtype=np.bool_)
         np.fill_diagonal(self._doubtful, False)
-        self._parts = connected_components(np.isfinite(table), directed=False)[1]
+        self._parts = _parts(np.isfinite(table))
         self._settle()
 
     def run(self, cells: Ints, outward: Floats, search: Callable[[int, Ints], Floats]) -> None:
@@ -147,6 +146,19 @@ def _settle(table: Floats, least: Floats, errors: Floats, doubtful: Flags) -> No
                         break
                 if sure:
                     doubtful[a, b] = doubtful[b, a] = False
+
+
+def _parts(linked: Flags) -> Ints32:
+    """Return (k,): the first of the cells that each is connected with, by way of others too; `linked` is symmetric.
+
+    scipy has this, but takes as long to import as a small mission takes.
+    """
+    firsts = np.arange(len(linked), dtype=np.int32)
+    while True:
+        before = firsts
+        firsts = np.minimum(before, np.where(linked, before, np.int32(len(linked))).min(axis=1, initial=len(linked)))
+        if np.array_equal(firsts, before):
+            return firsts
 
 
 @native

@@ -29,7 +29,6 @@ from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from marsupial.arrays import Floats
 from marsupial.model.plan import ActionName, Plan
@@ -150,6 +149,8 @@ def _cheapest_pair(
     """Return the cheapest pair of the optimal assignment of carriers to targets, hopeless pairs left out."""
     if not targets:
         return None
+    from scipy.optimize import linear_sum_assignment  # takes a third of a second, and `temporal` seldom needs it
+
     cost = np.full((len(carriers), len(targets)), _FAR)
     for i, carrier in enumerate(carriers):
         for j, target in enumerate(targets):

@@ -283,3 +283,13 @@ def test_what_map_warns_of_is_warned_of_once_by_all_that_load_it(
     told = capsys.readouterr().err.splitlines()
     for line in warned:
         assert told.count(line.replace("warning: ", f"warning: {path}: ")) == 1
+
+
+def test_a_mission_by_rules_imports_no_planner_and_no_benchmark() -> None:
+    code = (
+        "import sys, marsupial.cli.main as m; m.main(['run', 'lobby', '--strategy', 'heuristic', '--json']); "
+        "unneeded = ('marsupial.bench', 'marsupial.planning.local_search', 'marsupial.planning.branch_and_bound'); "
+        "print([name for name in (*unneeded, 'matplotlib', 'unified_planning') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

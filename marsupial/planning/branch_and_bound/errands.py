@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from marsupial.arrays import Ints
 from marsupial.native import inlined
@@ -110,6 +109,8 @@ class _Found(NamedTuple):
 
 def _found(data: ProblemData, closure: Ints, bases: Ints, most: int) -> _Found:
     """Return the rows of errands of at most so many bits."""
+    from scipy.sparse.csgraph import connected_components  # few missions ask this engine, which all import
+
     targets, meetings = data.members(given.TARGETS), data.members(given.MEETINGS)
     by_rover, by_carrier = closure[_kinds(data, given.ROVERS)], closure[_kinds(data, given.CARRIERS)]
     _, component = connected_components(by_rover.min(axis=0, initial=NEVER) < NEVER, directed=False)

@@ -11,7 +11,6 @@ and of the quickest type, so that nothing is assumed of travel tables.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components, floyd_warshall
 
 from marsupial.arrays import Floats, Ints
 from marsupial.planning.list_scheduling.costs import NEVER
@@ -61,6 +60,8 @@ class _Rooms:
     """
 
     def __init__(self, data: ProblemData) -> None:
+        from scipy.sparse.csgraph import connected_components, floyd_warshall  # most of a mission needs no bound
+
         legs = np.where(data.leg >= NEVER, np.inf, data.leg)
         rovers, carriers = (np.unique(data.robots[data.members(g), col.TYPE]) for g in (col.ROVERS, col.CARRIERS))
         self._data = data
@@ -77,6 +78,8 @@ class _Rooms:
 
     def rides_ms(self, rooms: list[int]) -> float:
         """Return how long rovers are carried at least, all in all, if each room needs one; they drive in others."""
+        from scipy.sparse.csgraph import floyd_warshall
+
         data, rovers = self._data, self._data.members(col.ROVERS)
         hosts = data.robots[rovers, col.ABOARD]
         begun = [self._doors(room) for room in np.unique(self.of[data.robots[rovers[hosts < 0], col.AT]])]
