@@ -64,8 +64,8 @@ def create_app(settings: ServiceSettings) -> FastAPI:
     app.state.service = State(
         settings=settings,
         keys=KeyFile(settings.data),
-        analyses=asyncio.Semaphore(limits.analyses),
-        readers=asyncio.Semaphore(limits.readers),
+        analyses=Slots(limits.analyses),
+        readers=Slots(limits.readers),
     )
     for router in (
         *(room.router for room in (missions, jobs, simulations, analyses, catalogue, operations)),

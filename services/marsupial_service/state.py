@@ -11,6 +11,7 @@ from starlette.applications import Starlette
 
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.analyses.supervised import Supervised
+from marsupial_service.entries.slots import Slots
 from marsupial_service.jobs.service import Jobs
 from marsupial_service.missions.service import Missions
 from marsupial_service.operations.keys import Keys
@@ -51,8 +52,8 @@ class State:
 
     settings: ServiceSettings
     keys: Keys
-    analyses: asyncio.Semaphore
-    readers: asyncio.Semaphore
+    analyses: Slots
+    readers: Slots
     supervised: Supervised = field(default_factory=Supervised)
     held_bytes: int = 0
     metrics: HttpMetrics = field(default_factory=HttpMetrics)

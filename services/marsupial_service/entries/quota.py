@@ -18,7 +18,7 @@ from marsupial_service.store.engine import Connection
 HOUR_S = 3600.0
 
 PREPARATION_S = 1.0
-"""What an attempt at a job may take besides its budget; no job reserves less."""
+"""What an attempt at a job may take besides its budget; no job reserves less, no analysis begins with less left."""
 
 Reader = Connection | Transaction
 

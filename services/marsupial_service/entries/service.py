@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from marsupial.processes.launcher import Preload
 from marsupial.processes.runner import Runner
 from marsupial_service.entries.bells import Bells
-from marsupial_service.entries.quota import Quota
+from marsupial_service.entries.quota import PREPARATION_S, Quota
 from marsupial_service.entries.records import E, EntrySettings, EventRecord, UnknownEntry
 from marsupial_service.entries.room import Room, Sizes, stored_bytes
 from marsupial_service.entries.table import EntryTable
@@ -135,6 +135,11 @@ class Entries(Generic[E]):
         self._kept.planned(owner, planned_s)
         if self.quota.is_bounded:
             self._go(self._charge(owner, round(1000 * planned_s)))
+
+    async def check_quota(self, owner: str) -> None:
+        """Raise TooMany if an owner has used up their quota, so that nothing short may begin either."""
+        if self.quota.is_bounded:
+            await self.read(lambda reader: self.quota.check(reader, owner, PREPARATION_S, self.now_ms()))
 
     async def _charge(self, owner: str, planned_ms: int) -> None:
         await self.surely(lambda tx: self.quota.charge(tx, owner, planned_ms, self.now_ms()))

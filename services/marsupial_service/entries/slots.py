@@ -1,14 +1,15 @@
-"""How many plannings go on at a time in one server: those of jobs, and those of missions, whose robots are waiting.
+"""How much goes on at a time in one server: plannings of jobs and missions; analyses; the reading of large bodies.
 
 A mission's planning comes before any job. Where all slots are taken the newest job is broken off for it: the job goes
-back into the queue with its best plan, and with as much of its budget as is left. Missions of several owners are served
-in turn.
+back into the queue with its best plan, and with as much of its budget as is left. Owners who wait are served in turn:
+first the one who has the fewest slots, and of those the one who has waited longest. Jobs wait in the queue of the
+store, whose turns follow the same rule (`jobs.turns`).
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections import OrderedDict, deque
+from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -18,13 +19,16 @@ class Place:
 
     Attributes
     ----------
+    owner
+        Whose turn it was; None for a job.
     breaks
         Ends what has it, if that can be broken off; see `Slots.let_break`.
     is_wanted
         Whether it is broken off, so that a mission gets the slot.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, owner: str | None) -> None:
+        self.owner = owner
         self.breaks: Callable[[], None] | None = None
         self.is_wanted = False
 
@@ -35,7 +39,7 @@ class Slots:
     def __init__(self, count: int) -> None:
         self.count = count
         self._taken: list[Place] = []
-        self._missions: OrderedDict[str, deque[asyncio.Future[Place]]] = OrderedDict()
+        self._owners: OrderedDict[str, deque[asyncio.Future[Place]]] = OrderedDict()
         self._jobs: deque[asyncio.Future[Place]] = deque()
 
     @property
@@ -44,20 +48,23 @@ class Slots:
         return len(self._taken)
 
     async def for_job(self) -> Place:
-        """Take a slot for a job as soon as one is free that no mission waits for."""
+        """Take a slot for a job as soon as one is free that no owner waits for."""
         return await self._wait(self._jobs)
 
-    async def for_mission(self, owner: str) -> Place:
-        """Take a slot for a mission; if none is free a job is broken off."""
+    async def for_owner(self, owner: str) -> Place:
+        """Take a slot in turn with other owners, before any job; if none is free a job is broken off."""
         if len(self._taken) >= self.count:
             self._break_off()
-        return await self._wait(self._missions.setdefault(owner, deque()))
+        return await self._wait(self._owners.setdefault(owner, deque()))
+
+    def waiting(self, owner: str) -> int:
+        """Return how many slots an owner waits for."""
+        return sum(not turn.done() for turn in self._owners.get(owner, ()))
 
     def let_break(self, place: Place, breaks: Callable[[], None]) -> None:
-        """Let what has a slot be broken off from now on: at once, if a mission waits for which nothing is."""
+        """Let what has a slot be broken off from now on: at once, if an owner waits for whom nothing is."""
         place.breaks = breaks
-        waiting = sum(not turn.done() for queue in self._missions.values() for turn in queue)
-        if waiting > sum(one.is_wanted for one in self._taken):
+        if sum(map(self.waiting, self._owners)) > sum(one.is_wanted for one in self._taken):
             self._break_off()
 
     def free(self, place: Place) -> None:
@@ -85,21 +92,26 @@ class Slots:
             raise
 
     def _hand_out(self) -> None:
-        while len(self._taken) < self.count and (turn := self._next()) is not None:
-            place = Place()
+        while len(self._taken) < self.count:
+            owner, turn = self._next()
+            if turn is None:
+                return
+            place = Place(owner)
             self._taken.append(place)
             turn.set_result(place)
 
-    def _next(self) -> asyncio.Future[Place] | None:
-        """Return whose turn it is, of those that still wait."""
-        while self._missions:
-            owner, queue = self._missions.popitem(last=False)
+    def _next(self) -> tuple[str | None, asyncio.Future[Place] | None]:
+        """Return whose turn it is, of those that still wait, and what tells them."""
+        has = Counter(place.owner for place in self._taken)
+        while self._owners:
+            owner = min(self._owners, key=has.__getitem__)
+            queue = self._owners.pop(owner)
             turn = _first(queue)
             if queue:
-                self._missions[owner] = queue  # behind the others
+                self._owners[owner] = queue  # behind the others
             if turn is not None:
-                return turn
-        return _first(self._jobs)
+                return owner, turn
+        return None, _first(self._jobs)
 
     def _break_off(self) -> None:
         for place in reversed(self._taken):

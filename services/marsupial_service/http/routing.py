@@ -105,7 +105,7 @@ class _ReadRequest(Request):
             raise HttpProblem("media-type", "Content-Encoding must be identity")
         read = cls(request.scope, request.receive)
         read._body = await _body(request, held)
-        read._sent = Sent(read._body)
+        read._sent = Sent(read._body, request.state.owner)
         return read
 
     async def body(self) -> bytes:

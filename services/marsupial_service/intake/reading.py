@@ -18,6 +18,7 @@ from pydantic import BaseModel, GetPydanticSchema, ValidationError
 from pydantic_core import core_schema
 
 from marsupial.errors import MarsupialError
+from marsupial_service.analyses.in_turn import read_in_turn
 from marsupial_service.http.problems import HttpProblem, problem_of, problem_of_shape
 from marsupial_service.http.strict_json import parse
 from marsupial_service.intake.counts import Count, check_counts
@@ -40,9 +41,10 @@ T = TypeVar("T")
 
 
 class Sent(NamedTuple):
-    """A body as it came."""
+    """A body as it came, and who sent it."""
 
     data: bytes
+    owner: str
 
 
 def shaped(model: type[BaseModel]) -> GetPydanticSchema:
@@ -99,10 +101,7 @@ async def read(state: State, sent: Sent, reading: Reading[B, T], *more: Any) -> 
         if reading.cells is None or reading.cells(body) <= INLINE_CELLS:
             return await asyncio.to_thread(_made, document, body, reading, more)
     job = sent.data, reading, limits, more
-    async with state.readers:
-        found = await state.supervised.value_of(
-            read_elsewhere, job, seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
-        )
+    found = await read_in_turn(state, sent.owner, read_elsewhere, job)
     if isinstance(found, HttpProblem):
         raise found
     return found  # type: ignore[return-value]

@@ -229,7 +229,7 @@ class Keeper:
     async def _plan(self, run: JobRun, told: asyncio.Queue[object]) -> None:
         """Let the process plan once its owner may and a slot is free; however that ends, it is charged."""
         await self._wait_for_quota()
-        with self._slots.taken(await self._slots.for_mission(self._owner)):
+        with self._slots.taken(await self._slots.for_owner(self._owner)):
             begun_s = time.monotonic()
             try:
                 await self._send(run, MayPlan())

@@ -113,8 +113,10 @@ def insert(
             raise TooMany(f"you have {count} open missions, more are not allowed at a time")
         brief = new.brief
         if isinstance(brief, SimulatedBrief):
-            (count,) = tx.execute(f"{sql} AND simulation IS NOT NULL").fetchone()
-            if count >= settings.simulations:
+            simulated = f"{sql} AND simulation IS NOT NULL"
+            (count,) = tx.execute(simulated).fetchone()
+            (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
+            if own and count >= settings.simulations:  # who has none goes first: others' may go on for hours
                 raise TooMany(f"{count} missions are simulated, more are not allowed at a time", _SIMULATED_S)
         quota.check(tx, new.owner, asked_s(brief), now_ms)
         simulation = documents.simulation(brief) if isinstance(brief, SimulatedBrief) else None

@@ -67,14 +67,18 @@ class ServiceLimits:
     queue: int = _limit(1000, 0, "jobs that wait")
     key_queue: int = _limit(500, 0, "jobs of one key that wait")
     streams: int = _limit(64, 1, "event streams open at a time, of one key")
-    wait_s: float = _limit(30.0, 0.0, "seconds a request may wait for its job (Prefer: wait)")
-    analyses: int = _limit(2, 1, "analyses and readiness checks that run at a time")
+    wait_s: float = _limit(
+        30.0, 0.0, "seconds a request may wait for its job (Prefer: wait), or an analysis for its turn"
+    )
+    analyses: int = _limit(2, 1, "analyses that run at a time, and those of one key that wait")
     analysis_s: float = _limit(30.0, 0.1, "seconds an analysis may take")
     retention_s: float = _limit(7 * 86400.0, 1.0, "seconds a job or mission is kept after its end")
     kept_jobs: int = _limit(10_000, 1, "jobs kept after their end")
     missions: int = _limit(20, 1, "missions open at a time")
     key_missions: int = _limit(20, 1, "missions of one key open at a time")
-    simulations: int = _limit(max(2, os.cpu_count() or 1), 1, "missions open at a time whose robots are simulated here")
+    simulations: int = _limit(
+        max(2, os.cpu_count() or 1), 1, "missions open at a time whose robots are simulated, besides the first of a key"
+    )
     idle_s: float = _limit(86400.0, 1.0, "seconds without a report after which a mission is cancelled")
     backlog: int = _limit(1000, 1, "reports of a mission that wait for its planner")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")

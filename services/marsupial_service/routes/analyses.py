@@ -7,14 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 
 from marsupial_service.analyses import analysis
-from marsupial_service.entries.records import TooMany
+from marsupial_service.analyses.in_turn import value_in_turn
 from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.analyses import ANALYSIS_READING, VALIDATION_READING
 from marsupial_service.intake.reading import Sent, read, shaped
-from marsupial_service.routes.parameters import Service
+from marsupial_service.routes.parameters import Owner, Service
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody
 
@@ -22,19 +22,21 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 
 
 @router.post("/analysis", response_model=answers.AnalysisAnswer, responses=errors("too-many", body=True))
-async def analyse(state: Service, sent: Annotated[Sent, Body(), shaped(AnalysisBody)]) -> Response:
+async def analyse(state: Service, owner: Owner, sent: Annotated[Sent, Body(), shaped(AnalysisBody)]) -> Response:
     """Find targets, meeting points, reach and costs on a map, as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
+    await state.running().check_quota(owner)
     task, include = await read(state, sent, ANALYSIS_READING, limits)
-    if state.analyses.locked():
-        raise TooMany(f"at most {limits.analyses} at a time")
-    async with state.analyses:
-        found = await state.supervised.value_of(
-            analysis.analyse,
-            (task, include, limits.answer_bytes),
-            seconds=limits.analysis_s,
-            memory_bytes=limits.memory_bytes,
-        )
+    found = await value_in_turn(
+        state,
+        state.analyses,
+        owner,
+        analysis.analyse,
+        (task, include, limits.answer_bytes),
+        seconds=limits.analysis_s,
+        memory_bytes=limits.memory_bytes,
+        wait_s=limits.wait_s,
+    )
     if isinstance(found, HttpProblem):
         raise found
     assert isinstance(found, bytes)

@@ -9,6 +9,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Query, Response
 from fastapi.responses import StreamingResponse
 
+from marsupial_service.analyses.in_turn import read_in_turn
 from marsupial_service.http.answers import UNKEPT, job_path, job_text, json_answer, summary_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
@@ -128,20 +129,16 @@ async def follow_job(
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
-async def get_situation(state: Service, job: JobOfPath) -> Response:
+async def get_situation(state: Service, owner: Owner, job: JobOfPath) -> Response:
     """Return what the planner is asked; for a map state once that has been analysed."""
     analysis = await state.running().analysis(job.id)
     if analysis is not None:
         return text_answer(f'{{"situation":{analysis.situation},"places":{analysis.places}}}'.encode())
     text = await state.running().source(job.id) or "{}"
-    limits = state.settings.limits
     if len(text) <= INLINE_BYTES:
         found: object = situation_text(text)
     else:
-        async with state.readers:
-            found = await state.supervised.value_of(
-                tell_situation, text, seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
-            )
+        found = await read_in_turn(state, owner, tell_situation, text)
     if found is None:
         raise HttpProblem("not-found", "the map has not been analysed yet", headers={"Retry-After": "1"})
     assert isinstance(found, bytes)
@@ -149,14 +146,10 @@ async def get_situation(state: Service, job: JobOfPath) -> Response:
 
 
 @router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
-async def get_map(state: Service, job: JobOfPath) -> Response:
+async def get_map(state: Service, owner: Owner, job: JobOfPath) -> Response:
     """Return the map that a job was sent with, its cells as runs; a job for a situation has none."""
-    limits = state.settings.limits
     source = await state.running().source(job.id) or "{}"
-    async with state.readers:
-        found = await state.supervised.value_of(
-            tell_map, (source, limits), seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
-        )
+    found = await read_in_turn(state, owner, tell_map, (source, state.settings.limits))
     if found is None:
         raise HttpProblem("not-found", "the job was sent with a situation, not with a map")
     assert isinstance(found, bytes)

@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
+from marsupial_service.analyses.in_turn import read_in_turn
 from marsupial_service.entries.records import Created
 from marsupial_service.http.answers import json_answer, mission_answer, mission_path, text_answer
 from marsupial_service.http.events import EventStream, stream
@@ -169,16 +170,12 @@ async def get_log(state: Service, mission: MissionOfPath) -> Response:
 
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
-async def get_known_map(state: Service, mission: MissionOfPath) -> Response:
+async def get_known_map(state: Service, owner: Owner, mission: MissionOfPath) -> Response:
     """Return what is known of the map after the last report."""
     known = await state.flying().known(mission)
     if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
         return text_answer(known_map_text(known))
-    limits = state.settings.limits
-    async with state.readers:
-        found = await state.supervised.value_of(
-            tell_known_map, known, seconds=limits.read_s, memory_bytes=limits.read_memory_bytes
-        )
+    found = await read_in_turn(state, owner, tell_known_map, known)
     assert isinstance(found, bytes)
     return text_answer(found)
 

@@ -14,7 +14,7 @@ def test_missions_come_before_jobs_and_owners_in_turn() -> None:
         first = await slots.for_job()
 
         async def take(name: str, owner: str | None) -> None:
-            waiting = slots.for_job() if owner is None else slots.for_mission(owner)
+            waiting = slots.for_job() if owner is None else slots.for_owner(owner)
             with slots.taken(await waiting):
                 order.append(name)
 
@@ -27,6 +27,28 @@ def test_missions_come_before_jobs_and_owners_in_turn() -> None:
         return order
 
     assert asyncio.run(plan()) == ["a1", "b1", "a2", "a3", "job"]
+
+
+def test_an_owner_who_has_no_slot_goes_before_those_who_have_some() -> None:
+    async def plan() -> list[str]:
+        slots, order = Slots(3), list[str]()
+        held = [await slots.for_owner("a") for _ in range(3)]
+
+        async def take(owner: str) -> None:
+            await slots.for_owner(owner)
+            order.append(owner)
+
+        waiting = [asyncio.create_task(take(owner)) for owner in ("a", "a", "b", "c")]
+        await asyncio.sleep(0)
+        assert (slots.waiting("a"), slots.waiting("b"), slots.waiting("d")) == (2, 1, 0)
+        for place in held[:2]:
+            slots.free(place)
+        await asyncio.sleep(0)
+        for task in waiting:
+            task.cancel()
+        return order
+
+    assert asyncio.run(plan()) == ["b", "c"]
 
 
 def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
@@ -42,11 +64,11 @@ def test_the_newest_job_is_broken_off_for_a_mission_once() -> None:
 
         for name in ("old", "new"):
             job(await slots.for_job(), name)
-        mission = await slots.for_mission("a")
+        mission = await slots.for_owner("a")
         slots.free(mission)
-        await slots.for_mission("a")
+        await slots.for_owner("a")
         assert broken == ["new"]
-        await slots.for_mission("a")
+        await slots.for_owner("a")
         return broken
 
     assert asyncio.run(plan()) == ["new", "old"]
@@ -56,7 +78,7 @@ def test_a_job_that_can_be_broken_off_only_later_makes_way_for_the_mission_that_
     async def plan() -> list[str]:
         slots, broken = Slots(2), list[str]()
         old, new = await slots.for_job(), await slots.for_job()
-        mission = asyncio.create_task(slots.for_mission("a"))
+        mission = asyncio.create_task(slots.for_owner("a"))
         await asyncio.sleep(0)
         slots.let_break(new, lambda: broken.append("new"))
         slots.let_break(old, lambda: broken.append("old"))
@@ -73,7 +95,7 @@ def test_who_no_longer_waits_takes_no_slot(moment: str) -> None:
     async def plan() -> None:
         slots = Slots(1)
         first = await slots.for_job()
-        gone = asyncio.create_task(slots.for_mission("a"))
+        gone = asyncio.create_task(slots.for_owner("a"))
         await asyncio.sleep(0)
         if moment == "given":
             slots.free(first)

@@ -35,8 +35,8 @@ def brief(document: dict[str, Any]) -> SimulatedBrief:
     return found
 
 
-async def begun(missions: Missions, document: dict[str, Any]) -> MissionRecord:
-    record, _ = await missions.create(brief(document), b"same", owner="me")
+async def begun(missions: Missions, document: dict[str, Any], owner: str = "me") -> MissionRecord:
+    record, _ = await missions.create(brief(document), b"same", owner=owner)
     return record
 
 
@@ -172,6 +172,17 @@ def test_no_more_missions_are_simulated_at_a_time_than_allowed(place: str) -> No
             await missions.wish(first, Wish.CANCEL)
             await over(missions, first.id)
             await begun(missions, SLOW)
+
+    run(fly())
+
+
+def test_a_key_of_whom_no_mission_is_simulated_gets_one_however_many_others_have(place: str) -> None:
+    async def fly() -> None:
+        async with open_missions(place, simulations=1) as missions:
+            await begun(missions, SLOW)
+            await begun(missions, SLOW, owner="you")
+            with pytest.raises(TooMany, match="2 missions are simulated"):
+                await begun(missions, SLOW, owner="you")
 
     run(fly())
 

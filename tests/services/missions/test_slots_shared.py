@@ -90,7 +90,7 @@ def test_a_job_that_waits_for_room_gives_its_slot_to_a_mission_and_waits_again_a
             while not slots.in_use:
                 await asyncio.sleep(0.02)
             async with asyncio.timeout(HANG_S):
-                with slots.taken(await slots.for_mission("me")):
+                with slots.taken(await slots.for_owner("me")):
                     assert runner.asked == 1
                 while runner.asked == 1:
                     await asyncio.sleep(0.02)
