@@ -37,6 +37,7 @@ class Sqlite:
     begin_reading = "BEGIN"
     row_lock = skip_locked = ""
     live = "SELECT id FROM servers"
+    interferences: tuple[type[Exception], ...] = ()  # there are no other servers
     errors: tuple[type[Exception], ...] = (sqlite3.Error,)
     refusals: tuple[type[Exception], ...] = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
 
@@ -59,6 +60,7 @@ class Sqlite:
         Raises StoreError if it can't be opened or made, or is of a later version.
         """
         try:
+            self._keep_private()
             connection = self._open()
             try:
                 self._prepare(connection)
@@ -80,10 +82,6 @@ class Sqlite:
         if not self.path.exists():
             raise StoreError(f"{self.path.parent}: there is no store in it")
         return self._open()
-
-    def clashed(self, error: BaseException) -> bool:
-        """Say no: there are no others."""
-        return False
 
     def lock(self, connection: Connection, name: str) -> None:
         """Do nothing: there are no others."""
@@ -132,6 +130,18 @@ class Sqlite:
         """Let go of the folder."""
         if self._lock is not None:
             os.close(self._lock)
+
+    def _keep_private(self) -> None:
+        """Make the file for its owner alone, whatever the folder and the umask allow: it holds maps and keys.
+
+        SQLite gives the write-ahead log and its index the mode of the file.
+        """
+        try:
+            os.close(os.open(self.path, os.O_CREAT | os.O_WRONLY, 0o600))
+            for file in self.path.parent.glob(f"{FILE}*"):
+                file.chmod(0o600)
+        except OSError as error:
+            raise StoreError(f"{self.path}: {error.strerror}") from error
 
     def _open(self) -> sqlite3.Connection:
         connection = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)

@@ -232,3 +232,18 @@ def test_without_the_variable_no_point_does_anything() -> None:
     for point in failpoints.POINTS:
         armed.reach(point)
     assert failpoints.VARIABLE not in os.environ
+
+
+def test_the_database_is_its_owner_s_alone_whatever_the_folder_allows(tmp_path: Path) -> None:
+    folder = tmp_path / "open"
+    folder.mkdir(mode=0o755)
+    (folder / FILE).touch(mode=0o644)  # as an earlier version left it
+    before = os.umask(0)
+    try:
+        store = open_store(folder)
+        store.write(adding("one")).result()
+        modes = {file.name: file.stat().st_mode & 0o777 for file in folder.glob(f"{FILE}*")}
+        store.close()
+    finally:
+        os.umask(before)
+    assert modes == {FILE: 0o600, f"{FILE}-wal": 0o600, f"{FILE}-shm": 0o600}
