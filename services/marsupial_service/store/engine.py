@@ -70,6 +70,9 @@ class Engine(Protocol):
         Selects the names of the servers that are alive.
     errors, refusals
         What its library raises; which of them concern one write and not the database.
+    interferences
+        What it raises where another server was in the way, or this one too slow: nothing was committed, and the
+        transaction may be tried again.
     """
 
     place: str
@@ -81,6 +84,7 @@ class Engine(Protocol):
     live: str
     errors: tuple[type[Exception], ...]
     refusals: tuple[type[Exception], ...]
+    interferences: tuple[type[Exception], ...]
 
     def writer(self) -> Connection:
         """Connect to write; the tables are there and of this version. Raises StoreError."""
@@ -92,10 +96,6 @@ class Engine(Protocol):
 
     def visitor(self) -> Connection:
         """Connect for somebody who is no server; nothing is made. Raises StoreError if nothing is there."""
-        ...
-
-    def clashed(self, error: BaseException) -> bool:
-        """Say whether a transaction failed because of another server's, so that it may be tried again."""
         ...
 
     def lock(self, connection: Connection, name: str) -> None:

@@ -3,6 +3,11 @@
 Servers are alive as long as they say so, by the clock of the database. What one of them commits the others hear by
 NOTIFY. A server that is cut off for longer than `LEASE_S` counts as dead; whatever it still wants to write for an entry
 that another has taken over is refused by the term of the entry (`marsupial_service.entries`).
+
+A transaction takes several round trips, so a server can freeze in the middle of one while it holds locks that others
+need. Only the database can end that: each connection asks it to end the session when the next statement does not come
+within `_IDLE_S`, and to give up waiting for a lock after `_LOCK_S`. Whoever finds its session ended has committed
+nothing, and writes again over a new connection.
 """
 
 from __future__ import annotations
@@ -33,8 +38,17 @@ LEASE_S = 10.0
 _BEAT_S = 2.0
 _LISTEN_S = 0.3
 _RETRY_S = 1.0
-_CONNECT_S = 10
-_STATEMENT_MS = 60_000
+_CONNECT_S = 5
+_STATEMENT_S = 60  # a sweep of old entries may take long, while it is making progress
+_IDLE_S = 2
+"""How long a transaction that writes may wait for its next statement: what a freeze costs other servers."""
+
+_LOCK_S = 4
+"""How long a statement waits for a lock: longer than a frozen server can hold it, shorter than the lease."""
+
+_SILENCE_S = 5
+"""After how long without an answer from the network either side gives a connection up."""
+
 _CHANNEL = "marsupial"
 _LONGEST_NEWS = 7000
 _PREPARING = 20100717
@@ -102,6 +116,12 @@ class Postgres:
     row_lock = " FOR UPDATE"
     skip_locked = " FOR UPDATE SKIP LOCKED"
     live = f"SELECT id FROM servers WHERE NOT {_DEAD}"
+    interferences: tuple[type[Exception], ...] = (
+        sqlstates.SerializationFailure,
+        sqlstates.DeadlockDetected,
+        sqlstates.LockNotAvailable,
+        sqlstates.IdleInTransactionSessionTimeout,
+    )
     errors: tuple[type[Exception], ...] = (psycopg.Error,)
     refusals: tuple[type[Exception], ...] = (psycopg.IntegrityError, psycopg.ProgrammingError, psycopg.DataError)
 
@@ -130,8 +150,8 @@ class Postgres:
         return _Connection(connection)
 
     def reader(self) -> _Connection:
-        """Connect to read."""
-        return _Connection(self._connect())
+        """Connect to read: such transactions hold nobody up, so they may take as long as the lease."""
+        return _Connection(self._connect(idle_s=LEASE_S))
 
     def visitor(self) -> _Connection:
         """Connect. Raises StoreError if that fails."""
@@ -139,10 +159,6 @@ class Postgres:
             return self.reader()
         except psycopg.Error as error:
             raise StoreError(f"{self.place}: {_said(error)}") from error
-
-    def clashed(self, error: BaseException) -> bool:
-        """Say whether two servers waited for one another, or changed the same."""
-        return isinstance(error, sqlstates.SerializationFailure | sqlstates.DeadlockDetected)
 
     def lock(self, connection: Connection, name: str) -> None:
         """Take a lock of that name, held until the end of the transaction."""
@@ -193,15 +209,25 @@ class Postgres:
         except psycopg.Error as error:
             log.warning("the database can't be told that the server ends", extra={"reason": _said(error)})
 
-    def _connect(self) -> psycopg.Connection[Row]:
+    def _connect(self, idle_s: float = _IDLE_S) -> psycopg.Connection[Row]:
+        settings = {
+            "statement_timeout": f"{_STATEMENT_S}s",
+            "lock_timeout": f"{_LOCK_S}s",
+            "idle_in_transaction_session_timeout": f"{idle_s:g}s",
+            "tcp_keepalives_idle": "2",  # the last three: of the database's side of the connection
+            "tcp_keepalives_interval": "1",
+            "tcp_user_timeout": f"{_SILENCE_S}s",
+        }
         return psycopg.connect(
             self._url,
             autocommit=True,
             row_factory=_rows,
             connect_timeout=_CONNECT_S,
-            keepalives_idle=10,
-            tcp_user_timeout=1000 * round(LEASE_S),
-            options=f"-c statement_timeout={_STATEMENT_MS}",
+            keepalives_idle=2,
+            keepalives_interval=1,
+            keepalives_count=_SILENCE_S - 2,
+            tcp_user_timeout=1000 * _SILENCE_S,
+            options=" ".join(f"-c {name}={value}" for name, value in settings.items()),
             application_name=f"marsupial {self.server[:8]}",
         )
 

@@ -90,16 +90,27 @@ class Store:
 
     def _read(self, read: Callable[[Connection], Any]) -> Any:
         try:
-            connection = self._begun()
             try:
-                found = read(connection)
-            finally:
-                connection.execute("COMMIT")
+                found = self._at_one_moment(read)
+            except self._engine.interferences:  # this server was frozen or too slow, and its session was ended
+                self._forget()
+                found = self._at_one_moment(read)
         except self._engine.errors as error:
             self._forget()
             self._outage.met(str(error))
             raise StoreError(f"nothing can be read: {error}") from error
         self._outage.over()
+        return found
+
+    def _at_one_moment(self, read: Callable[[Connection], Any]) -> Any:
+        connection = self._begun()
+        try:
+            found = read(connection)
+        except BaseException as error:
+            if not isinstance(error, self._engine.errors):  # else ending it would fail too, and hide why
+                connection.execute("COMMIT")
+            raise
+        connection.execute("COMMIT")
         return found
 
     def _begun(self) -> Connection:

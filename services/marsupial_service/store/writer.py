@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -22,7 +23,9 @@ from marsupial_service.store.outage import Outage
 from marsupial_service.store.transaction import Transaction
 
 _LARGEST_GROUP = 256
-_MOST_CLASHES = 20
+_MOST_TRIES = 20
+_TRYING_S = 8.0
+"""How long a write that others are in the way of is tried again: by then a client wants to be told."""
 
 
 class _Errand:
@@ -103,9 +106,9 @@ class Writer:
             group = [errand for errand in group if errand.future.set_running_or_notify_cancel()]
             if not self._done(group):
                 for errand in group:  # each by itself: others can't wait for one while it waits for them
-                    clashes = 0
-                    while not self._done([errand], clashes >= _MOST_CLASHES):
-                        clashes += 1
+                    tries, latest_s = 1, time.monotonic() + _TRYING_S
+                    while not self._done([errand], tries >= _MOST_TRIES or time.monotonic() > latest_s):
+                        tries += 1
             if last:
                 return
 
@@ -123,7 +126,7 @@ class Writer:
                 self._disconnect()
                 if not (transaction.is_begun or is_new):  # the database may have been away
                     return self._done(group, last_try)
-            if self._engine.clashed(error) and not last_try:
+            if isinstance(error, self._engine.interferences) and not last_try:
                 return False
             self._fail(group, error)
             return True

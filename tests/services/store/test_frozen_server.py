@@ -1,0 +1,102 @@
+"""A server that freezes in the middle of a transaction: others go on, and it writes again when it wakes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+from databases import PostgresServer
+from patience import HANG_S
+
+from marsupial_service.store import Store, Transaction, open_store
+from marsupial_service.store.engine import Connection
+
+
+@pytest.fixture
+def servers(postgres: PostgresServer) -> Iterator[tuple[Store, Store]]:
+    url = postgres.database()
+    frozen, healthy = open_store(url), open_store(url)
+    yield frozen, healthy
+    frozen.close()
+    healthy.close()
+
+
+class Freeze:
+    """Stands for a SIGSTOP between two statements: the first time it is reached it waits until `wake`."""
+
+    def __init__(self) -> None:
+        self.reached, self._woken = threading.Event(), threading.Event()
+
+    def __call__(self) -> None:
+        if not self.reached.is_set():
+            self.reached.set()
+            assert self._woken.wait(HANG_S)
+
+    def wake(self) -> None:
+        self._woken.set()
+
+
+def insert(tx: Transaction, name: str) -> None:
+    tx.execute("INSERT INTO owners VALUES (?, 1) ON CONFLICT (name) DO UPDATE SET served = owners.served + 1", (name,))
+
+
+def served(store: Store) -> dict[str, int]:
+    return store.read(lambda c: {row["name"]: row["served"] for row in c.execute("SELECT * FROM owners")}).result()
+
+
+def test_locks_of_a_frozen_server_are_released_and_it_writes_once_when_it_wakes(servers: tuple[Store, Store]) -> None:
+    frozen, healthy = servers
+    freeze = Freeze()
+
+    def halfway(tx: Transaction) -> None:
+        tx.lock("shared")
+        insert(tx, "both")
+        freeze()
+        insert(tx, "frozen")
+
+    def beside(tx: Transaction) -> None:
+        tx.lock("shared")
+        insert(tx, "both")
+
+    stuck = frozen.write(halfway)
+    assert freeze.reached.wait(HANG_S)
+    healthy.write(beside).result(HANG_S)  # while the other one is frozen still
+    assert served(healthy) == {"both": 1}
+    freeze.wake()
+    stuck.result(HANG_S)
+    assert served(healthy) == {"both": 2, "frozen": 1}
+
+
+def test_a_read_that_was_frozen_is_read_again(servers: tuple[Store, Store], postgres: PostgresServer) -> None:
+    frozen, healthy = servers
+    freeze = Freeze()
+
+    def halfway(connection: Connection) -> int:
+        connection.execute("SET idle_in_transaction_session_timeout = '10ms'")  # rather than wait for the lease
+        freeze()
+        return int(connection.execute("SELECT count(*) FROM owners").fetchone()[0])
+
+    stuck = frozen.read(halfway)
+    assert freeze.reached.wait(HANG_S)
+    healthy.write(lambda tx: insert(tx, "later")).result(HANG_S)
+    _until_ended(healthy)
+    freeze.wake()
+    assert stuck.result(HANG_S) == 1
+
+
+def _until_ended(store: Store) -> None:
+    """Wait until no session is idle in a transaction any more."""
+    sql = "SELECT count(*) FROM pg_stat_activity WHERE state = 'idle in transaction' AND pid != pg_backend_pid()"
+    while store.write(lambda tx: tx.execute(sql).fetchone()[0]).result(HANG_S):
+        pass
+
+
+def test_every_connection_bounds_what_it_can_hold_up(postgres: PostgresServer) -> None:
+    settings = "idle_in_transaction_session_timeout", "lock_timeout", "statement_timeout"
+    store = open_store(postgres.database())
+    try:
+        shown = store.write(lambda tx: [tx.execute(f"SHOW {name}").fetchone()[0] for name in settings]).result(HANG_S)
+        assert shown == ["2s", "4s", "1min"]
+    finally:
+        store.close()
