@@ -12,7 +12,28 @@ from browser import Browser, chromium, missing, tab
 if TYPE_CHECKING:
     from selenium.webdriver.chrome.webdriver import WebDriver
 
-SHARED_MAPS = Path(__file__).resolve().parents[2] / "shared" / "maps"
+TESTS = Path(__file__).resolve().parent
+SHARED_MAPS = TESTS.parents[1] / "shared" / "maps"
+
+RAY = {"nodes", "cluster"}
+LONG = {"ray", "test_tutorial.py", "test_docs.py"}
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give whole files to workers (`pytest -n 2`): what their tests share is made once."""
+    if config.getoption("dist", "no") == "load":
+        config.option.dist, config.option.loadscopereorder = "loadgroup", False
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Give all tests on a Ray cluster to one worker, and begin with the groups that take long."""
+    if not getattr(config.option, "loadgroup", False):
+        return
+    groups = {item: "ray" if RAY & set(item.fixturenames) else str(item.path.relative_to(TESTS)) for item in items}
+    for item, group in groups.items():
+        item.add_marker(pytest.mark.xdist_group(group))
+    items.sort(key=lambda item: groups[item] not in LONG)
 
 
 @pytest.fixture(scope="session")

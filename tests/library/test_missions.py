@@ -15,7 +15,7 @@ from small_missions import ANNEX, TWO_ANNEXES, kinds_of
 
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.loglines import log_lines
-from marsupial.generators.builtin import builtin_scenario
+from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.metrics import PlanningTimes
 from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.observer import Observer
@@ -36,7 +36,7 @@ LOG = """
 import sys
 from marsupial.library.missions import simulate
 from marsupial.formats.loglines import LogEncoder
-from marsupial.generators.builtin import builtin_scenario
+from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.mission.observer import Observer
 from marsupial.model.planning import Budget
 
@@ -169,11 +169,14 @@ def test_robots_do_what_robots_can_do(name: str, strategy: str) -> None:
     assert len(ended.aboard) == 4
 
 
-@pytest.mark.parametrize(
-    ("name", "strategy"), [("lobby", "covering"), *(("cave", rule) for rule in RULES if rule != "covering")]
-)
-def test_robots_without_rovers_do_what_robots_can_do(name: str, strategy: str) -> None:
-    ended, watcher = watched(builtin_scenario(name, frontier_rule(strategy).most_robots or 4, 0), strategy, 5)
+def small_cave(carriers: int) -> Scenario:
+    cave = replace(SCENARIOS["cave"], width_m=20.0, height_m=15.0)
+    return replace(builtin_scenario("cave", carriers, 0), grid=cave.grid())
+
+
+@pytest.mark.parametrize("strategy", RULES)
+def test_robots_without_rovers_do_what_robots_can_do(strategy: str) -> None:
+    ended, watcher = watched(small_cave(frontier_rule(strategy).most_robots or 4), strategy, 5)
     assert watcher.faults == []
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0)
 

@@ -5,12 +5,22 @@ from __future__ import annotations
 from typing import Any
 
 import httpx
+import pytest
 from patience import HANG_S
 from servers import Server
+
+from marsupial.cli.main import main
 
 
 def client(server: Server, **headers: str) -> httpx.Client:
     return httpx.Client(base_url=server.url, timeout=HANG_S, headers=headers, trust_env=False)
+
+
+def serve(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    """Give `marsupial serve` these words, in this process; return the exit code and what is said on both outputs."""
+    code = main(["serve", *words])
+    said = capsys.readouterr()
+    return code, said.out, said.err
 
 
 def problem(answer: httpx.Response, status: int, kind: str) -> dict[str, Any]:

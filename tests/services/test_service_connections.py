@@ -7,7 +7,6 @@ import json
 import logging
 import resource
 import socket
-import subprocess
 import threading
 import time
 from collections.abc import Iterator
@@ -16,11 +15,12 @@ from pathlib import Path
 
 import pytest
 from patience import HANG_S, until
-from servers import START, Server
+from servers import Server
 from service_house import client
 from talk import BROKEN, HOST, Talk, ask
 
 from marsupial_service.http.connections import LoopFaults
+from marsupial_service.operations.keys import KeyFile
 
 MOST, OF_ADDRESS = 60, 40
 HEAD = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
@@ -158,18 +158,15 @@ def test_a_stream_that_is_over_is_answered_without_content(tmp_path: Path) -> No
 
 
 def test_the_streams_of_a_revoked_key_end(tmp_path: Path) -> None:
-    def keys(*words: str) -> str:
-        done = subprocess.run([*START, "keys", *words, "--data", str(tmp_path)], capture_output=True, text=True)
-        return done.stdout.strip()
-
-    secret = keys("add", "ann", "--scope", "plan")
+    keys = KeyFile(tmp_path)
+    secret = keys.add("ann", ["plan"], 1, now_s=time.time())
     with Server(tmp_path, "--require-keys") as server, client(server, Authorization=f"Bearer {secret}") as http:
         body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 120}}
         links = http.post("/v1/jobs", json=body).json()["links"]
         with http.stream("GET", links["events"]) as answer:
             lines = answer.iter_lines()
             next(lines)
-            keys("revoke", "ann")
+            keys.revoke("ann", time.time())
             assert list(lines)[-2] == ": the key has expired or was revoked"
 
 

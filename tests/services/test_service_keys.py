@@ -2,23 +2,27 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from patience import HANG_S, until
-from servers import START, Server
-from service_house import client, problem
+from patience import until
+from servers import Server
+from service_house import client, problem, serve
 
 from marsupial.errors import UsageError
 from marsupial_service.operations.keys import FILE, KeyFile, open_keys
 from marsupial_service.operations.settings import ServiceLimits, ServiceSettings, limits_from
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*START, *arguments], capture_output=True, text=True, timeout=HANG_S)
+@pytest.fixture
+def secrets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
+    """Keys that were made in the folder by the command, by their names."""
+    return {
+        name: serve(capsys, "keys", "add", name, "--scope", scope, "--data", str(tmp_path))[1].strip()
+        for name, scope in (("ann", "plan"), ("bob", "plan"), ("ops", "admin"))
+    }
 
 
 def test_a_key_is_kept_as_a_hash_and_good_until_it_expires(tmp_path: Path) -> None:
@@ -74,22 +78,20 @@ def test_a_key_without_sense_is_refused(tmp_path: Path, scopes: list[str], days:
         KeyFile(tmp_path).add("fleet", scopes, days, now_s=0.0)
 
 
-def test_beyond_this_machine_keys_are_needed(tmp_path: Path) -> None:
+def test_beyond_this_machine_keys_are_needed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert not ServiceSettings(data=tmp_path).needs_keys
     assert ServiceSettings(data=tmp_path, host="0.0.0.0").needs_keys
-    refused = run("--host", "0.0.0.0", "--port", "0", "--data", str(tmp_path))
-    assert refused.returncode == 2
-    assert "make one with 'marsupial serve keys add" in refused.stderr
+    code, _, error = serve(capsys, "--host", "0.0.0.0", "--port", "0", "--data", str(tmp_path))
+    assert code == 2
+    assert "make one with 'marsupial serve keys add" in error
 
 
-def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path) -> None:
-    made = {
-        name: run("keys", "add", name, "--scope", scope, "--data", str(tmp_path)).stdout.strip()
-        for name, scope in (("ann", "plan"), ("bob", "plan"), ("ops", "admin"))
-    }
-    assert "ann" in run("keys", "list", "--data", str(tmp_path)).stdout
+def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(
+    tmp_path: Path, secrets: dict[str, str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "ann" in serve(capsys, "keys", "list", "--data", str(tmp_path))[1]
     with Server(tmp_path, "--require-keys") as server, client(server) as http:
-        bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in made.items()}
+        bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in secrets.items()}
         job = http.get("/v1/demo-data/tiny", headers=bearer["ann"]).json()
         answer = problem(http.post("/v1/jobs", content=b"not read"), 401, "no-key")
         assert "missing" in answer["detail"]
@@ -105,19 +107,17 @@ def test_a_key_opens_what_its_scope_says_and_one_owners_jobs_only(tmp_path: Path
             problem(http.get(hidden, headers=bearer["bob"]), 404, "not-found")
         problem(http.post(f"{path}/cancel", headers=bearer["bob"]), 404, "not-found")
         assert http.get("/v1/jobs", headers=bearer["bob"]).json()["jobs"] == []
-        run("keys", "revoke", "ann", "--data", str(tmp_path))
+        assert serve(capsys, "keys", "revoke", "ann", "--data", str(tmp_path))[0] == 0
         problem(http.get(path, headers=bearer["ann"]), 401, "no-key")
         lines = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
         assert any(line["message"] == "job taken" and line["owner"] == "ann" for line in lines)
-        assert not any(secret in server.log for secret in made.values())
+        assert not any(secret in server.log for secret in secrets.values())
 
 
-def test_a_key_that_has_used_up_its_planning_time_is_told_when_there_is_room(tmp_path: Path) -> None:
-    made = {
-        name: run("keys", "add", name, "--scope", scope, "--data", str(tmp_path)).stdout.strip()
-        for name, scope in (("ann", "plan"), ("bob", "plan"), ("ops", "admin"))
-    }
-    bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in made.items()}
+def test_a_key_that_has_used_up_its_planning_time_is_told_when_there_is_room(
+    tmp_path: Path, secrets: dict[str, str]
+) -> None:
+    bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in secrets.items()}
     with Server(tmp_path, "--require-keys", "--limit", "key_planning_s=3") as server, client(server) as http:
         demo = http.get("/v1/demo-data/yard", headers=bearer["ann"]).json()
         job = {**demo, "planner": "anytime", "budget": {"seconds": 2}}
@@ -165,6 +165,8 @@ def test_a_limit_of_the_environment_holds() -> None:
         (["--host", "no.such.host.invalid"], "keys are needed"),
     ],
 )
-def test_options_without_sense_are_refused(tmp_path: Path, options: list[str], text: str) -> None:
-    refused = run("--data", str(tmp_path), *options)
-    assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr
+def test_options_without_sense_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], text: str
+) -> None:
+    code, _, error = serve(capsys, "--data", str(tmp_path), *options)
+    assert (code, text in error) == (2, True), error

@@ -1,14 +1,12 @@
 from __future__ import annotations
 
 import asyncio
-import subprocess
 from pathlib import Path
 
 import httpx
 import pytest
-from patience import HANG_S
-from servers import START, Server
-from service_house import client, problem
+from servers import Server
+from service_house import client, problem, serve
 
 from marsupial_service.app import create_app
 from marsupial_service.operations.settings import ServiceSettings
@@ -29,15 +27,13 @@ def test_a_full_queue_takes_no_more_and_says_when_to_come_back(tmp_path: Path) -
         assert http.post("/v1/jobs", json=body).status_code == 202
 
 
-def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path) -> None:
+def test_a_second_server_on_the_same_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with Server(tmp_path):
-        second = subprocess.run(
-            [*START, "--port", "0", "--data", str(tmp_path)], capture_output=True, text=True, timeout=HANG_S
-        )
-    assert second.returncode == 2
-    assert second.stderr.startswith("error: ")
-    assert "another server" in second.stderr
-    assert second.stderr.count("\n") == 1
+        code, _, error = serve(capsys, "--port", "0", "--data", str(tmp_path))
+    assert code == 2
+    assert error.startswith("error: ")
+    assert "another server" in error
+    assert error.count("\n") == 1
 
 
 def test_a_bug_is_answered_without_its_traceback(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -1,11 +1,10 @@
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import httpx
-from patience import HANG_S
-from servers import START
+import pytest
+from service_house import serve
 
 from marsupial_service.app import create_app
 from marsupial_service.http.openapi import FILE, kept_text, text_of
@@ -25,9 +24,8 @@ def test_without_keys_none_are_asked_for(http: httpx.Client) -> None:
     )
 
 
-def test_the_command_prints_the_document() -> None:
-    printed = subprocess.run([*START, "--openapi"], capture_output=True, text=True, timeout=HANG_S)
-    assert printed.stdout == kept_text()
+def test_the_command_prints_the_document(capsys: pytest.CaptureFixture[str]) -> None:
+    assert serve(capsys, "--openapi")[:2] == (0, kept_text())
 
 
 def test_every_error_of_every_route_is_a_problem(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,8 +12,8 @@ from typing import Any
 import httpx
 import pytest
 from patience import HANG_S
-from servers import START, Server
-from service_house import client, pointers, problem
+from servers import Server
+from service_house import client, pointers, problem, serve
 from situations import one_hall
 
 from marsupial.formats.situation import situation_to_json
@@ -121,7 +120,8 @@ def test_a_mission_for_what_is_not_offered_is_refused(asked: httpx.Client, plann
     ("planner", "text"),
     [("greedy=plan {domain} {problem}", "greedy is a planner already"), ("mine=plan {domain}", "{problem} is missing")],
 )
-def test_what_can_not_be_offered_is_refused_at_the_start(tmp_path: Path, planner: str, text: str) -> None:
-    command = [*START, "--port", "0", "--data", str(tmp_path), "--planner", planner]
-    refused = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, check=False)
-    assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr
+def test_what_can_not_be_offered_is_refused_at_the_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], planner: str, text: str
+) -> None:
+    code, _, error = serve(capsys, "--port", "0", "--data", str(tmp_path), "--planner", planner)
+    assert (code, text in error) == (2, True), error

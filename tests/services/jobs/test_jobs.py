@@ -254,9 +254,9 @@ def test_who_cancels_or_waits_for_a_job_there_is_not_is_told(place: str) -> None
 
 
 @pytest.mark.parametrize("planner", ["greedy", "tamer"])
-def test_at_its_limit_a_job_is_ended_with_all_it_started(place: str, tmp_path: Path, planner: str) -> None:
+def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, planner: str) -> None:
     async def run() -> None:
-        async with open_jobs(place) as jobs:
+        async with open_jobs(tmp_path / "store") as jobs:
             seconds = 1.5
             while not (tmp_path / "pid").exists():  # a loaded machine may need longer to get that far
                 seconds *= 2

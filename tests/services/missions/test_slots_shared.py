@@ -23,7 +23,7 @@ from marsupial_service.store import open_store
 
 WANTED = JobRequest(
     planner="anytime",
-    budget=Budget(seconds=8.0),
+    budget=Budget(seconds=3.0),
     task=many_rooms(2, 1, 6, 3),
     digest=b"",
     source={"planner": "anytime"},
