@@ -9,12 +9,9 @@ from collections.abc import Callable, Sequence
 from numbers import Integral
 from time import perf_counter
 
-import numpy as np
-
 from marsupial.errors import UsageError
 from marsupial.library.metrics import Summary
-from marsupial.maps.growth import reach_of
-from marsupial.maps.territory import Territory
+from marsupial.maps.explorable import explorable_area
 from marsupial.mission.loop import Mission, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
@@ -30,12 +27,12 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
-    """Return the cells (height, width) that a robot of the team could come to stand on, knowing the whole map.
+    """Return the cells (height, width) that a robot of the team can come to stand on.
 
-    Carriers from their starts, rovers from theirs and from wherever a carrier can set them down.
+    Carriers from their starts, rovers from theirs and from wherever a carrier can set them down on ground that the team
+    gets to see.
     """
-    reach = reach_of(Territory(scenario.grid.solid(), scenario.robot_types), robots)
-    return np.logical_or.reduce(list(reach.by_type.values()))
+    return explorable_area(scenario.grid, scenario.robot_types, robots)
 
 
 def simulate(
