@@ -176,7 +176,9 @@ def small_cave(carriers: int) -> Scenario:
 
 @pytest.mark.parametrize("strategy", RULES)
 def test_robots_without_rovers_do_what_robots_can_do(strategy: str) -> None:
-    ended, watcher = watched(small_cave(frontier_rule(strategy).most_robots or 4), strategy, 5)
+    carriers = frontier_rule(strategy).most_robots or 4
+    scenario = builtin_scenario("lobby", carriers, 0) if strategy == "covering" else small_cave(carriers)
+    ended, watcher = watched(scenario, strategy, 5)
     assert watcher.faults == []
     assert (ended.status, ended.coverage, ended.plans_invalid) == (Status.COMPLETE, 1.0, 0)
 

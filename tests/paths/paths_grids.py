@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -48,14 +49,22 @@ def is_legal(passable: Mask, a: Cell, b: Cell) -> bool:
 
 def all_lengths(passable: Mask, diagonal: float = SQRT2) -> npt.NDArray[np.float64]:
     """Return scipy's distances between all cells, row-major; inf from and to impassable ones."""
-    height, width = passable.shape
-    starts, ends, lengths = [], [], []
-    for a in (Cell(x, y) for y in range(height) for x in range(width)):
-        for b in (Cell(a.x + dx, a.y + dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)):
-            if is_legal(passable, a, b):
-                starts.append(a.y * width + a.x)
-                ends.append(b.y * width + b.x)
-                lengths.append(1.0 if b.x == a.x or b.y == a.y else diagonal)
-    table = np.asarray(dijkstra(csr_array((lengths, (starts, ends)), shape=(passable.size, passable.size))))
+    numbers = np.arange(passable.size).reshape(passable.shape)
+    graph = csr_array((passable.size, passable.size))
+    for dx, dy in ((1, 0), (0, 1), (1, 1), (-1, 1)):
+        legal = _shifted(passable, 0, 0, dx, dy)
+        for x, y in ((dx, 0), (0, dy), (dx, dy)):
+            legal = legal & _shifted(passable, x, y, dx, dy)
+        ends = _shifted(numbers, 0, 0, dx, dy)[legal], _shifted(numbers, dx, dy, dx, dy)[legal]
+        length = diagonal if dx and dy else 1.0
+        graph += csr_array((np.full(ends[0].size, length), ends), shape=graph.shape)
+    table = np.asarray(dijkstra(graph, directed=False))
     table[~passable.ravel()] = np.inf
     return table
+
+
+def _shifted(cells: npt.NDArray[Any], x: int, y: int, dx: int, dy: int) -> npt.NDArray[Any]:
+    """Return the cells `x` and `y` (part of a step) beside those from which a step of `dx` and `dy` stays inside."""
+    height, width = cells.shape
+    low = max(0, -dx)
+    return cells[y : height - dy + y, low + x : width - abs(dx) + low + x]
