@@ -108,6 +108,23 @@ def test_a_body_that_comes_too_slowly_is_given_up(strict: Server) -> None:
     assert status_of(rest(opened(strict, HEAD + b'Content-Length: 1000000\r\n\r\n{"a'))) == 408
 
 
+@pytest.mark.parametrize("half_closed", [False, True])
+@pytest.mark.parametrize("begun", [b'Content-Length: 1000\r\n\r\n{"a', b'Transfer-Encoding: chunked\r\n\r\n20\r\n{"a'])
+def test_a_body_that_its_client_cuts_off_is_no_fault_of_the_service(
+    strict: Server, begun: bytes, half_closed: bool
+) -> None:
+    before = len(strict.log)
+    with opened(strict, HEAD + begun) as line:
+        if half_closed:
+            line.shutdown(socket.SHUT_WR)
+        else:
+            line.close()
+        until(lambda: '"route": "/v1/jobs"' in strict.log[before:], "the line of the request")
+    lines = [json.loads(line) for line in strict.log[before:].splitlines()]
+    assert [(line["level"], line["status"]) for line in lines if line.get("route") == "/v1/jobs"] == [("info", 400)]
+    assert not any("traceback" in line for line in lines)
+
+
 def test_a_body_that_nobody_asked_for_keeps_no_connection_open(strict: Server) -> None:
     line = opened(strict, b"POST /nowhere HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000000\r\n\r\n")
     with line:

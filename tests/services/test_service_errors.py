@@ -51,6 +51,27 @@ def test_every_error_is_a_problem(http: httpx.Client, method: str, path: str, st
     assert document["instance"] == path.partition("?")[0]
 
 
+ELSEWHERE = ("https://pages.example", "http://localhost:1", "null", "http://localhost.pages.example", "")
+
+
+def test_pages_of_another_origin_change_nothing(http: httpx.Client) -> None:
+    for origin in ELSEWHERE:
+        for method in ("POST", "PUT", "PATCH", "DELETE", "post"):
+            refused = http.request(method, "/v1/missions/none/cancel", headers={"origin": origin})
+            problem(refused, 403, "cross-origin")
+        assert http.get("/v1/limits", headers={"origin": origin}).status_code == 200
+    own = str(http.base_url).rstrip("/")
+    problem(http.post("/v1/missions/none/cancel", headers={"origin": own}), 404, "not-found")
+    problem(http.post("/v1/missions/none/cancel"), 404, "not-found")
+
+
+def test_a_service_without_keys_answers_to_names_of_its_own_machine_only(http: httpx.Client) -> None:
+    for host in ("pages.example", "pages.example:8080", "127.0.0.1.pages.example", "[::2]:8080", ""):
+        problem(http.get("/v1/limits", headers={"host": host}), 421, "misdirected")
+    for host in ("localhost", "LOCALHOST:8080", "[::1]:8080", "127.0.0.1"):
+        assert http.get("/v1/limits", headers={"host": host}).status_code == 200
+
+
 def test_a_wrong_method_is_told_the_right_ones(http: httpx.Client) -> None:
     assert http.put("/v1/jobs").headers["allow"] == "GET, POST"
     assert http.delete("/v1/jobs/x").headers["allow"] == "GET"

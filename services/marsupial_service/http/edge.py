@@ -1,7 +1,8 @@
 """The outermost layer: gives each request an id, logs and counts it, and lets no exception out.
 
-Where no keys are needed, only requests that name this machine are served: else a web page could have a browser's
-requests for a name of its own sent here.
+Where no keys are needed, any page that a browser on this machine shows could send requests here. So only requests that
+name this machine are served: a page can have a name of its own resolve to it, but can't name another host. And nothing
+is changed for a page of another origin, which browsers name in every such request; programs name none.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from marsupial_service.state import State
 log = logging.getLogger("marsupial.service")
 
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
+_READING = frozenset({"GET", "HEAD", "OPTIONS"})
 _GONE = 499
 
 
@@ -49,16 +51,26 @@ class Edge:
             self._note(scope, passage, time.perf_counter() - begun)
 
     async def _serve(self, scope: Scope, receive: Receive, passage: _Passage) -> None:
-        headers = Headers(scope=scope)
+        problem = self._refusal(scope["method"], Headers(scope=scope))
+        if problem is None:
+            await self._app(scope, receive, passage.send)
+        else:
+            await answer(problem, scope["path"])(scope, receive, passage.send)
+
+    def _refusal(self, method: str, headers: Headers) -> HttpProblem | None:
+        """Return why no route is to see a request, if that is so."""
         if "transfer-encoding" in headers and "content-length" in headers:
-            problem = HttpProblem("bad-request", "two lengths contradict each other", headers={"Connection": "close"})
-            await answer(problem, scope["path"])(scope, receive, passage.send)
-            return
-        if not self._state.settings.needs_keys and not _names_this_machine(headers.get("host", "")):
-            problem = HttpProblem("misdirected", "without keys the service answers to localhost only")
-            await answer(problem, scope["path"])(scope, receive, passage.send)
-            return
-        await self._app(scope, receive, passage.send)
+            return HttpProblem("bad-request", "two lengths contradict each other", headers={"Connection": "close"})
+        if self._state.settings.needs_keys:
+            return None
+        host = headers.get("host", "")
+        if not _names_this_machine(host):
+            return HttpProblem("misdirected", "without keys the service answers to localhost only")
+        origins = headers.getlist("origin")
+        if method not in _READING and any(_authority(origin) != host.lower() for origin in origins):
+            said = "without keys, pages of another origin than the service's own can't change anything"
+            return HttpProblem("cross-origin", said)
+        return None
 
     def _note(self, scope: Scope, passage: _Passage, seconds: float) -> None:
         status = passage.status or _GONE
@@ -86,6 +98,11 @@ class _Passage:
             headers["X-Request-Id"] = self.id
             headers["X-Content-Type-Options"] = "nosniff"
         await self._send(message)
+
+
+def _authority(origin: str) -> str:
+    """Return host and port of an origin, as a browser writes them into the header `Host` too; "null" has none."""
+    return origin.partition("://")[2].lower()
 
 
 def _names_this_machine(host: str) -> bool:

@@ -37,6 +37,7 @@ KINDS: Mapping[str, Kind] = {
     "bad-json": Kind(400, "The body is not valid JSON"),
     "no-key": Kind(401, "An API key is needed"),
     "no-scope": Kind(403, "The API key does not allow this"),
+    "cross-origin": Kind(403, "The request was sent by a page of another origin"),
     "not-found": Kind(404, "Not found"),
     "no-method": Kind(405, "The method is not allowed here"),
     "not-acceptable": Kind(406, "The answer is not available in that format"),

@@ -13,6 +13,7 @@ from typing import Any
 
 from fastapi import Request, Response
 from fastapi.routing import APIRoute
+from starlette.requests import ClientDisconnect
 
 from marsupial_service.http.problems import HttpProblem
 from marsupial_service.intake.reading import Sent
@@ -157,6 +158,8 @@ async def _body(request: Request, held: _Held) -> bytes:
                 timeout.reschedule(due_s + len(body) / limits.body_rate)
     except TimeoutError:
         raise HttpProblem("too-slow", headers={"Connection": "close"}) from None
+    except ClientDisconnect:  # nobody reads the answer; the log and the metrics have its status
+        raise HttpProblem("bad-request", "the body ended too early") from None
     return bytes(body)
 
 
