@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 
+from marsupial.errors import InternalError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
 from marsupial.processes.runner import Room, Runner
@@ -38,11 +39,8 @@ from marsupial_service.missions.values import (
 from marsupial_service.store import StoreError
 from marsupial_service.store.engine import Connection
 
-_MOST_DEATHS = 3
-"""A process that dies so often by itself before it has made anything new is not started again."""
-
-_MOST_KILLED = 20
-"""The same where another process killed it."""
+_MOST_CRASHES = 3
+"""A mission whose process crashes so often by itself, and makes nothing new in between, has failed."""
 
 _CPUS = 0.1
 """Processors that a mission is counted as, where they are counted: it plans now and then, and waits in between."""
@@ -56,7 +54,9 @@ _CHARGED_S = 0.5
 _LOOK_S = 1.0
 """How often a mission that waits for its owner's quota looks: jobs that end may give some back."""
 
-_PAUSE_S = 0.1
+_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 10.0
+"""How long a mission rests before its process is started again: twice as long each time, up to the second."""
+
 _WALL_S = 7 * 86400.0
 _LAST_WORDS_S = 0.5
 
@@ -113,8 +113,12 @@ class Keeper:
             await missions.surely(lambda tx: table.fail(tx, self.id, self._term, failure, missions.now_ms()))
 
     async def _resume(self) -> str | None:
-        """Follow one process after the other; return why that leads nowhere, None if there is no more to do."""
-        deaths = 0
+        """Follow one process after the other; return why that leads nowhere, None if there is no more to do.
+
+        Only crashes of its own end a mission. Where the process, what watches it or what starts it was killed or can't
+        be started, the mission has no part in that: it is started again for as long as it takes.
+        """
+        crashes = losses = 0
         while True:
             before = self._turns
             try:
@@ -125,16 +129,21 @@ class Keeper:
                 continue
             except Dismissed:
                 return None
+            except InternalError as error:  # nothing can be started at the moment
+                ended = Ended(ending=Ending.KILLED, detail=str(error))
             except Exception as error:
                 log.exception("a mission failed", extra={"mission": self.id})
                 return str(error)
             if ended is None:
                 return None
             log.warning("the process of a mission ended", extra={"mission": self.id, "reason": ended.detail})
-            deaths = 1 if self._turns > before else deaths + 1
-            if deaths >= (_MOST_KILLED if ended.ending is Ending.KILLED else _MOST_DEATHS):
+            if self._turns > before:
+                crashes = losses = 0
+            losses += 1
+            crashes += ended.ending is not Ending.KILLED
+            if crashes >= _MOST_CRASHES:
                 return ended.detail
-            await asyncio.sleep(_PAUSE_S * (deaths - 1))
+            await asyncio.sleep(min(_PAUSE_S * 2 ** min(losses - 1, 10), _LONGEST_PAUSE_S))
 
     async def _is_still_ours(self) -> bool:
         """Wait until the store can be read again, and say whether the mission is still open and this server's.

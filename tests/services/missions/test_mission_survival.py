@@ -13,6 +13,11 @@ from launcher_tree import below_launcher, nothing_runs
 from mission_house import Driver, open_missions, run, started, team
 from undisturbed import undisturbed
 
+from marsupial.errors import InternalError
+from marsupial.processes.jobs import Job
+from marsupial.processes.launcher import JobRun
+from marsupial.processes.runner import LocalRunner, Room
+from marsupial_service.missions import keeper
 from marsupial_service.missions.records import MissionPhase
 from marsupial_service.missions.service import Missions
 from marsupial_service.store import open_store
@@ -70,9 +75,43 @@ def test_a_service_that_is_stopped_and_started_again_goes_on_with_its_missions(p
     assert log == undisturbed("lobby")
 
 
-def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(
-    place: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+class BrokenLauncher(LocalRunner):
+    """Starts no process the first `times`: its launcher is killed whenever it is asked."""
+
+    def __init__(self, times: int) -> None:
+        self.times = times
+
+    def room(self, cpus: float = 1.0) -> Room:
+        self.times -= 1
+        return super().room(cpus) if self.times < 0 else NoRoom()
+
+
+class NoRoom:
+    def wait(self) -> bool:
+        return True
+
+    def run(self, job: Job) -> JobRun:
+        raise InternalError("the process that starts planners can't be started")
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_mission_outlives_a_launcher_that_breaks_again_and_again(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(keeper, "_LONGEST_PAUSE_S", 0.001)
+    runner = BrokenLauncher(times=50)
+
+    async def fly() -> str:
+        async with open_missions(place, runner) as missions:
+            record = await started(missions)
+            assert await Driver(team()).drive(missions, record)
+            return await missions.log(record)
+
+    assert run(fly()) == undisturbed("lobby")
+    assert runner.times < 0
+
+
+def test_a_mission_whose_process_dies_again_and_again_fails_and_says_why(place: str) -> None:
     async def fly() -> None:
         async with open_missions(place, memory_bytes=1 << 20) as missions:
             record = await started(missions)
