@@ -6,16 +6,18 @@ backwards. The checker holds what a replay relies on, so that everything behind 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
 from marsupial.errors import Problem
+from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model import mission as m
+from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import UNKNOWN, Cell
 from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import Role
+from marsupial.model.robots import RobotType, Role
 from marsupial.paths.routes import route_of
 
 
@@ -54,13 +56,13 @@ class LogChecker:
             yield Problem("event", "a log holds one mission")
 
     def _mission_started(self, event: m.MissionStarted) -> Iterator[Problem]:
-        if event.width < 1 or event.height < 1:
-            yield Problem("width", f"a map needs at least one cell, got {event.width} x {event.height}")
-        if not event.resolution_m > 0:
-            yield Problem("resolution_m", f"must be positive, got {event.resolution_m}")
+        yield from self._frame(event)
+        yield from _bounded(event, "", ("resolution_m",))
+        for i, terrain in enumerate(event.terrains):
+            if not 0 <= terrain.code < UNKNOWN:
+                yield Problem(f"terrains[{i}].code", f"must be from 0 to {UNKNOWN - 1}, got {terrain.code}")
         for i, kind in enumerate(event.types):
-            if not kind.speed_mps > 0:
-                yield Problem(f"types[{i}].speed_mps", f"must be positive, got {kind.speed_mps}")
+            yield from _type_problems(kind, f"types[{i}]")
         if len(self._robots) < len(event.robots):
             yield Problem("robots", "two robots have the same name")
         types = {kind.name for kind in event.types}
@@ -68,6 +70,17 @@ class LogChecker:
             if robot.type not in types:
                 yield Problem(f"robots[{i}].type", f"no such robot type: {robot.type!r}")
             yield from self._placed(f"robots[{i}]", robot)
+
+    def _frame(self, event: m.MissionStarted | m.FrameGrown) -> Iterator[Problem]:
+        """Check size and place of the map before anything is made of that size."""
+        for key in ("width", "height"):
+            if fault := BOUNDS["side"].fault(getattr(event, key)):
+                yield Problem(key, fault)
+        if event.width * event.height > MAX_CELLS:
+            yield Problem("width", f"{event.width} x {event.height} cells are more than the limit of {MAX_CELLS}")
+        for i, metres in enumerate(event.origin_m):
+            if fault := BOUNDS["coordinate_m"].fault(metres):
+                yield Problem(f"origin_m[{i}]", fault)
 
     def _placed(self, path: str, robot: m.PlacedRobot) -> Iterator[Problem]:
         if (robot.cell is None) == (robot.carrier is None):
@@ -87,6 +100,7 @@ class LogChecker:
             yield Problem("runs", f"must be {wanted}")
 
     def _frame_grown(self, event: m.FrameGrown) -> Iterator[Problem]:
+        yield from self._frame(event)
         shift = event.shift
         held = shift.x + self._width <= event.width and shift.y + self._height <= event.height
         if min(shift) < 0 or not held:
@@ -164,6 +178,28 @@ class LogChecker:
 
     def _contains(self, cell: Cell) -> bool:
         return 0 <= cell.x < self._width and 0 <= cell.y < self._height
+
+
+_TYPE_BOUNDS = ("speed_mps", "sensor_range_m", "radius_m", "capacity", "dock_ms", "undock_ms", "diagonal")
+_ENERGY_BOUNDS = ("idle_w", "drive_w", "metre_j", "stop_j")
+_NAMED_BOUNDS = {"dock_ms": "duration_ms", "undock_ms": "duration_ms"} | {
+    key: "power_w" if key.endswith("_w") else "energy_j" for key in _ENERGY_BOUNDS
+}
+"""The bounds of the fields whose bound has another name."""
+
+
+def _bounded(value: object, path: str, keys: Iterable[str]) -> Iterator[Problem]:
+    for key in keys:
+        if fault := BOUNDS[_NAMED_BOUNDS.get(key, key)].fault(getattr(value, key)):
+            yield Problem(path + key, fault)
+
+
+def _type_problems(kind: RobotType, path: str) -> Iterator[Problem]:
+    yield from _bounded(kind, f"{path}.", _TYPE_BOUNDS)
+    yield from _bounded(kind.energy, f"{path}.energy.", _ENERGY_BOUNDS)
+    for i, joules in enumerate(kind.energy.turn_j):
+        if fault := BOUNDS["energy_j"].fault(joules):
+            yield Problem(f"{path}.energy.turn_j[{i}]", fault)
 
 
 _CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {

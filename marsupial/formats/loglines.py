@@ -23,6 +23,7 @@ from marsupial.errors import LogError, Problem
 from marsupial.formats import strips
 from marsupial.formats.triggers import read_triggers, trigger_text
 from marsupial.model import mission as m
+from marsupial.model.bounds import MOST
 from marsupial.model.grid import Cell
 
 FORMAT = "marsupial-log"
@@ -343,8 +344,11 @@ _NAMES = {bool: "true or false", int: "a whole number", float: "a number", str: 
 
 
 def _read_scalar(hint: type, value: Any, path: str, problems: list[Problem]) -> Any:
-    if hint is float and type(value) is int and abs(value) < 2**1023:
+    if hint is float and type(value) is int and abs(value) <= MOST:
         return float(value)
+    if type(value) is hint is int and abs(value) > MOST:
+        problems.append(Problem(path, f"must be at most {MOST:g}, got {_shown(value)}"))
+        return 0
     if type(value) is not hint or value in (float("inf"), float("-inf")):
         problems.append(Problem(path, f"must be {_NAMES[hint]}, got {_shown(value)}"))
         return hint()

@@ -50,13 +50,17 @@ def runs_in(text: str, width: int, height: int) -> tuple[int, ...]:
     """
     numbers = _numbers(text)
     rows: list[tuple[int, int, int]] = []
+    cells_left = width * height
     for code in numbers:
         row = column = 0
         for _ in range(_next(numbers)):
             above = _next(numbers)
             row, column = row + above // 2, column + _signed(_next(numbers))
-            strip = _strip(row, column, above % 2, numbers, width, height)
-            rows += [(y * width + x, cells, code) for y, x, cells in strip]
+            for y, x, cells in _strip(row, column, above % 2, numbers, width, height):
+                cells_left -= cells
+                if cells_left < 0:
+                    raise ValueError("it has a cell twice")
+                rows.append((y * width + x, cells, code))
     return _joined(sorted(rows))
 
 

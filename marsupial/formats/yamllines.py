@@ -13,11 +13,7 @@ from dataclasses import replace
 import yaml
 
 from marsupial.errors import Problem
-
-try:
-    from yaml import CSafeLoader as SafeLoader
-except ImportError:  # PyYAML without libyaml
-    from yaml import SafeLoader  # type: ignore[assignment]
+from marsupial.formats.yamlvalues import compose_yaml
 
 _INDEX = re.compile(r"\[(\d+)\]")
 
@@ -31,23 +27,10 @@ def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
         Valid YAML. What is written on a single line, as JSON may be, gets no line numbers.
     """
     problems = list(problems)
-    root = yaml.compose(text, SafeLoader) if problems else None
+    root = compose_yaml(text) if problems else None
     if root is None or root.start_mark.line == root.end_mark.line:
         return problems
     return [replace(problem, line=_line(root, problem.path)) for problem in problems]
-
-
-def yaml_fault(error: Exception, text: str | bytes) -> str:
-    """Say in a line why reading `text` as YAML failed with `error`, and where in it if that is known."""
-    if not isinstance(error, yaml.MarkedYAMLError) or error.problem is None:
-        return str(error).splitlines()[0]
-    mark = error.problem_mark
-    if mark is None:
-        return error.problem
-    rest = text.splitlines()[mark.line : mark.line + 1]
-    tab = bool(rest) and rest[0][mark.column : mark.column + 1] in ("\t", b"\t")
-    words = "a tab can't stand here: YAML is indented by spaces" if tab else error.problem
-    return f"line {mark.line + 1}, column {mark.column + 1}: {words}"
 
 
 def _line(node: yaml.Node, path: str) -> int | None:

@@ -17,6 +17,7 @@ from marsupial.arrays import Bytes
 from marsupial.errors import LogError
 from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines
 from marsupial.formats.missionlog import LogWriter, parse_log, read_log
+from marsupial.formats.strips import runs_in
 from marsupial.formats.triggers import read_triggers
 from marsupial.mission.loop import runs_of
 from marsupial.model.grid import UNKNOWN, Cell, Terrain
@@ -91,7 +92,7 @@ def test_a_whole_mission_comes_back_as_it_was(tmp_path: Path) -> None:
 
 
 cells = st.builds(Cell, st.integers(0, START.width - 1), st.integers(0, START.height - 1))
-times = st.integers(0, 2**53)
+times = st.integers(0, 10**15)
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 names = st.text(max_size=8)
 robots = st.sampled_from([robot.name for robot in START.robots])
@@ -116,24 +117,26 @@ runs = st.dictionaries(st.integers(0, START.width * START.height - 1), st.intege
     lambda seen: runs_of(np.array(sorted(seen), dtype=np.int64), painted(seen))
 )
 pairs = st.lists(st.tuples(names, numbers), max_size=3).map(tuple)
+joules = st.floats(min_value=0, max_value=1e9)
+metres = st.floats(min_value=-1e15, max_value=1e15)
 types = st.builds(
     RobotType,
     name=st.just("carrier"),
     role=st.just(Role.CARRIER),
     speed_mps=st.floats(min_value=0.01, max_value=100),
-    sensor_range_m=numbers,
-    radius_m=numbers,
+    sensor_range_m=st.floats(min_value=0.01, max_value=10_000),
+    radius_m=st.floats(min_value=0, max_value=100),
     terrains=st.frozensets(st.integers(0, 254), max_size=5),
-    capacity=times,
-    dock_ms=times,
-    undock_ms=times,
+    capacity=st.integers(0, 10**6),
+    dock_ms=st.integers(0, 10**12),
+    undock_ms=st.integers(0, 10**12),
     energy=st.builds(
         EnergyModel,
-        idle_w=numbers,
-        drive_w=numbers,
-        metre_j=numbers,
-        stop_j=numbers,
-        turn_j=st.tuples(numbers, numbers, numbers, numbers),
+        idle_w=joules,
+        drive_w=joules,
+        metre_j=joules,
+        stop_j=joules,
+        turn_j=st.tuples(joules, joules, joules, joules),
     ),
 )
 starts = st.builds(
@@ -151,7 +154,7 @@ starts = st.builds(
     st.lists(st.builds(Terrain, code=st.integers(0, 254), name=names, blocks_sight=st.booleans())).map(tuple),
     st.builds(Goal, recover_rovers=st.booleans(), return_home=st.booleans()),
     st.floats(min_value=1e-3, max_value=1e3),
-    st.tuples(numbers, numbers, numbers),
+    st.tuples(metres, metres, metres),
     names,
 )
 later_events = st.one_of(
@@ -477,8 +480,11 @@ def test_a_file_full_of_problems_reports_the_first_fifty() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"width": 0}, "width: a map needs at least one cell, got 0 x 40"),
+        ({"width": 0}, "width: must be 1 or more, got 0"),
         ({"resolution_m": 0.0}, r"resolution_m: must be positive, got 0\.0"),
+        ({"width": 10**9}, "width: must be at most 1000000, got 1000000000"),
+        ({"width": 10**5, "height": 10**5}, "width: 100000 x 100000 cells are more than the limit"),
+        ({"types": (replace(START.types[0], radius_m=-1.0),)}, r"types\[0\]\.radius_m: must be 0 or more, got -1\.0"),
         ({"types": (replace(START.types[0], speed_mps=0.0),)}, r"types\[0\]\.speed_mps: must be positive"),
         ({"robots": (START.robots[0], START.robots[0])}, "robots: two robots have the same name"),
         ({"robots": (replace(START.robots[0], type="boat"),)}, r"robots\[0\]\.type: no such robot type: 'boat'"),
@@ -501,3 +507,14 @@ def test_nothing_may_follow_the_end() -> None:
 def test_a_log_holds_one_mission() -> None:
     with pytest.raises(LogError, match="line 2: event: a log holds one mission"):
         parse_log(text_of(START, START))
+
+
+def test_numbers_that_nothing_can_be_made_of_are_refused() -> None:
+    line = line_of(DriveEnded(t_ms=1, robot="carrier1", cell=Cell(1, 1))).replace("[1,1]", f"[{10**30},1]")
+    with pytest.raises(LogError, match=r"line 2: cell\[0\]: must be at most 1e\+15, got 10"):
+        parse_log(text_of(START) + line.encode() + b"\n")
+
+
+def test_cells_told_more_often_than_there_are_any_are_refused() -> None:
+    with pytest.raises(ValueError, match="has a cell twice"):
+        runs_in("BC" + 2 * "AAJBIA", 10, 10)

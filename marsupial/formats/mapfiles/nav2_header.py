@@ -15,16 +15,14 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, shown, suggestion
 from marsupial.formats.files import file_fault, read_bytes
-from marsupial.formats.yamllines import with_lines, yaml_fault
+from marsupial.formats.yamllines import with_lines
+from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml
 from marsupial.model.bounds import BOUNDS
 
 MAX_YAML_BYTES = 64 * 1024
-MAX_YAML_DEPTH = 20
 
 _THRESHOLDS = ("free_thresh", "occupied_thresh")
 _NUMBERS = ("resolution", "origin", *_THRESHOLDS)
@@ -139,27 +137,14 @@ def _slips(data: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 def _load(data: bytes, source: str) -> Mapping[str, Any]:
     try:
-        _refuse_bombs(data)
-        fields = yaml.safe_load(data)
-    except (yaml.YAMLError, ValueError) as error:
-        raise MapError(f"is not valid YAML: {yaml_fault(error, data)}", source=source) from error
+        fields = parse_yaml(data, PlainLoader, aliases=False)
+    except YamlFault as fault:
+        raise MapError(f"is not valid YAML: {fault}", source=source) from fault
     if fields is None:
         raise MapError("is empty", source=source)
     if not isinstance(fields, dict):
         raise MapError("must hold `key: value` lines (image, resolution, ...)", source=source)
     return {key: _as_map_server(str(key), value) for key, value in fields.items()}
-
-
-def _refuse_bombs(data: bytes) -> None:
-    depth = 0
-    for event in yaml.parse(data, Loader=yaml.SafeLoader):
-        if isinstance(event, yaml.AliasEvent):
-            raise ValueError("aliases are not allowed")
-        if getattr(event, "tag", None) is not None:
-            raise ValueError("tags are not allowed")
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > MAX_YAML_DEPTH:
-            raise ValueError(f"nested more than {MAX_YAML_DEPTH} deep")
 
 
 def _as_map_server(key: str, value: Any) -> Any:

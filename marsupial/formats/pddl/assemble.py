@@ -25,6 +25,9 @@ from marsupial.model.situation import (
 )
 from marsupial.wording import counted
 
+MOST_ENTRIES = 20_000_000
+"""Entries of all travel tables together, 8 bytes each: a few lines of objects would ask for any number of them."""
+
 Members = Mapping[str, str]
 """Robots with the objects of their types, in order."""
 
@@ -214,6 +217,12 @@ def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
     places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home")]
     index = {place: i for i, place in enumerate(places)}
     empty = (len(places), len(places))
+    entries = len(places) ** 2 * len(table.of_kind("robot_type"))
+    if entries > MOST_ENTRIES:
+        table.wrong(
+            1, f"travel tables of {entries} entries (robot types times places squared), more than {MOST_ENTRIES}"
+        )
+        return {}
     tables = {word: np.full(empty, UNREACHABLE, dtype=np.int64) for word in table.of_kind("robot_type")}
     for (word, origin, place), time in _drives(table, members, owners):
         if origin in index and place in index:

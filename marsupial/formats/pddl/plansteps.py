@@ -17,6 +17,7 @@ from fractions import Fraction
 from marsupial.errors import InvalidPlanError, PlanTextError, Problem
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
+from marsupial.model.bounds import BOUNDS
 from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
@@ -159,6 +160,9 @@ def _timed(step: Step, situation: Situation, names: _Names) -> _Timed:
     if exact <= 0:
         raise _Unreadable(f"{action.robot} is busy for {free} ms at first, the action must take longer")
     start = step.start * 1000 + free
+    for value, bound in ((start, BOUNDS["start_ms"]), (exact, BOUNDS["duration_ms"])):
+        if value > bound.most:
+            raise _Unreadable(f"times must be at most {bound.most / 1000:g} s, got {float(value) / 1000:g}")
     return _Timed(
         action=replace(action, start_ms=_nearest(start), duration_ms=_nearest(exact)),
         start=start,

@@ -14,12 +14,13 @@ from fractions import Fraction
 
 from marsupial.errors import PlanTextError, Problem
 from marsupial.formats.pddl.facts import seconds
+from marsupial.formats.pddl.numbers import exact
 from marsupial.formats.pddl.plansteps import Reading, Step, reading_of, steps_of
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 from marsupial.wording import counted
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d{1,3})?"
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?"
 _DURATION = rf"\[\s*(?:({_NUMBER})\s*|d:\s*({_NUMBER})\s*;[^\]]*)\](?:\s*\))?\s*"
 _LINE = re.compile(rf"({_NUMBER})\s*:\s*\(\s*([^\s()]+)((?:\s+[^\s()]+)*)\s*\)\s*(?:{_DURATION})?(?:;.*)?")
 
@@ -87,11 +88,16 @@ def _steps(text: str, problems: list[Problem]) -> Iterator[Step]:
             continue
         start, name, args, *durations = match.groups()
         duration = next(filter(None, durations), None)
+        try:
+            times = exact(start), None if duration is None else exact(duration)
+        except ValueError as fault:
+            problems.append(Problem(f"line {number}", f"a time in seconds is expected: {fault}"))
+            continue
         yield Step(
-            start=Fraction(start),
+            start=times[0],
             name=name,
             args=tuple(args.split()),
-            duration=None if duration is None else Fraction(duration),
+            duration=times[1],
             where=f"line {number}",
             start_off=_off(start),
             duration_off=Fraction(0) if duration is None else _off(duration),

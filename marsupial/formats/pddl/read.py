@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.assemble import assemble
 from marsupial.formats.pddl.facts import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES
 from marsupial.formats.pddl.foreign import foreign_problem
+from marsupial.formats.pddl.numbers import exact
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.formats.pddl.table import FactTable
 from marsupial.model.situation import Situation
@@ -109,8 +109,8 @@ class _Reader:
             self.table.wrong(item.line, f"{item.items[1]} has a value already")
             return
         try:
-            self.table.values[key] = Fraction(str(item.items[2])), item.line
-        except (ValueError, ZeroDivisionError):
+            self.table.values[key] = exact(str(item.items[2])), item.line
+        except ValueError:
             self.table.wrong(item.line, f"{item.items[1]}: a number is expected, got {item.items[2]}")
 
     def _atom(self, item: Form, known: Mapping[str, tuple[str, ...]], noun: str) -> tuple[str, ...] | None:

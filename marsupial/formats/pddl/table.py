@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.sexpr import at_line
+from marsupial.model.bounds import BOUNDS, Bound
 
 Key = tuple[str, ...]
 """A predicate or function with its arguments, as in the text."""
@@ -57,17 +58,20 @@ class FactTable:
 
     def ms(self, key: Key) -> int | None:
         """Return a time in ms, or None where it isn't given."""
-        return self._whole(key, 1000, "seconds with at most three decimals")
+        return self._whole(key, 1000, BOUNDS["duration_ms"], "seconds with at most three decimals")
 
     def count(self, key: Key) -> int | None:
         """Return a whole number, or None where it isn't given."""
-        return self._whole(key, 1, "a whole number")
+        return self._whole(key, 1, BOUNDS["capacity"], "a whole number")
 
-    def _whole(self, key: Key, scale: int, wanted: str) -> int | None:
+    def _whole(self, key: Key, scale: int, bound: Bound, wanted: str) -> int | None:
         if key not in self.values:
             return None
         value, line = self.values[key]
         if value < 0 or (value * scale).denominator != 1:
             self.wrong(line, f"({' '.join(key)}) must be {wanted}, 0 or more, got {float(value):g}")
+            return None
+        if value * scale > bound.most:
+            self.wrong(line, f"({' '.join(key)}) must be at most {bound.most / scale:g}, got {float(value):g}")
             return None
         return int(value * scale)

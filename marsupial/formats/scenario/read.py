@@ -6,7 +6,6 @@ The file is YAML, so JSON will do too. It is parsed into plain values, every fie
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,8 @@ from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
 from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
-from marsupial.formats.yamllines import with_lines, yaml_fault
+from marsupial.formats.yamllines import with_lines
+from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.grid import OBSTACLE, Grid, Terrain
 from marsupial.model.mapreading import MapReading
@@ -26,34 +26,8 @@ from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
 
-try:
-    from yaml import CSafeLoader as SafeLoader
-except ImportError:  # PyYAML without libyaml
-    from yaml import SafeLoader  # type: ignore[assignment]
-
 FORMAT, VERSION = "marsupial-scenario", 1
 MOST_BYTES = 64 * 1024 * 1024
-MOST_LEVELS = 20
-
-
-class _Loader(SafeLoader):
-    """Safe YAML that knows JSON's numbers (``1e3``) and refuses a field that is given twice."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Build a mapping from a node."""
-        seen: set[str] = set()
-        for key, _ in node.value:
-            if isinstance(key, yaml.ScalarNode) and key.value in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"field {key.value!r} is given twice", key.start_mark
-                )
-            seen.add(str(key.value))
-        return super().construct_mapping(node, deep)
-
-
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+\Z"), list("-+0123456789")
-)
 
 
 def read_scenario(path: Path | str) -> Scenario:
@@ -97,37 +71,21 @@ def is_scenario_file(path: Path | str) -> bool:
 def is_scenario_text(text: str) -> bool:
     """Say the same of what a YAML file holds; of any text, since nothing is made of it."""
     try:
-        top = None if _is_deep(text) else yaml.compose(text, SafeLoader)
-    except yaml.YAMLError:
+        top = compose_yaml(text)
+    except YamlFault:
         return False
-    names = {key.value for key, _ in top.value} if isinstance(top, yaml.MappingNode) else set()
-    return not {"format", "team", "robot_types"}.isdisjoint(name for name in names if isinstance(name, str))
+    keys = [key for key, _ in top.value] if isinstance(top, yaml.MappingNode) else []
+    names = {key.value for key in keys if isinstance(key, yaml.ScalarNode)}
+    return not {"format", "team", "robot_types"}.isdisjoint(names)
 
 
 def parse(path: Path) -> tuple[object, str]:
-    """Return what a YAML or JSON file of ours holds, and its text.
-
-    Raises ScenarioError where it is neither, or nested too deep.
-    """
+    """Return what a YAML or JSON file of ours holds, and its text; raise a ScenarioError where it is neither."""
     text = read_text(path, ScenarioError, MOST_BYTES)
     try:
-        if _is_deep(text):
-            raise ScenarioError(f"is nested more than {MOST_LEVELS} levels deep", source=str(path))
-        return yaml.load(text, _Loader), text
-    except yaml.MarkedYAMLError as error:
-        raise ScenarioError(yaml_fault(error, text), source=str(path)) from error
-    except (yaml.YAMLError, ValueError) as error:
-        raise ScenarioError(f"is not YAML: {yaml_fault(error, text)}", source=str(path)) from error
-
-
-def _is_deep(text: str) -> bool:
-    """Say whether lists and mappings are nested deeper than any scenario's; libyaml builds trees by recursion."""
-    depth = 0
-    for event in yaml.parse(text, SafeLoader):
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > MOST_LEVELS:
-            return True
-    return False
+        return parse_yaml(text), text
+    except YamlFault as fault:
+        raise ScenarioError(str(fault), source=str(path)) from fault
 
 
 def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:

@@ -8,6 +8,7 @@ from odd_situations import odd_situations
 from situations import SOLVABLE, in_flight, many_rooms, one_room, situations
 
 from marsupial.errors import SituationError
+from marsupial.formats.pddl.numbers import exact
 from marsupial.formats.pddl.read import read_problem
 from marsupial.formats.pddl.text import problem_text
 from marsupial.model.situation import Situation, SituationGoal
@@ -159,3 +160,18 @@ def test_a_goal_of_one_fact_needs_no_and() -> None:
     start = text.index("(:goal")
     text = text[:start] + "(:goal (explored t1)))"
     assert read_problem(text) == situation
+
+
+@pytest.mark.parametrize("number", ["1e1000000", "9" * 5000, "1/0", "1e20", "-1e999"])
+def test_a_number_that_nothing_can_be_made_of_is_named(number: str) -> None:
+    with pytest.raises(ValueError, match=r"no number|more than 1e|divides by zero"):
+        exact(number)
+
+
+def test_places_without_end_are_refused_before_their_tables_are_made() -> None:
+    objects = " ".join(f"m{i}" for i in range(5000))
+    text = (
+        f"(define (problem p) (:domain marsupial) (:objects {objects} - meeting r - robot_type) (:init) (:goal (and)))"
+    )
+    with pytest.raises(SituationError, match="travel tables of 25000000 entries"):
+        read_problem(text)

@@ -367,8 +367,8 @@ def test_the_message_names_file_and_line(tmp_path: Path) -> None:
             "map: !!python/object/apply:os.getcwd []\n",
             "line 1, column 6: could not determine a constructor",
         ),
-        ("version: " + "9" * 5000, "is not YAML: Exceeds the limit"),
-        ("a\0b", "is not YAML"),
+        ("version: " + "9" * 5000, "line 1, column 10: can't be read (Exceeds the limit"),
+        ("a\0b", "line 1: unacceptable character #x0000"),
     ],
 )
 def test_what_is_no_yaml_is_told_where(tmp_path: Path, text: str, message: str) -> None:
@@ -384,13 +384,13 @@ def test_what_is_no_text_is_told(tmp_path: Path) -> None:
 
 def test_deep_nesting_is_an_error_and_no_crash(tmp_path: Path) -> None:
     for text in ("[" * 100_000, "{a: " * 100_000, "- " * 100_000):
-        assert faults(tmp_path, text) == ["is nested more than 20 levels deep"]
+        assert faults(tmp_path, text) == ["lists and mappings are nested more than 20 levels deep"]
 
 
-def test_aliases_that_multiply_are_not_spelt_out(tmp_path: Path) -> None:
+def test_aliases_that_multiply_are_refused(tmp_path: Path) -> None:
     layers = [f"x{i}: &x{i} [{', '.join([f'*x{i - 1}'] * 9)}]" for i in range(1, 15)]
     text = "\n".join(["x0: &x0 [lol]", *layers, "format: *x14"])
-    assert any(fault.startswith("format: must be a text, got [[[") for fault in faults(tmp_path, text))
+    assert faults(tmp_path, text) == ["aliases repeat more than 100000 values"]
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:

@@ -1,0 +1,152 @@
+"""YAML (and so JSON) from outside as plain values: bounded, and with one fault for whatever a parser raises.
+
+PyYAML raises much more than its own `YAMLError`: what `int`, `chr` and `datetime` raise for odd scalars comes through.
+`parse_yaml` turns all of it into a `YamlFault`, with the line where one is known. Before anything is built it walks the
+events, which takes no memory: nesting, and what aliases multiply, are bounded there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable
+from typing import Any
+
+import yaml
+
+try:
+    from yaml import CSafeLoader as SafeLoader
+except ImportError:  # PyYAML without libyaml
+    from yaml import SafeLoader  # type: ignore[assignment]
+
+MOST_LEVELS = 20
+"""Lists and mappings inside one another; no file of ours needs more."""
+
+MOST_ALIASED = 100_000
+"""Values that aliases repeat, all together."""
+
+
+class YamlFault(Exception):
+    """Why a text is no YAML that is read here, in one line."""
+
+
+class PlainLoader(SafeLoader):
+    """Safe YAML whose values can be written again: no text with half a character, no number of thousands of digits."""
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        """Build the value of a node."""
+        try:
+            value = super().construct_object(node, deep)
+            if isinstance(value, str):
+                value.encode()
+            elif isinstance(value, int):
+                str(value)
+        except yaml.YAMLError:
+            raise
+        except Exception as error:  # int, float, datetime and PyYAML's own tables, for odd scalars
+            reason = str(error).partition(";")[0] or type(error).__name__
+            raise yaml.constructor.ConstructorError(None, None, f"can't be read ({reason})", node.start_mark) from error
+        return value
+
+
+class StrictLoader(PlainLoader):
+    """Knows JSON's numbers (``1e3``) too, and refuses a field that is given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        """Build a mapping from a node."""
+        seen: set[str] = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"field {key.value!r} is given twice", key.start_mark
+                )
+            seen.add(str(key.value))
+        return super().construct_mapping(node, deep)
+
+
+StrictLoader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+\Z"), list("-+0123456789")
+)
+
+
+def parse_yaml(text: str | bytes, loader: type[PlainLoader] = StrictLoader, *, aliases: bool = True) -> Any:
+    """Return what a YAML text holds.
+
+    Parameters
+    ----------
+    aliases
+        Whether aliases and tags are allowed.
+
+    Raises
+    ------
+    YamlFault
+        For anything that keeps it from being read.
+    """
+    return _guarded(text, loader, aliases, "get_single_data")
+
+
+def compose_yaml(text: str | bytes) -> yaml.Node | None:
+    """Return the tree of nodes of a YAML text, as `parse_yaml` does its values."""
+    node: yaml.Node | None = _guarded(text, PlainLoader, True, "get_single_node")
+    return node
+
+
+def _guarded(text: str | bytes, loader: type[PlainLoader], aliases: bool, take: str) -> Any:
+    try:
+        _check_events(text, aliases)
+        reader = loader(text)
+        try:
+            return getattr(reader, take)()
+        finally:
+            reader.dispose()
+    except YamlFault:
+        raise
+    except Exception as error:
+        raise YamlFault(_fault(error, text)) from error
+
+
+def _check_events(text: str | bytes, aliases: bool) -> None:
+    """Raise a `YamlFault` where values are nested too deep or multiply; libyaml builds trees by recursion."""
+    sizes: dict[str, int] = {}  # of what each anchor names, aliases counted as what they stand for
+    opened: list[tuple[str | None, int]] = []  # anchor of each open collection, and `count` where it began
+    count = aliased = 0
+    for event in yaml.parse(text, SafeLoader):
+        if not aliases and (isinstance(event, yaml.AliasEvent) or getattr(event, "tag", None) is not None):
+            raise YamlFault("aliases and tags are not allowed")
+        if isinstance(event, yaml.AliasEvent):
+            if event.anchor not in sizes:
+                assert event.start_mark is not None
+                raise YamlFault(f"line {event.start_mark.line + 1}: alias *{event.anchor} names nothing before it")
+            aliased += sizes[event.anchor]
+            count += sizes[event.anchor]
+        elif isinstance(event, yaml.CollectionStartEvent):
+            opened.append((event.anchor, count))
+            count += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = opened.pop()
+            if anchor is not None:
+                sizes[anchor] = count - before
+        elif isinstance(event, yaml.ScalarEvent):
+            count += 1
+            if event.anchor is not None:
+                sizes[event.anchor] = 1
+        if len(opened) > MOST_LEVELS:
+            raise YamlFault(f"lists and mappings are nested more than {MOST_LEVELS} levels deep")
+        if aliased > MOST_ALIASED:
+            raise YamlFault(f"aliases repeat more than {MOST_ALIASED} values")
+
+
+def _fault(error: Exception, text: str | bytes) -> str:
+    """Say in a line why reading `text` failed with `error`, and where in it if that is known."""
+    if isinstance(error, yaml.reader.ReaderError):
+        newline = "\n" if isinstance(text, str) else b"\n"
+        line = text[: error.position].count(newline) + 1  # type: ignore[arg-type]
+        return f"line {line}: {str(error).splitlines()[0]}"
+    if not isinstance(error, yaml.MarkedYAMLError) or error.problem is None:
+        return (str(error).splitlines() or [type(error).__name__])[0]
+    mark = error.problem_mark
+    if mark is None:
+        return error.problem
+    rest = text.splitlines()[mark.line : mark.line + 1]
+    tab = bool(rest) and rest[0][mark.column : mark.column + 1] in ("\t", b"\t")
+    words = "a tab can't stand here: YAML is indented by spaces" if tab else error.problem
+    return f"line {mark.line + 1}, column {mark.column + 1}: {words}"
