@@ -87,6 +87,8 @@ class SimulatedWorld:
             terrains=truth.terrains,
         )
         self._sensor = FieldOfView() if sensor is None else Checked(sensor)
+        self._exact = sensor is None
+        self._sensed: set[tuple[str, Cell]] = set()
         self._contact = {k.name: Contact(k, truth.resolution_m) for k in kinds.values()}
         self._robots = {r.name: _Robot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots}
         self._now_ms = 0
@@ -268,6 +270,10 @@ class SimulatedWorld:
 
     def _sense(self, robot: _Robot, cell: Cell) -> Ints:
         """Reveal what `robot` sees from `cell`; return the row-major indices of what is new."""
+        if self._exact:  # the truth stays as it is: from the same cell, a robot of that type sees nothing new
+            if (robot.kind.name, cell) in self._sensed:
+                return np.empty(0, dtype=np.int64)
+            self._sensed.add((robot.kind.name, cell))
         seen = self._sensor.visible(self._truth, robot.kind, cell)
         touched = self._contact[robot.kind.name].touched(self._truth.cells, cell)
         fresh = np.empty(len(seen) + len(touched), dtype=np.int64)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from small_missions import (
     ANNEX,
@@ -16,10 +17,12 @@ from small_missions import (
 )
 
 from marsupial.errors import InternalError
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell
+from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType
 from marsupial.model.world import News
 from marsupial.paths.routes import passing_times_ms
+from marsupial.sim.sensors import FieldOfView
 from marsupial.sim.world import SimulatedWorld
 
 LATER = 1_000_000
@@ -372,3 +375,26 @@ def test_to_turn_back_at_once_is_a_stop_and_half_a_turn() -> None:
     assert (news.t_ms, report_of(world, "c1").cell) == (1000, Cell(2, 1))
     world.drive("c1", EAST[1::-1])
     assert (world.manoeuvres("c1").stops, world.manoeuvres("c1").turns) == (1, (0, 0, 0, 1))
+
+
+class _Counting(FieldOfView):
+    looks = 0
+
+    def visible(self, truth: Grid, kind: RobotType, cell: Cell) -> npt.NDArray[np.int64]:
+        self.looks += 1
+        return super().visible(truth, kind, cell)
+
+
+@pytest.mark.parametrize(("own", "looks"), [(False, len(EAST)), (True, 2 * len(EAST) - 1)])
+def test_only_a_sensor_of_the_callers_own_looks_twice_from_a_cell(
+    monkeypatch: pytest.MonkeyPatch, own: bool, looks: int
+) -> None:
+    counting = _Counting()
+    monkeypatch.setattr("marsupial.sim.world.FieldOfView", lambda: counting)
+    sensor = counting if own else None
+    world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)], sensor=sensor)
+    world.advance(0)
+    for way in (EAST, EAST[::-1]):
+        world.drive("c1", way)
+        until_finished(world)
+    assert counting.looks == looks
