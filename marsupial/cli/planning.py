@@ -9,6 +9,7 @@ from marsupial.cli.display.messages import say
 from marsupial.cli.exit_codes import DONE, INVALID_PLAN, PLANNING_CODES
 from marsupial.library.first_use import prepare_planner
 from marsupial.library.plans import Plans, Proposal
+from marsupial.model.plan import EPSILON_MS
 from marsupial.model.planning import Budget
 from marsupial.model.situation import Situation
 from marsupial.planning.engines import engine
@@ -66,5 +67,5 @@ def _line(proposal: Proposal) -> str:
 def _judgement(makespan_ms: int, bound_ms: int) -> str:
     makespan = f"makespan {makespan_ms / 1000:.3f} s"
     if makespan_ms <= bound_ms:
-        return f"{makespan}, optimal"
+        return f"{makespan}, optimal (to 1 ms, with {EPSILON_MS} ms between the actions of a robot)"
     return f"{makespan}, bound {bound_ms / 1000:.3f} s, gap {100 * (makespan_ms - bound_ms) / makespan_ms:.1f} %"

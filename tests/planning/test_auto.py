@@ -6,6 +6,8 @@ import pytest
 from patience import HANG_S, longer_and_longer
 from situations import many_rooms, one_room, two_rooms
 
+from marsupial.bench.suite.catalogue import INSTANCES
+from marsupial.bench.suite.floors import Floor
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
@@ -56,10 +58,11 @@ def test_with_many_targets_it_is_not_asked(budgets: Iterable[Budget]) -> None:
     asked: list[Plan | None] = []
     for budget in budgets:
         *plans, end = auto(lambda clock, latest: Prover(asked)).solve(many_rooms(6, 3, 20, 8), budget)
-        if plans:
+        assert isinstance(end, Finished)
+        if plans and end.lower_bound_ms is not None:
             break
-    assert isinstance(end, Finished)
-    assert end.lower_bound_ms is not None
+    else:
+        pytest.fail("no plan with a bound")
     assert asked == []
 
 
@@ -67,6 +70,22 @@ def test_the_same_steps_give_the_same_plans() -> None:
     first, second = ([*auto().solve(many_rooms(2, 2, 8, 4), Budget(steps=10))] for _ in range(2))
     plans = [[event.plan for event in events if isinstance(event, Improved)] for events in (first, second)]
     assert plans[0] == plans[1]
+
+
+def test_more_steps_never_give_a_longer_plan() -> None:
+    situation = INSTANCES["mission-rooms-1x1-11"].situation()
+    spans = []
+    for steps in (8, 20, 40):
+        events = auto().solve(situation, Budget(steps=steps))
+        spans.append([event.plan for event in events if isinstance(event, Improved)][-1].makespan_ms)
+    assert spans == sorted(spans, reverse=True)
+
+
+def test_two_targets_are_planned_to_proven_optimality_for_eight_carriers_with_three_rovers_each() -> None:
+    floor = Floor(seed=3, carriers=8, rovers=3, targets=2, rooms=2, recover=True, homes=True)
+    *_, end = auto().solve(floor.situation(), Budget(steps=8))
+    assert isinstance(end, Finished)
+    assert end.outcome is Outcome.OPTIMAL
 
 
 def test_a_makespan_as_short_as_the_bound_needs_no_second_engine() -> None:

@@ -27,9 +27,8 @@ from marsupial.planning.local_search.pace import Pace
 from marsupial.planning.local_search.search import can_be_carried_out
 from marsupial.planning.local_search.team import Team
 
-STEPS_PER_ROUND, LISTING_SHARE = 5, 0.08
-"""How many steps of a budget there have to be for one more round of list scheduling, and what share of the seconds all
-rounds but the first take at most."""
+LISTING_SHARE = 0.08
+"""What share of the seconds all rounds of list scheduling but the first take at most."""
 
 ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 200
 """After how many steps, for each pair of targets, at least and at most, a budget in seconds is not used any further
@@ -93,11 +92,8 @@ class Anytime:
             yield Finished(outcome=Outcome.SATISFICING, detail=detail, elapsed_s=self._clock() - begun)
 
     def _listed(self, situation: Situation, budget: Budget) -> Iterator[Improved | Finished]:
-        """Return the plans of list scheduling, the first ones at least."""
-        if budget.seconds is None:
-            rounds = Budget(steps=min(ROUNDS, 1 + (budget.steps or 0) // STEPS_PER_ROUND))
-        else:
-            rounds = Budget(seconds=LISTING_SHARE * budget.seconds)
+        """Return the plans of list scheduling: all where steps are counted, or else the first ones at least."""
+        rounds = Budget(steps=ROUNDS) if budget.seconds is None else Budget(seconds=LISTING_SHARE * budget.seconds)
         return Greedy(self._clock).solve(situation, rounds)
 
     def _improvements(
@@ -113,6 +109,8 @@ class Anytime:
         with closing(Team(data, beginnings, pace.bound_ms + EPSILON_MS, self._searches, objective)) as team:
             best = team.score
             while pace.goes_on(best):
+                if pace.begins_round:
+                    team.begin_round(pace.expected)
                 team.step(pace.used, pace.steps)
                 if pace.has_begun:
                     team.expect(pace.expected)

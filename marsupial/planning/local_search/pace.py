@@ -1,4 +1,8 @@
-"""How much of a budget is used, in seconds or in steps, and when it is time to report a better plan."""
+"""How much of a budget is used, in seconds or in steps, and when it is time to report a better plan.
+
+A budget in steps is used in rounds whose lengths do not depend on it: how hot a search is follows from where it is in a
+round. So a search of few steps is the beginning of one of more steps, and more steps never give a worse plan.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,9 @@ from marsupial.model.planning import Budget
 
 POLISH_STEPS, POLISH_S = 50, 0.1
 """Effort still made where the makespan can't get shorter."""
+
+FIRST_ROUND = 8
+"""How many steps the first round has; each later one has as many as all before it."""
 
 PAUSE_STEPS, PAUSE_S = 10, 0.02
 """Least effort between two plans; in seconds, only unless the plan gets a hundredth better: the caller may wait."""
@@ -49,10 +56,13 @@ class Pace:
         self._at_bound = False
         self._turns = self._done = self._taken = 0
         self._spent = self._told = self._first = 0.0
+        self._round_begun, self._round_steps = 0, FIRST_ROUND
 
     @property
     def used(self) -> float:
-        """The share of the budget used so far, from 0 to 1."""
+        """The share of the budget in seconds, or of the round, used so far, from 0 to 1."""
+        if not self._timed:
+            return (self._spent - self._round_begun) / self._round_steps
         return min(1.0, max(self._spent / self._end, self._taken / self._enough))
 
     @property
@@ -62,10 +72,15 @@ class Pace:
 
     @property
     def expected(self) -> float:
-        """How many steps the budget suffices for, judged by those done if it is in seconds."""
+        """How many steps a budget in seconds suffices for, judged by those done, or how many the round has."""
         if not self._timed:
-            return self._end
+            return self._round_steps
         return min(self._enough, (self._end - self._first) / max(1e-6, self._now() - self._first) * self._done)
+
+    @property
+    def begins_round(self) -> bool:
+        """Whether a round but the first begins with this turn."""
+        return not self._timed and 0 < self._round_begun == self._spent
 
     def goes_on(self, score: Value) -> bool:
         """Note that a turn of `steps` begins and say whether it may; the first one always may."""
@@ -80,6 +95,8 @@ class Pace:
             per_step = (self._spent - self._first) / self._done
             steps = min(min(self._turn, self._end - self._spent) / max(1e-6, per_step), self._enough - self._done)
             self.steps = max(1, int(steps))
+        if not self._timed and self._done == self._round_begun + self._round_steps:
+            self._round_begun, self._round_steps = self._done, self._done
         self._turns += 1
         self._taken = self._done
         self._done += self.steps

@@ -193,7 +193,7 @@ class Annealing:
         number: int = 0,
         objective: Objective = MAKESPAN,
     ) -> None:
-        self._data, self._beginnings = data, beginnings
+        self._data, self._given, self._beginnings = data, beginnings, beginnings
         transfers = max(int(np.isin(events[:, 0], (col.DOCK, col.UNDOCK)).sum()) for events in beginnings)
         self._net = net_of(data, transfers, SEED + number * SEEDS & (1 << 64) - 1)
         self._best_nodes = self._net.nodes.copy()
@@ -229,6 +229,13 @@ class Annealing:
         else:
             runs = int(max(min(float(RUNS), changes / RUN_CHANGES), changes / RUN_ENOUGH))
         self._runs = runs + 1 if runs > 1 else 1
+
+    def begin_round(self, events: Ints32, steps: float) -> None:
+        """Begin anew, at first from a list of events, for about that many steps."""
+        self._run = 0
+        self._beginnings = [events, *self._given]
+        self.expect(steps)
+        self._begin_at(events)
 
     def is_last_run(self, used: float) -> bool:
         """Say whether the last of several runs is due at that share of the budget, and has not begun."""

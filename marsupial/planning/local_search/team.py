@@ -42,6 +42,12 @@ class Team:
         for search in self._searches:
             search.expect(steps)
 
+    def begin_round(self, steps: float) -> None:
+        """Begin anew, from the best list so far, for about that many steps."""
+        events = self.events
+        for search in self._searches:
+            search.begin_round(events, steps)
+
     def step(self, used: float, steps: int) -> None:
         """Let each search take that many steps; `used` is the share of the budget used so far, from 0 to 1."""
         if self._searches[0].is_last_run(used):

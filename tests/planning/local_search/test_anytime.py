@@ -28,6 +28,8 @@ from situations import (
     two_rooms,
 )
 
+from marsupial.bench.suite.catalogue import INSTANCES
+from marsupial.model.objective import MAKESPAN, PricedArrival
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.robots import Role
@@ -88,6 +90,24 @@ def test_the_way_home_counts_in_the_bound() -> None:
 def test_the_same_steps_give_the_same_plans() -> None:
     situation = many_rooms(6, 3, 20, 8)
     assert solve(situation)[0] == solve(situation)[0]
+
+
+@pytest.mark.parametrize("name", ["mission-rooms-1x1-11", "two-doors-2x1-6", "pressure-2x2-8"])
+def test_more_steps_never_give_a_worse_plan(name: str) -> None:
+    situation = INSTANCES[name].situation()
+    values = [MAKESPAN.value(situation, solve(situation, Budget(steps=n))[0][-1]) for n in (1, 5, 8, 16, 20, 30, 40)]
+    assert values == sorted(values, reverse=True)
+
+
+def test_more_steps_never_give_a_plan_of_later_arrivals() -> None:
+    situation = INSTANCES["mission-cave-2x2-42"].situation()
+    worth = {target.name: 1.0 for target in situation.targets}
+    objective = PricedArrival(worth=worth, makespan=0.3, driving=0.15, undocking_ms=40_000)
+    start, values = listed(situation)[-1], []
+    for steps in (4, 8, 20, 40):
+        events = Anytime().solve(situation, Budget(steps=steps), objective=objective, start=start)
+        values.append(objective.value(situation, [e.plan for e in events if isinstance(e, Improved)][-1]))
+    assert values == sorted(values, reverse=True)
 
 
 def test_plans_never_get_longer() -> None:
