@@ -8,6 +8,7 @@ ends, after pauses that grow, drawn at random so that a fleet does not come back
 from __future__ import annotations
 
 import json
+import math
 import random
 import re
 from collections.abc import AsyncGenerator, Callable, Mapping
@@ -19,7 +20,7 @@ import httpx2
 
 from marsupial_client.errors import Busy, Unreachable, refusal
 from marsupial_client.events import END
-from marsupial_client.transports import Transport
+from marsupial_client.transports import TooSlow, Transport
 
 FIRST_PAUSE_S = 0.1
 LONGEST_PAUSE_S = 2.0
@@ -27,6 +28,9 @@ LONGEST_PAUSE_S = 2.0
 
 MISSED_S = 1.5
 """After so long those who wait are told."""
+
+LASTING_S = LONGEST_PAUSE_S
+"""A stream that breaks after so long was a sound one: patience begins anew, and pauses are short again."""
 
 SILENCE_S = 45.0
 """A stream that is silent for so long is dead: the service says every 15 s that it is still there."""
@@ -63,7 +67,7 @@ class Conversation:
     timeout_s
         How long to wait for a connection and for each part of an answer.
     patience_s
-        How long to try, from when the service is first missed.
+        How long to try, from when the service is first missed; also how long one answer may take to arrive whole.
     missed
         Told when it has been missed for a while (`MISSED_S`).
     """
@@ -98,9 +102,11 @@ class Conversation:
                 request = self.transport.http.build_request(
                     method, self.url + path, content=content, headers=all_headers, timeout=self._timeout_s
                 )
-                response = await self.transport.send(request)
+                response = await self.transport.send(request, self.transport.now() + self.patience_s)
                 _check(response, path)
                 return response
+            except TooSlow as error:
+                raise Unreachable(f"{self.url} takes longer than {self.patience_s:g} s to answer {path}") from error
             except TRANSIENT as error:
                 await tries.again(error)
 
@@ -123,9 +129,10 @@ class Conversation:
         """
         tries = _Tries(self)
         while True:
+            opened = math.inf
             try:
                 response = await self._open(path, after)
-                tries.reached()
+                opened = self.transport.now()
                 try:
                     if response.status_code == HTTPStatus.NO_CONTENT:
                         return  # nothing more will come
@@ -143,6 +150,8 @@ class Conversation:
                     await self.transport.release(response)
                 raise Broken("the stream ended before its time")
             except TRANSIENT as error:
+                if self.transport.now() - opened >= LASTING_S:
+                    tries = _Tries(self)
                 await tries.again(error)
 
     async def _open(self, path: str, after: int) -> httpx2.Response:
@@ -162,10 +171,6 @@ class _Tries:
         self._failures = 0
         self._since: float | None = None
         self._told = False
-
-    def reached(self) -> None:
-        """Say that the service answers: patience begins anew, and pauses go on growing until something comes."""
-        self._since, self._told = None, False
 
     async def again(self, error: Exception) -> None:
         """Pause before the next try. Raises Unreachable or the Busy that `error` is if it is not worth while."""

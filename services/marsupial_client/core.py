@@ -20,7 +20,7 @@ from marsupial_client.documents import (
     TextPlan,
     Verdict,
 )
-from marsupial_client.errors import Busy, Conflict, Refused
+from marsupial_client.errors import Busy, ClientError, Conflict, Refused
 from marsupial_client.events import JOB_EVENTS, MISSION_EVENTS, Event, JobEvent, MissionEvent, Readers
 from marsupial_client.mission_documents import (
     Batch,
@@ -307,5 +307,10 @@ async def _events(
     async with aclosing(conversation.frames(path, after)) as frames:
         async for number, frame in frames:
             read = readers.get(frame.event)
-            if read is not None:
-                yield Event(number, frame.event, read(frame.data))
+            if read is None:
+                continue
+            try:
+                data = read(frame.data)
+            except (ValueError, RecursionError) as error:
+                raise ClientError(f"{path}: the data of event {number} ({frame.event}) is not JSON") from error
+            yield Event(number, frame.event, data)

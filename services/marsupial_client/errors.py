@@ -2,8 +2,8 @@
 
 ::
 
-    ClientError
-    ├── Unreachable         no connection, for longer than the client's patience
+    ClientError             also itself: an event whose data is not JSON
+    ├── Unreachable         no connection or no whole answer, for longer than the client's patience
     └── Refused             the service answered with a problem (RFC 9457)
         ├── Invalid             400, 422: what was sent can't be right; `errors` point at what
         ├── KeyRefused          401, 403: a key is missing, or doesn't allow this

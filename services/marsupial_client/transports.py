@@ -22,6 +22,14 @@ _LONGEST_EVENT_BYTES = 64 * 2**20
 """A line of a mission log may tell of a whole map; the service takes bodies no larger than that."""
 
 
+_OF_TRANSFER = frozenset({"content-encoding", "content-length", "transfer-encoding"})
+"""Headers that say how an answer came, not what it is."""
+
+
+class TooSlow(Exception):
+    """An answer has begun, but not ended by the time that was set: its bytes come too slowly."""
+
+
 class Transport(Protocol):
     """Sends requests; what breaks comes out as the exceptions of httpx2."""
 
@@ -30,8 +38,8 @@ class Transport(Protocol):
         """What it sends with."""
         ...
 
-    async def send(self, request: httpx2.Request) -> httpx2.Response:
-        """Return the answer."""
+    async def send(self, request: httpx2.Request, until: float) -> httpx2.Response:
+        """Return the answer. Raises TooSlow if it is not there by the time `until` of the clock."""
         ...
 
     async def open(self, request: httpx2.Request) -> httpx2.Response:
@@ -69,9 +77,19 @@ class Waiting:
     def __init__(self, http: httpx2.AsyncClient) -> None:
         self.http = http
 
-    async def send(self, request: httpx2.Request) -> httpx2.Response:
+    async def send(self, request: httpx2.Request, until: float) -> httpx2.Response:
         """Return the answer."""
-        return await self.http.send(request)
+        # timeouts of httpx2 are for each read: a byte now and then would go on for ever
+        response = await self.http.send(request, stream=True)
+        parts = []
+        try:
+            async for part in response.aiter_bytes():
+                parts.append(part)
+                if self.now() > until:
+                    raise TooSlow
+        finally:
+            await response.aclose()
+        return _whole(response, parts)
 
     async def open(self, request: httpx2.Request) -> httpx2.Response:
         """Return how a stream begins."""
@@ -117,9 +135,18 @@ class Blocking:
     def __init__(self, http: httpx2.Client) -> None:
         self.http = http
 
-    async def send(self, request: httpx2.Request) -> httpx2.Response:
+    async def send(self, request: httpx2.Request, until: float) -> httpx2.Response:
         """Return the answer."""
-        return self.http.send(request)
+        response = self.http.send(request, stream=True)
+        parts = []
+        try:
+            for part in response.iter_bytes():
+                parts.append(part)
+                if self.now() > until:
+                    raise TooSlow
+        finally:
+            response.close()
+        return _whole(response, parts)
 
     async def open(self, request: httpx2.Request) -> httpx2.Response:
         """Return how a stream begins."""
@@ -155,6 +182,12 @@ class Blocking:
     async def close(self) -> None:
         """Close all connections."""
         self.http.close()
+
+
+def _whole(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:
+    """Return a streamed response with its decoded content."""
+    headers = [(name, value) for name, value in response.headers.multi_items() if name.lower() not in _OF_TRANSFER]
+    return httpx2.Response(response.status_code, headers=headers, content=b"".join(parts), request=response.request)
 
 
 class _ThreadLock:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import asyncio
 import itertools
 import json
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import aclosing
 from typing import Any
 
 import httpx2
 import pytest
 
-from marsupial_client import AsyncClient, Busy, Client, Conflict, Invalid, NotFound, Refused, Unreachable
+from marsupial_client import AsyncClient, Busy, Client, ClientError, Conflict, Invalid, NotFound, Refused, Unreachable
 from marsupial_client.conversation import LONGEST_PAUSE_S
 from marsupial_client.core import AsyncMission, Service
 from marsupial_client.errors import REFUSALS
@@ -188,9 +188,11 @@ def stream(*events: tuple[int, str], rest: str = "") -> httpx2.Response:
     return httpx2.Response(200, text=text, headers={"Content-Type": "text/event-stream"})
 
 
-def followed(transport: Scripted, after: int = 0) -> list[tuple[int, str]]:
+def followed(transport: Scripted, after: int = 0, missed: list[str] | None = None) -> list[tuple[int, str]]:
     async def follow() -> list[tuple[int, str]]:
-        mission = AsyncMission(service(transport).conversation, MISSION)  # type: ignore[arg-type]
+        conversation = service(transport).conversation
+        conversation.missed = None if missed is None else lambda error: missed.append(str(error))
+        mission = AsyncMission(conversation, MISSION)  # type: ignore[arg-type]
         return [(event.id, event.type) async for event in mission.events(after)]
 
     return finish(follow())
@@ -213,10 +215,44 @@ def test_a_stream_without_content_is_over() -> None:
     assert followed(Scripted(httpx2.Response(204)), after=9) == []
 
 
-def test_a_server_that_ends_its_streams_at_once_is_not_asked_without_pause() -> None:
-    transport = Scripted(*[stream()] * 50, stream((1, "end")))
+def test_a_server_that_ends_its_streams_at_once_is_asked_with_pauses_missed_and_given_up() -> None:
+    missed: list[str] = []
+    transport = Scripted(*[stream()] * 10, stream((1, "end")))
+    assert followed(transport, missed=missed) == [(1, "end")]
+    assert sum(transport.pauses) > 5.0
+    assert missed == [f"{URL} can't be reached (the stream ended before its time)"]
+    with pytest.raises(Unreachable, match="ended before its time"):
+        followed(Scripted(stream()))
+
+
+def test_a_stream_that_lasted_is_a_sound_one_however_long_nothing_came() -> None:
+    class Silent(httpx2.SyncByteStream):
+        def __iter__(self) -> Iterator[bytes]:
+            transport.pauses.append(3600.0)
+            yield b": still there\n\n"
+
+    kind = {"Content-Type": "text/event-stream"}
+    transport = Scripted(*[httpx2.Response(200, stream=Silent(), headers=kind) for _ in range(3)], stream((1, "end")))
     assert followed(transport) == [(1, "end")]
-    assert sum(transport.pauses) > 45.0
+
+
+def test_event_data_that_is_no_json_is_told() -> None:
+    text = "id: 1\nevent: state\ndata: {broken\n\n"
+    with pytest.raises(ClientError, match=r"event 1 \(state\) is not JSON"):
+        followed(Scripted(httpx2.Response(200, text=text, headers={"Content-Type": "text/event-stream"})))
+
+
+def test_an_answer_that_drips_is_given_up_when_patience_ends() -> None:
+    class Dripping(httpx2.SyncByteStream):
+        def __iter__(self) -> Iterator[bytes]:
+            for _ in range(1000):
+                transport.pauses.append(0.9)  # each read is in time
+                yield b" "
+
+    transport = Scripted(httpx2.Response(200, stream=Dripping()))
+    with pytest.raises(Unreachable, match="takes longer than 60 s to answer /readyz"):
+        finish(service(transport).ready())
+    assert sum(transport.pauses) < 62
 
 
 def test_a_stream_that_is_refused_is_told() -> None:
