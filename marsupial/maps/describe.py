@@ -14,7 +14,7 @@ import numpy as np
 
 from marsupial.maps.footprint import Footprint, disc, footprint_of
 from marsupial.maps.reach import parts
-from marsupial.maps.specks import find_specks, painted
+from marsupial.maps.specks import find_specks, painted, without_specks
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
 from marsupial.model.robots import RobotType, Role, default_types
@@ -25,6 +25,10 @@ USUAL_EXTENT_M = 5000.0
 
 NOTABLE_GAIN = 0.05
 """Specks are told if robots could get to so much more ground without them, as a share of what they get to now."""
+
+
+NOISY_GAIN = 1.0
+"""The same for specks of obstacle: many are legs of furniture, so only what halves the ground looks like noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,6 +134,7 @@ def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | No
         *_leak_warnings(grid, border_cells, leaking, reach or _reaches(grid, default_types(1))[0], reading),
         *_scale_warnings(grid),
         *_reach_warnings(grid, kinds, reach, masks),
+        *_noise_warnings(grid, kinds, reach),
         *_speck_warnings(grid, kinds, reach, footprints),  # changes the masks
     ]
     return MapDescription(
@@ -226,7 +231,7 @@ def _leak_warnings(
     return [
         f"free space leaks to the border: {border} of the cells on it are free, and "
         f"{leaking * grid.cell_area_m2:.4g} m2 of free space ({leaking / free:.1%}) are connected to them; robots may "
-        "explore outside the walls"
+        "explore outside the walls; `marsupial map FILE --boundary OUT` writes the map closed"
     ]
 
 
@@ -256,6 +261,33 @@ def _reach_warnings(
             f"rovers can stand nowhere that carriers can't (a cell is {grid.resolution_m:g} m): nothing needs a rover"
         )
     return found
+
+
+def _noise_warnings(grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeReach, ...]) -> list[str]:
+    """Warn if obstacles smaller than the smallest robot keep types out of much ground, as on noisy laser maps."""
+    if not kinds:
+        return []
+    smallest = min(kinds, key=lambda kind: kind.radius_m)
+    clean, number = without_specks(grid, cells_below(smallest, grid), (OBSTACLE,))
+    if not number:
+        return []
+    found = []
+    for before, after in zip(reach, _reaches(clean, kinds)[0], strict=True):
+        gain_m2 = after.area_m2 - before.area_m2
+        if gain_m2 > NOISY_GAIN * before.area_m2:
+            them = "1 speck of obstacle, smaller" if number == 1 else f"{number} specks of obstacle, each smaller"
+            keep, it = ("keeps", "it is noise") if number == 1 else ("keep", "they are noise")
+            found.append(
+                f"{them} than {smallest.name}, {keep} {before.type} (radius {before.radius_m:g} m) out of "
+                f"{gain_m2:.4g} m2, so that it reaches {before.area_m2:.4g} m2 at most: if {it}, `marsupial map FILE "
+                "--clean OUT` writes the map without"
+            )
+    return found
+
+
+def cells_below(kind: RobotType, grid: Grid) -> int:
+    """Return how many cells the footprint of a robot type covers: specks of fewer are smaller than the robot."""
+    return len(disc(kind.radius_m / grid.resolution_m))
 
 
 def _speck_warnings(

@@ -1,10 +1,13 @@
-"""Specks: small groups of unknown cells in the midst of free ground, of which laser maps have hundreds.
+"""Specks: small groups of unknown or obstacle cells in the midst of free ground, of which laser maps have hundreds.
 
-What is unknown bars the way as walls do, so each of them keeps robots away by their radius.
+Each bars the way as walls do and so keeps robots away by their radius. Grey ones are where no beam ever ended; black
+ones are noise, or legs of furniture: only somebody who knows the place can tell.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -33,14 +36,15 @@ class Specks(NamedTuple):
         return Specks(self.cells[few], self.groups[few])
 
 
-def find_specks(grid: Grid) -> Specks:
-    """Return all groups of unknown cells, of whatever size, with nothing but free cells round them."""
+def find_specks(grid: Grid, code: int = UNKNOWN) -> Specks:
+    """Return all groups of unknown cells (or obstacles), of whatever size, with nothing but free cells round them."""
     from scipy import ndimage  # takes a quarter of a second, and maps without unknown cells do not need it
 
-    unknown = grid.cells == UNKNOWN
-    labels, count = ndimage.label(unknown, structure=TOUCHING)
+    marked = grid.cells == code
+    others = ((grid.cells == OBSTACLE) | (grid.cells == UNKNOWN)) & ~marked
+    labels, count = ndimage.label(marked, structure=TOUCHING)
     enclosed = np.ones(count + 1, dtype=np.bool_)
-    enclosed[labels[ndimage.binary_dilation(grid.cells == OBSTACLE, structure=TOUCHING)]] = False
+    enclosed[labels[ndimage.binary_dilation(others, structure=TOUCHING)]] = False
     for side in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         enclosed[side] = False
     enclosed[0] = False
@@ -55,3 +59,13 @@ def painted(grid: Grid, specks: Specks) -> CellArray:
     left = specks.cells[first] - 1
     cells.ravel()[specks.cells] = grid.cells.ravel()[left[np.cumsum(first) - 1]]
     return cells
+
+
+def without_specks(grid: Grid, largest: int, codes: Sequence[int] = (UNKNOWN, OBSTACLE)) -> tuple[Grid, int]:
+    """Return the map without specks of fewer cells than `largest`, and how many those were."""
+    number = 0
+    for code in codes:
+        small = find_specks(grid, code).smaller(largest)
+        grid = replace(grid, cells=painted(grid, small))
+        number += small.number
+    return grid, number

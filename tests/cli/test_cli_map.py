@@ -3,9 +3,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from marsupial.cli.main import main
+from marsupial.formats.mapfiles.read import read_map
+from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 
 YARD = "type octile\nheight 5\nwidth 6\nmap\n@@@@@@\n@....@\n@.@..@\n@....@\n@@@@@@\n"
 
@@ -111,3 +114,26 @@ def test_a_picture_of_another_kind_is_a_wrong_usage(
 ) -> None:
     assert main(["map", yard, "--out", str(tmp_path / "yard.bmp")]) == 2
     assert "can't write .bmp" in capsys.readouterr().err
+
+
+def test_a_map_is_written_without_specks_and_closed(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    hall = np.full((60, 60), 254, dtype=np.uint8)
+    hall[10:50, [10, 49]] = hall[[10, 49], 10:50] = 0
+    hall[30, 30] = 0
+    hall[20:25, 10] = 254  # a door to the free outside
+    (tmp_path / "hall.pgm").write_bytes(b"P5 60 60 255\n" + hall.tobytes())
+    header = "image: hall.pgm\nresolution: 0.05\norigin: [1.5, -2, 0.25]\nnegate: 0\n"
+    (tmp_path / "hall.yaml").write_text(f"{header}occupied_thresh: 0.65\nfree_thresh: 0.196\n")
+    outputs = ["--clean", str(tmp_path / "clean"), "--boundary", str(tmp_path / "closed.yaml")]
+    assert main(["map", str(tmp_path / "hall.yaml"), "--no-picture", *outputs]) == 0
+    told = capsys.readouterr().err
+    assert f"wrote {tmp_path}/clean.yaml, without 1 speck smaller than rover" in told
+    clean, bounded = (read_map(tmp_path / f"{name}.yaml").grid for name in ("clean", "closed"))
+    assert (clean.resolution_m, clean.origin_m) == (0.05, (1.5, -2.0, 0.25))
+    assert clean.cells[29, 30] == FLOOR
+    assert {int(bounded.cells[0, 0]), int(bounded.cells[37, 10])} == {UNKNOWN, OBSTACLE}
+
+
+def test_a_map_is_written_as_yaml_only(capsys: pytest.CaptureFixture[str], tmp_path: Path, yard: str) -> None:
+    assert main(["map", yard, "--no-picture", "--clean", str(tmp_path / "clean.png")]) == 2
+    assert "must end in .yaml" in capsys.readouterr().err

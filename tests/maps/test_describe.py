@@ -60,7 +60,8 @@ def test_free_space_that_leaks_to_the_border_is_named_with_its_area() -> None:
     assert found.border_area_m2 == 6 * 0.25
     assert found.warnings == (
         "free space leaks to the border: 3 of the cells on it are free, and 1.5 m2 of free space (60.0%) are "
-        "connected to them; robots may explore outside the walls",
+        "connected to them; robots may explore outside the walls; `marsupial map FILE --boundary OUT` writes the map "
+        "closed",
     )
 
 
@@ -193,6 +194,16 @@ def test_unknown_as_large_as_a_carrier_is_no_speck() -> None:
     (warning,) = describe(specked(1, 1, size=17), (CARRIER,)).warnings
     assert warning.startswith("1 speck of unknown inside free space keeps carrier")
     assert describe(specked(1, 1, size=18), (CARRIER,)).warnings == ()
+
+
+def test_noise_that_keeps_a_type_out_of_nearly_all_is_named_with_what_to_do() -> None:
+    free = specked(0)
+    cells = free.cells.copy()
+    cells[6:82:8, 6:82:8] = OBSTACLE
+    nowhere, carriers = describe(replace(free, cells=cells), (CARRIER, ROVER)).warnings
+    assert nowhere == "carrier (radius 0.5 m) can stand nowhere on this map"
+    assert carriers.startswith("100 specks of obstacle, each smaller than rover, keep carrier (radius 0.5 m) out of ")
+    assert carriers.endswith("`marsupial map FILE --clean OUT` writes the map without")
 
 
 def test_a_type_that_fits_nowhere_is_named() -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 from small_missions import drawn_grid
 
-from marsupial.maps.specks import find_specks, painted
+from marsupial.maps.specks import find_specks, painted, without_specks
 from marsupial.model.grid import FLOOR, ROUGH, UNKNOWN
 
 GRID = drawn_grid(
@@ -43,3 +43,11 @@ def test_they_are_painted_as_the_ground_beside_them() -> None:
 def test_a_map_without_any_stays_as_it_is() -> None:
     grid = drawn_grid("...", "?#.", "...")
     assert (painted(grid, find_specks(grid)) == grid.cells).all()
+
+
+def test_specks_of_obstacle_go_too_and_walls_and_what_is_as_large_as_a_robot_stay() -> None:
+    grid = drawn_grid("#########", "#.......#", "#.#...?.#", "#....##.#", "#.#..##.#", "#.......#", "#########")
+    cleaned, number = without_specks(grid, 2)
+    assert number == 2  # the block is larger, and unknown ground beside an obstacle is no speck
+    kept = drawn_grid("#########", "#.......#", "#.....?.#", "#....##.#", "#....##.#", "#.......#", "#########")
+    assert (cleaned.cells == kept.cells).all()

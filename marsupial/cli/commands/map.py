@@ -24,6 +24,12 @@ def describe_map(
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write a picture of it there: .png, .svg or .pdf.")] = None,
     picture: Annotated[bool, typer.Option(help="Show it as text too.")] = True,
+    clean: Annotated[
+        Path | None, typer.Option(metavar="OUT", help="Write the map without specks smaller than a robot.")
+    ] = None,
+    boundary: Annotated[
+        Path | None, typer.Option(metavar="OUT", help="Write the map closed along the hull of its obstacles.")
+    ] = None,
 ) -> None:
     """Say how a map was understood, in a picture and in numbers.
 
@@ -48,10 +54,46 @@ def describe_map(
             _show(classes)
     if json:
         print_json(asdict(description))
-        return
-    _print(description)
-    for text in description.warnings:
+    else:
+        _print(description)
+    for text in () if json else description.warnings:
         warn(text)
+    if clean is not None:
+        _write_clean(clean, grid, kinds)
+    if boundary is not None:
+        from marsupial.maps.boundary import closed
+
+        _write_map(boundary, closed(grid), "closed along the hull of its obstacles")
+
+
+def _write_clean(out: Path, grid: Grid, kinds: Sequence[RobotType]) -> None:
+    from marsupial.maps.describe import cells_below
+    from marsupial.maps.specks import without_specks
+    from marsupial.wording import counted
+
+    smallest = min(kinds, key=lambda kind: kind.radius_m)
+    cleaned, number = without_specks(grid, cells_below(smallest, grid))
+    _write_map(out, cleaned, f"without {counted(number, 'speck')} smaller than {smallest.name}")
+
+
+def _write_map(out: Path, grid: Grid, how: str) -> None:
+    """Write a nav2 map: its yaml, and the image beside it."""
+    import numpy as np
+
+    from marsupial.cli.display.messages import say, warn
+    from marsupial.cli.outputs import write_bytes
+    from marsupial.errors import UsageError
+    from marsupial.formats.mapfiles.nav2_writer import nav2_files
+    from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
+
+    out = out if out.suffix else out.with_suffix(".yaml")
+    if out.suffix.lower() not in (".yaml", ".yml"):
+        raise UsageError(f"{out}: must end in .yaml; the image is written beside it")
+    if not set(np.unique(grid.cells).tolist()) <= {OBSTACLE, FLOOR, UNKNOWN}:
+        warn("a nav2 map has no terrain: all of it is written as free")
+    for path, data in nav2_files(grid, out).items():
+        write_bytes(path, data)
+    say(f"wrote {out}, {how}")
 
 
 def _show(classes: CellArray) -> None:
