@@ -102,6 +102,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         "steps_limit_s": limits.steps_s,
         "retention_s": limits.retention_s,
         "planned": state.metrics.planned,
+        "failed": state.metrics.failed,
     }
     state.jobs = Jobs(
         store,

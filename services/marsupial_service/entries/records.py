@@ -78,6 +78,8 @@ class EntrySettings:
         Seconds of planning of one owner in an hour, and those that a job with a budget in steps can take.
     planned
         Is told whose planning took so long, in s.
+    failed
+        Is told the name of each background task that fails.
     """
 
     memory_bytes: int = 2 << 30
@@ -86,6 +88,7 @@ class EntrySettings:
     key_planning_s: float = math.inf
     steps_limit_s: float = 60.0
     planned: Callable[[str, float], None] = lambda owner, seconds: None
+    failed: Callable[[str], None] = lambda task: None
     retention_s: float = 24 * 3600.0
     kept: int = 10_000
 

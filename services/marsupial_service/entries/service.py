@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncGenerator, Awaitable, Callable, Coroutine
+from collections.abc import AsyncGenerator, Awaitable, Callable
 from contextlib import AbstractContextManager, suppress
 from enum import StrEnum
 from functools import partial
@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 
 from marsupial.processes.launcher import Preload
 from marsupial.processes.runner import Runner
+from marsupial_service.entries.background import BackgroundTasks, Work
 from marsupial_service.entries.bells import Bells
 from marsupial_service.entries.quota import PREPARATION_S, Quota
 from marsupial_service.entries.records import E, EntrySettings, EventRecord, UnknownEntry
@@ -45,6 +46,8 @@ class Entries(Generic[E]):
     ----------
     quota
         Of planning, of each owner.
+    background
+        The tasks that run as long as the service does, or an entry.
     """
 
     def __init__(
@@ -64,7 +67,7 @@ class Entries(Generic[E]):
         self.now_ms = now_ms
         self._bells = Bells()
         self._stop = asyncio.Event()
-        self._tasks: set[asyncio.Task[None]] = set()
+        self.background = BackgroundTasks(self._stop, settings.failed)
 
     async def get(self, entry: str, owner: str) -> E | None:
         """Return an entry, or None if that owner has no such entry."""
@@ -122,8 +125,8 @@ class Entries(Generic[E]):
         """Hear of what is committed from now on, have the runner load what is needed, and look after the store."""
         self._bells.attend(self._store)
         await asyncio.to_thread(self._runner.warm_up, preload)
-        self._go(self._watch())
-        self._go(self._sweep())
+        self._start("take up", self._watch)
+        self._start("sweep", self._sweep)
 
     def leave(self) -> None:
         """End streams, and begin nothing more: `stop` is about to come."""
@@ -134,7 +137,8 @@ class Entries(Generic[E]):
         """Charge an owner for planning, soon: nobody has to wait for that."""
         self._kept.planned(owner, planned_s)
         if self.quota.is_bounded:
-            self._go(self._charge(owner, round(1000 * planned_s)))
+            charge = partial(self._charge, owner, round(1000 * planned_s))
+            self._start("charge", charge, restart=False)
 
     async def check_quota(self, owner: str) -> None:
         """Raise TooMany if an owner has used up their quota, so that nothing short may begin either."""
@@ -144,10 +148,9 @@ class Entries(Generic[E]):
     async def _charge(self, owner: str, planned_ms: int) -> None:
         await self.surely(lambda tx: self.quota.charge(tx, owner, planned_ms, self.now_ms()))
 
-    def _go(self, work: Coroutine[None, None, None]) -> None:
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+    def _start(self, what: str, work: Work, *, restart: bool = True) -> asyncio.Task[None]:
+        """Start a background task; metrics and the log call it by the kind of entry and `what` it does."""
+        return self.background.start(f"{self._table.noun} {what}", work, restart=restart)
 
     async def _take_up(self) -> None:
         """Take up what servers that are gone have left. Raises StoreError."""

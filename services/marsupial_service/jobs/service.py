@@ -13,6 +13,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing, suppress
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 from marsupial.errors import InternalError
@@ -88,9 +89,9 @@ class Jobs(Entries[JobRecord]):
     async def start(self) -> None:
         """Take up what an earlier run left, and begin to run jobs."""
         await self._begin(PRELOAD)
-        self._go(self._make_way())
+        self._start("make way", self._make_way)
         for _ in range(self._settings.slots):
-            self._go(self._slot())
+            self._start("slot", self._slot)
 
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; jobs under way go back into the queue, to go on at the next start."""
@@ -99,9 +100,9 @@ class Jobs(Entries[JobRecord]):
             self._asked.close()
         for attempt in self._attempts:
             attempt.cancel()
-        if not self._tasks:
+        if not self.background.running:
             return
-        _, left = await asyncio.wait(self._tasks, timeout=min(_HANG_S, grace_s))
+        _, left = await asyncio.wait(self.background.running, timeout=min(_HANG_S, grace_s))
         if left:  # such as those that wait for the fork server to become ready
             await asyncio.to_thread(self._runner.shutdown)
             _, left = await asyncio.wait(left, timeout=grace_s)
@@ -257,7 +258,7 @@ class Jobs(Entries[JobRecord]):
         self._attempts.add(attempt)
         log.info("job started", extra={"job": claim.id, "attempt": claim.attempt, "planner": claim.planner})
         self._slots.let_break(place, attempt.cancel)
-        heed = asyncio.create_task(self._heed(attempt))
+        heed = self._start("cancellation", partial(self._heed, attempt))
         try:
             if self.stopping:
                 attempt.cancel()

@@ -23,6 +23,7 @@ from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import documents, packed, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.host import fly
+from marsupial_service.missions.ledger import Conflict
 from marsupial_service.missions.records import MissionPhase, MissionRecord, MissionSettings
 from marsupial_service.missions.values import (
     Brief,
@@ -131,9 +132,13 @@ class Keeper:
                 return None
             except InternalError as error:  # nothing can be started at the moment
                 ended = Ended(ending=Ending.KILLED, detail=str(error))
-            except Exception as error:
+            except (Conflict, Diverged) as error:
                 log.exception("a mission failed", extra={"mission": self.id})
                 return str(error)
+            except Exception as error:
+                self._missions.background.report("mission process", error)
+                said = f"internal error ({type(error).__name__})"
+                ended = Ended(ending=Ending.CRASHED, detail=said)
             if ended is None:
                 return None
             log.warning("the process of a mission ended", extra={"mission": self.id, "reason": ended.detail})

@@ -67,10 +67,10 @@ class Missions(Entries[MissionRecord]):
     async def stop(self) -> None:
         """End streams and processes; open missions go on at the next start, or with another server."""
         self.leave()
-        for task in self._tasks:
+        for task in self.background.running:
             task.cancel()
-        if self._tasks:
-            await asyncio.wait(self._tasks)
+        if self.background.running:
+            await asyncio.wait(self.background.running)
         self._threads.shutdown(wait=False)
         with suppress(StoreError):
             await self.write(table.leave)
@@ -181,7 +181,9 @@ class Missions(Entries[MissionRecord]):
             driver = Driver(brief.speed, partial(self._simulated, record))
         keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings, driver)
         self._keepers[record.id] = keeper
-        self._go(self._keep(keeper))
+        self._start(
+            "keeper", partial(self._keep, keeper), restart=False
+        )  # a mission that nobody keeps is taken up again
 
     async def _simulated(self, record: MissionRecord, told: Told) -> None:
         """Take in what simulated robots report, unless the mission is over or another server's."""

@@ -29,6 +29,8 @@ class HttpMetrics:
         self._lag = Histogram("marsupial_command_lag_seconds", seconds, registry=own)
         seconds = "Seconds that planning and what belongs to it have taken in this server, by owner."
         self._planned = Counter("marsupial_planning_seconds", seconds, ("owner",), registry=own)
+        failures = "Failures of background tasks, which start again."
+        self._failures = Counter("marsupial_background_failures", failures, ("task",), registry=own)
         seconds = "Seconds of planning that are left of the quota of those who use some of it, by owner."
         self._left = Gauge("marsupial_planning_seconds_left", seconds, ("owner",), registry=own)
         self._slots = Gauge("marsupial_slots", "Plannings that can go on at a time.", registry=own)
@@ -49,6 +51,10 @@ class HttpMetrics:
     def planned(self, owner: str, seconds: float) -> None:
         """Count what planning for an owner has taken."""
         self._planned.labels(owner=owner).inc(seconds)
+
+    def failed(self, task: str) -> None:
+        """Count a failure of a background task."""
+        self._failures.labels(task=task).inc()
 
     def text(
         self, jobs: Metrics, missions: MissionCounts, left_s: Mapping[str, float], streams: int, sizes: Sizes

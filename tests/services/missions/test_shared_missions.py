@@ -117,7 +117,7 @@ def test_a_server_that_dies_without_a_word_is_followed_by_another(shared: str) -
             record = await started(first)
             driver = Driver(team())
             assert not await driver.drive(first, record, 6)
-            for task in first._tasks:  # the end of its process
+            for task in first.background.running:  # the end of its process
                 task.cancel()
             store._engine._ended.set()  # type: ignore[attr-defined]
             await second.write(lambda tx: tx.execute("DELETE FROM servers WHERE id = ?", (store.server,)))

@@ -1,0 +1,72 @@
+"""Background tasks, which nothing ends unnoticed: a failure is logged and counted, and the task starts again."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections import Counter
+from collections.abc import Callable, Coroutine
+from contextlib import suppress
+
+RESTART_S = 1.0
+"""After what pause a task starts again: what made it fail may last."""
+
+LOG_S = 60.0
+"""A task that fails again and again is logged as often as this."""
+
+Work = Callable[[], Coroutine[None, None, None]]
+
+log = logging.getLogger("marsupial.background")
+
+
+class BackgroundTasks:
+    """The tasks of one event loop.
+
+    Parameters
+    ----------
+    stop
+        When it is set nothing starts again.
+    failed
+        Is called with the name of each task that fails.
+    """
+
+    def __init__(
+        self, stop: asyncio.Event, failed: Callable[[str], None], clock_s: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.running: set[asyncio.Task[None]] = set()
+        self._stop = stop
+        self._failed = failed
+        self._clock_s = clock_s
+        self._logged_s: dict[str, float] = {}
+        self._unlogged: Counter[str] = Counter()
+
+    def start(self, name: str, work: Work, *, restart: bool = True) -> asyncio.Task[None]:
+        """Start a task, and start it again whenever it fails (unless told otherwise), until it returns."""
+        task = asyncio.create_task(self._supervise(name, work, restart), name=name)
+        self.running.add(task)
+        task.add_done_callback(self.running.discard)
+        return task
+
+    def report(self, name: str, error: Exception) -> None:
+        """Count a failure, and log it unless that name was logged just now."""
+        self._failed(name)
+        self._unlogged[name] += 1
+        now_s = self._clock_s()
+        if now_s - self._logged_s.get(name, -LOG_S) >= LOG_S:
+            self._logged_s[name] = now_s
+            log.error("background task failed", exc_info=error, extra={"task": name, "times": self._unlogged.pop(name)})
+
+    async def _supervise(self, name: str, work: Work, restart: bool) -> None:
+        while True:
+            try:
+                return await work()
+            except Exception as error:
+                self.report(name, error)
+            if not restart:
+                return
+            with suppress(TimeoutError):
+                async with asyncio.timeout(RESTART_S):
+                    await self._stop.wait()
+            if self._stop.is_set():
+                return

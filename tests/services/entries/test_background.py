@@ -1,0 +1,95 @@
+"""Background tasks go on after failures, which are logged and counted."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from entry_house import opened
+from mission_house import Driver, open_missions, run, started, team
+from patience import HANG_S
+from situations import one_room
+from undisturbed import undisturbed
+
+from marsupial.model.planning import Budget
+from marsupial.processes.runner import LOCAL, Room
+from marsupial_service.entries.background import LOG_S, BackgroundTasks
+from marsupial_service.jobs.records import JobRequest, JobSettings
+from marsupial_service.jobs.service import Jobs
+
+
+class FailingRunner:
+    """Fails unexpectedly the first times it is asked for room."""
+
+    def __init__(self, times: int) -> None:
+        self._left = times
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(LOCAL, name)
+
+    def room(self, cpus: float = 1.0) -> Room:
+        if self._left:
+            self._left -= 1
+            raise RuntimeError("nobody has foreseen this")
+        return LOCAL.room(cpus)
+
+
+def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: pytest.LogCaptureFixture) -> None:
+    counts = Counter[str]()
+    now_s = [0.0]
+
+    async def work() -> None:
+        if counts["sweep"] < 3:
+            raise ZeroDivisionError
+
+    async def supervised() -> None:
+        stop = asyncio.Event()
+        tasks = BackgroundTasks(stop, lambda name: counts.update([name]), lambda: now_s[0])
+        await tasks.start("sweep", work)
+        await tasks.start("charge", lambda: raising(), restart=False)
+        now_s[0] = LOG_S
+        tasks.report("sweep", ZeroDivisionError())
+        stop.set()
+        await tasks.start("slot", lambda: raising())
+        await asyncio.sleep(0)
+        assert not tasks.running
+
+    async def raising() -> None:
+        raise ZeroDivisionError
+
+    with caplog.at_level(logging.ERROR):
+        asyncio.run(supervised())
+    assert counts == {"sweep": 4, "charge": 1, "slot": 1}
+    logged = [(record.__dict__["task"], record.__dict__["times"]) for record in caplog.records]
+    assert logged == [("sweep", 1), ("charge", 1), ("sweep", 3), ("slot", 1)]
+    assert all(record.exc_info for record in caplog.records)
+
+
+def test_a_slot_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
+    failed: list[str] = []
+    wanted = JobRequest(planner="greedy", budget=Budget(steps=1), task=one_room(), digest=b"", source={})
+    settings = JobSettings(slots=1, failed=failed.append)
+
+    async def plan() -> bool:
+        async with opened(tmp_path, lambda store: Jobs(store, settings, runner=FailingRunner(2))) as jobs:  # type: ignore[arg-type]
+            job = (await jobs.submit(wanted, owner="me")).record.id
+            return (await jobs.wait(job, HANG_S)).finished_at_ms is not None
+
+    assert run(plan())
+    assert failed == ["job slot"] * 2
+
+
+def test_a_mission_that_meets_something_unforeseen_goes_on(tmp_path: Path) -> None:
+    failed: list[str] = []
+
+    async def fly() -> str:
+        async with open_missions(tmp_path, FailingRunner(2), failed=failed.append) as missions:  # type: ignore[arg-type]
+            record = await started(missions)
+            assert await Driver(team()).drive(missions, record)
+            return await missions.log(await missions.of("me", record.id))
+
+    assert run(fly()) == undisturbed("lobby")
+    assert failed == ["mission process"] * 2
