@@ -181,9 +181,8 @@ class Missions(Entries[MissionRecord]):
             driver = Driver(brief.speed, partial(self._simulated, record))
         keeper = Keeper(record, brief, self, self._slots, self._threads, self._runner, self._settings, driver)
         self._keepers[record.id] = keeper
-        self._start(
-            "keeper", partial(self._keep, keeper), restart=False
-        )  # a mission that nobody keeps is taken up again
+        # not started again: a mission that nobody keeps is taken up by `_take_up`
+        self._start("keeper", partial(self._keep, keeper), restart=False)
 
     async def _simulated(self, record: MissionRecord, told: Told) -> None:
         """Take in what simulated robots report, unless the mission is over or another server's."""
