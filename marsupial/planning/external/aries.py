@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterator
@@ -23,6 +22,8 @@ from fractions import Fraction
 from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING, Any
+
+import psutil
 
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import EngineInfo, Finished, Outcome
@@ -47,7 +48,7 @@ EPSILON = Fraction(1, 10)
 SMALL_SCHEMAS = 20
 """Up to here Aries is first asked for any plan: its anytime mode may keep to itself what it solves at once."""
 
-_KNOCK_S = 0.003
+_POLL_S = 0.003
 
 _SETTINGS = {
     "ARIES_PLANNING_HORIZON": str(HORIZON_UNITS),
@@ -141,20 +142,21 @@ def _answers(text: Any, until: float, *, anytime: bool) -> Iterator[Any]:
 def _serve() -> tuple[subprocess.Popen[bytes], Any]:
     """Start an Aries server and connect to it.
 
-    The one of up-aries waits 10 ms before it connects; where the server takes longer, the next try is a second later.
+    up-aries looks for a free port before it starts the server, and another process may take that port in between. So
+    the system gives the server a port as it starts, which is read from its socket.
     """
     import grpc
     from unified_planning.grpc.generated.unified_planning_pb2_grpc import UnifiedPlanningStub
     from up_aries import solver
 
-    port = solver._get_available_port()
-    server = subprocess.Popen([solver._find_executable(), "serve", "--address", f"127.0.0.1:{port}"])
+    server = subprocess.Popen([solver._find_executable(), "serve", "--address", "127.0.0.1:0"])
+    process = psutil.Process(server.pid)
     while server.poll() is None:
-        try:
-            socket.create_connection(("127.0.0.1", port)).close()
-            return server, UnifiedPlanningStub(grpc.insecure_channel(f"127.0.0.1:{port}"))
-        except ConnectionRefusedError:
-            time.sleep(_KNOCK_S)
+        with contextlib.suppress(psutil.Error):  # the server may end while we look
+            for connection in process.net_connections(kind="tcp4"):
+                if connection.status == psutil.CONN_LISTEN:
+                    return server, UnifiedPlanningStub(grpc.insecure_channel(f"127.0.0.1:{connection.laddr.port}"))
+        time.sleep(_POLL_S)
     raise ToolDied("the Aries server", server.returncode)
 
 
