@@ -17,6 +17,7 @@ from pathlib import Path
 import psutil
 import pytest
 from patience import HANG_S, until
+from servers import free_port
 
 needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: pip install 'marsupial[ray]'")
 
@@ -145,13 +146,6 @@ def with_settings(settings: Mapping[str, str]) -> dict[str, str]:
     """Return the environment with `settings`; an empty text removes one."""
     env = os.environ | settings
     return {name: value for name, value in env.items() if value or name not in settings}
-
-
-def free_port() -> int:
-    """Return a port of 127.0.0.1 that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 def interrupt(program: subprocess.Popen[bytes]) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-import re
+import secrets
 import signal
 import socket
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from patience import HANG_S, until
@@ -32,8 +33,6 @@ class Server:
     ----------
     options
         Of `marsupial serve`, besides folder and port.
-    port
-        0 takes any free one.
 
     Attributes
     ----------
@@ -43,9 +42,9 @@ class Server:
 
     environment: Mapping[str, str] = PATIENT
 
-    def __init__(self, data: Path, *options: str, port: int = 0) -> None:
+    def __init__(self, data: Path, *options: str) -> None:
         self.data = data
-        self.port = port
+        self.port = free_port()
         self._options = options
         self._log = data / "log.jsonl"
         self._told = 0
@@ -88,10 +87,7 @@ class Server:
             raise NotStarted(self.log[-2000:])
 
     def _answers(self) -> bool:
-        match = re.search(rb"serves at http://\S+:(\d+)", self._log.read_bytes()[self._told :])
-        if match is not None:
-            self.port = int(match[1])
-        return match is not None
+        return b"serves at http://" in self._log.read_bytes()[self._told :]
 
     def launch(self, environment: Mapping[str, str] | None = None) -> None:
         """Start a process; returns at once."""
@@ -122,8 +118,12 @@ class Server:
 
 
 def free_port() -> int:
-    """Return a port that nobody listens at."""
-    with socket.socket() as line:
-        line.bind((HOST, 0))
-        port: int = line.getsockname()[1]
-        return port
+    """Return a port that nobody listens at.
+
+    The system gives outgoing connections ports from 32768 on. Below that nobody takes it while a server is down.
+    """
+    while True:
+        port = 20_000 + secrets.randbelow(12_000)
+        with socket.socket() as line, suppress(OSError):
+            line.bind((HOST, port))
+            return port

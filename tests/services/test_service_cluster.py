@@ -10,8 +10,8 @@ from pathlib import Path
 import psutil
 import pytest
 from patience import HANG_S, until
-from ray_nodes import Head, Nodes, free_port, needs_ray
-from servers import START, Server
+from ray_nodes import Head, Nodes, needs_ray
+from servers import START, Server, free_port
 from service_house import client, problem
 
 pytestmark = needs_ray

@@ -16,8 +16,8 @@ import httpx
 import pytest
 from databases import PostgresServer
 from patience import HANG_S
-from ray_nodes import Nodes, free_port, needs_ray
-from servers import Server
+from ray_nodes import Nodes, needs_ray
+from servers import Server, free_port
 from test_service_cluster import until_ready
 
 pytestmark = [needs_ray, pytest.mark.slow]

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 
 import talk
 from launcher_tree import is_alive
-from servers import NotStarted, Server, free_port
+from servers import NotStarted, Server
 
 from marsupial.processes import reaper
 
@@ -31,7 +31,7 @@ class House(Server):
     environment: Mapping[str, str] = {}
 
     def __init__(self, data: Path, *options: str) -> None:
-        super().__init__(data, *options, port=free_port())
+        super().__init__(data, *options)
         reaper.adopt_orphans()
 
     @property
