@@ -12,6 +12,7 @@ from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass
 
 from marsupial_client import AsyncClient, AsyncMission, Conflict
+from marsupial.errors import InputError
 from marsupial_client.mission_documents import Commands, MissionEnded, Report
 from marsupial_ros.brief import brief_of, frame_of
 from marsupial_ros.chart import Chart
@@ -96,6 +97,12 @@ class Bridge:
             self._fleet.abandon()
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._ros.flush(), FLUSH_S)
+        if kept is not None:
+            if others := sorted(kept.robots - self._fleet.robots.keys()):
+                raise InputError(
+                    f"is of a mission with other robots: {', '.join(others)}", source=str(self._journal.path)
+                )
+            self._chart.expect(kept.frame)
             line.cancel()
             await asyncio.gather(line, return_exceptions=True)
         return self.outcome
@@ -108,10 +115,11 @@ class Bridge:
         await first_of(self._events(mission), self._reports(mission))
 
     async def _watch(self) -> None:
-        """Look after the robots, until the user wants to leave at once, or no mission has begun to be ended."""
-        stopping = False
-        while self._stops() < 2 and not (self._stops() and self.outcome.mission is None):
-            if self._ros.open and self._clock.known:
+        """Look after the robots, until the user wants to leave at once, or the mission that is to end does not."""
+        loop = asyncio.get_running_loop()
+        stopping, until_s = False, math.inf
+        while self._stops() < 2 and not (self._stops() and self.outcome.mission is None) and loop.time() < until_s:
+            if self._ros.open and self._clock.known and self.outcome.mission is not None:
                 self._fleet.watch(self._clock.now_s)
             if self._stops() and not stopping:
                 stopping = True
@@ -134,7 +142,7 @@ class Bridge:
         found = [] if self._clock.known else [f"the time on {self._settings.clock}"]
         if self._chart.grid is None:
             found.append(f"a map on {self._settings.map.topic}")
-        return found + self._fleet.unplaced()
+        return found + self._fleet.unplaced(self._clock.now_s)
 
     async def _begin(self) -> AsyncMission:
         grid = self._chart.begin()
@@ -152,7 +160,7 @@ class Bridge:
         mission = await self._client.mission(kept.mission)
         if kept.report is not None and mission.n < kept.report["n"]:
             await mission.report(kept.report)
-        self._chart.take_up(await mission.known_map(), kept.frame)
+        self._chart.take_up(await mission.known_map())
         self._clock.begin((await mission.refresh())["t_ms"])
         self._record = kept
         self._record.report = None

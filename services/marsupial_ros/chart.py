@@ -19,6 +19,7 @@ from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
 from marsupial.maps.footprint import standable
 from marsupial.mission.loop import runs_of
+from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
 from marsupial.model.robots import RobotType
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
@@ -27,6 +28,9 @@ from marsupial_service.missions.frames import Frame, frame_at, laid_out
 from marsupial_service.missions.values import expand
 
 Point = tuple[float, float]
+
+_SAME_RESOLUTION = 1e-6
+"""By which share resolutions may differ: messages hold them in single precision, and some publishers calculate them."""
 
 
 class Chart:
@@ -54,10 +58,11 @@ class Chart:
         self._masks = masks
         self._thresholds = free_thresh, occupied_thresh
         self._occupancy: Occupancy | None = None
+        self._refused = False
         self._grid: Grid | None = None
         self._overlay: CellArray | None = None
         self._first: Grid | None = None
-        self._frame = Frame(0, 0, 0, 0)
+        self._frame: Frame | None = None
         self._reported: CellArray = np.empty((0, 0), dtype=np.uint8)
         self.fresh = False
 
@@ -74,25 +79,25 @@ class Chart:
         Raises
         ------
         MapError
-            If it is too large, or its cells are not those of the mission; it is passed over then.
+            If it is too large, or its cells are not those of the mission; it is passed over then, with its updates.
         """
-        if occupancy.values.size > MAX_CELLS:
-            raise MapError(f"has {occupancy.values.size} cells, more than the limit of {MAX_CELLS}")
-        self._check_lattice(occupancy)
+        self._refused = True
+        self._check(occupancy)
+        self._refused = False
         before = self._occupancy
         if before is None or _frame_of(before) != _frame_of(occupancy):
             self._overlay = None
         self._occupancy, self._grid, self.fresh = occupancy, None, True
 
     def update(self, update: Update) -> None:
-        """Take a new part of the map in; one that comes before the map is passed over.
+        """Take a new part of the map in; one that comes before the map, or after one that was refused, is passed over.
 
         Raises
         ------
         MapError
             If it lies outside the map.
         """
-        if self._occupancy is None:
+        if self._occupancy is None or self._refused:
             return
         values = self._occupancy.values
         height, width = update.values.shape
@@ -105,28 +110,32 @@ class Chart:
     def begin(self) -> Grid:
         """Let the mission begin with the frame of the map as it is now, and nothing reported; return that."""
         assert self.grid is not None
-        self._first = self.grid
-        self._frame = Frame.of(self._first)
+        self._first, self._frame = self.grid, Frame.of(self.grid)
         self._reported = np.full_like(self._first.cells, UNKNOWN)
         return self._first
 
-    def take_up(self, known: KnownMap, first: Mapping[str, Any]) -> None:
-        """Take up a mission that knows `known` of the map; `first` is the frame that it was begun with."""
-        cells = np.full(first["width"] * first["height"], UNKNOWN, dtype=np.uint8).reshape(first["height"], -1)
+    def expect(self, first: Mapping[str, Any]) -> None:
+        """Refuse maps that don't fit a mission that was begun with the frame `first`, before it is taken up."""
         x, y, yaw = first["origin_m"]
         self._first = Grid(
-            cells=cells, resolution_m=first["resolution_m"], origin_m=(x, y, yaw), terrains=self._terrains
+            cells=np.full((first["height"], first["width"]), UNKNOWN, dtype=np.uint8),
+            resolution_m=first["resolution_m"],
+            origin_m=(x, y, yaw),
+            terrains=self._terrains,
         )
-        a, b, turned = known["origin_m"]
-        frame = frame_at(self._first, known["width"], known["height"], (a, b, turned))
+        self._frame = Frame.of(self._first)
+
+    def take_up(self, known: KnownMap) -> None:
+        """Take up the mission that is expected, which knows `known` of the map."""
+        assert self._first is not None
+        x, y, yaw = known["origin_m"]
+        frame = frame_at(self._first, known["width"], known["height"], (x, y, yaw))
         assert frame is not None  # frames of a mission are not turned against each other
         self._frame = frame
         flat = np.full(known["width"] * known["height"], UNKNOWN, dtype=np.uint8)
         cells_known, codes = expand(tuple(known["runs"]))
         flat[cells_known] = codes
         self._reported = flat.reshape(known["height"], known["width"])
-        if self._occupancy is not None:
-            self._check_lattice(self._occupancy)
 
     def news(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
         """Return which cells have changed since they were reported, and their frame; they count as reported then.
@@ -139,6 +148,7 @@ class Chart:
         grid = self.grid
         assert grid is not None
         assert self._first is not None
+        assert self._frame is not None
         self.fresh = False
         frame = frame_at(self._first, grid.width, grid.height, grid.origin_m)
         assert frame is not None  # `take` has looked
@@ -188,17 +198,25 @@ class Chart:
             self._overlay = self._masks.overlay(grid)
         return replace(grid, cells=painted(cells, self._overlay))
 
-    def _check_lattice(self, occupancy: Occupancy) -> None:
+    def _check(self, occupancy: Occupancy) -> None:
+        height, width = occupancy.values.shape
+        if width * height > MAX_CELLS:
+            raise MapError(f"has {width * height} cells, more than the limit of {MAX_CELLS}")
+        if fault := next(filter(None, map(BOUNDS["coordinate_m"].fault, occupancy.origin_m)), None):
+            raise MapError(f"its origin {fault}")
         first = self._first
-        if first is None:
+        if first is None or self._frame is None:
             return
-        if occupancy.resolution_m != first.resolution_m:
+        if not math.isclose(occupancy.resolution_m, first.resolution_m, rel_tol=_SAME_RESOLUTION):
             was = f"{first.resolution_m:g} m, now {occupancy.resolution_m:g} m"
             raise MapError(f"the resolution of the map has changed: it was {was}")
-        height, width = occupancy.values.shape
-        if frame_at(first, width, height, occupancy.origin_m) is None:
+        frame = frame_at(first, width, height, occupancy.origin_m)
+        if frame is None:
             was = f"{first.origin_m[2]:g} rad, now {occupancy.origin_m[2]:g} rad"
             raise MapError(f"the map has been turned: its origin's yaw was {was}")
+        if (size := self._frame.grown(frame).size) > MAX_CELLS:
+            at = f"its origin ({occupancy.origin_m[0]:g}, {occupancy.origin_m[1]:g}) m"
+            raise MapError(f"with {at} the mission's map would have {size} cells, more than the limit of {MAX_CELLS}")
 
 
 def _frame_of(occupancy: Occupancy) -> tuple[object, ...]:

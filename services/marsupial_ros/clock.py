@@ -37,6 +37,13 @@ class Clock:
         """The time of the mission."""
         return self._began_ms + max(0, round(1000 * (self.now_s - self._began_s)))
 
+    def heard_s(self, stamp_s: float) -> float:
+        """Return the time that what was heard just now is of, by its stamp; 0 is no stamp.
+
+        ROS's stamps are by the clock of another machine, unless time is told: then they say how old something is.
+        """
+        return min(stamp_s, self.now_s) if self._told and stamp_s else self.now_s
+
     def tell(self, now_s: float) -> None:
         """Take a time in; a simulator that was reset makes it stand still until it is that late again."""
         self._told_s = now_s if self._told_s is None else max(now_s, self._told_s)

@@ -101,13 +101,18 @@ class Fleet:
         """Whether any robot drives."""
         return any(errand.drives for errand in self.errands)
 
-    def unplaced(self) -> list[str]:
-        """Return the robots on the ground that tf doesn't place on the map, and where it was looked for."""
-        return [
-            f"{robot.name} (no {self._frame} -> {robot.settings.base_frame} on {robot.settings.tf})"
-            for robot in self.robots.values()
-            if robot.on_ground and robot.pose(self._frame) is None
-        ]
+    def unplaced(self, now_s: float) -> list[str]:
+        """Return the robots on the ground that tf doesn't place on the map by now, and where it was looked for."""
+        found = []
+        for robot in self.robots.values():
+            if robot.on_ground and robot.pose(self._frame) is None:
+                found.append(f"{robot.name} (no {self._link(robot)})")
+            elif robot.on_ground and robot.silent_for(self._frame, now_s) > self._waits.silent_s:
+                found.append(f"{robot.name} (no new {self._link(robot)})")
+        return found
+
+    def _link(self, robot: Robot) -> str:
+        return f"{self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
 
     def place(self) -> None:
         """Let robots on the ground stand where tf has them, or beside it where the map lets them stand."""
@@ -322,7 +327,7 @@ class Fleet:
     def _listen(self, robot: Robot, now_s: float) -> None:
         """Tell of a robot that is not heard of, and count it as lost after a while."""
         silent_s = robot.silent_for(self._frame, now_s)
-        where = f"no {self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
+        where = f"no new {self._link(robot)}"
         if silent_s <= self._waits.silent_s:
             if robot.silent:
                 self._say(f"{robot.name}: heard of again")

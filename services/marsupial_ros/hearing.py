@@ -15,9 +15,10 @@ from marsupial_ros.messages import (
     TF_TYPE,
     UNREADABLE,
     UPDATE_TYPE,
-    links_in,
+    check_frame,
+    link_in,
     occupancy_in,
-    time_in,
+    seconds_of,
     update_in,
 )
 from marsupial_ros.rosbridge import Ended, Subscription
@@ -52,6 +53,7 @@ class Hearing:
         clock: Clock,
         say: Callable[[str], None],
     ) -> None:
+        self._frame = settings.map.frame
         self._chart = chart
         self._clock = clock
         self._say = say
@@ -59,14 +61,14 @@ class Hearing:
         self._open = False
         self.fleet: Fleet | None = None
         self._readers: dict[str, Reader] = {
-            settings.map.topic: lambda message: chart.take(occupancy_in(message)),
-            settings.map.updates: lambda message: chart.update(update_in(message)),
+            settings.map.topic: self._map,
+            settings.map.updates: self._update,
         }
         for topic, known in frames.items():
             self._readers[topic] = partial(self._transforms, known, False)
             self._readers[topic + STATIC] = partial(self._transforms, known, True)
         if settings.clock is not None:
-            self._readers[settings.clock] = lambda message: clock.tell(time_in(message))
+            self._readers[settings.clock] = lambda message: clock.tell(seconds_of(message["clock"]))
 
     def connected(self) -> None:
         """Have the fleet send its goals again."""
@@ -98,10 +100,28 @@ class Hearing:
         self._once(text, text)
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
-        for link in links_in(message):
-            frames.tell(link.parent, link.child, link.transform, None if static else self._clock.now_s)
+        """Take all links in that can be read: others may be of other robots."""
+        faults: list[Exception] = []
+        for stamped in message["transforms"]:
+            try:
+                link = link_in(stamped)
+            except UNREADABLE as error:
+                faults.append(error)
+                continue
+            at_s = None if static else self._clock.heard_s(link.stamp_s)
+            frames.tell(link.parent, link.child, link.transform, at_s, link.stamp_s)
+        if faults:
+            raise faults[0]
 
     def _once(self, key: str, text: str) -> None:
+    def _map(self, message: Mapping[str, Any]) -> None:
+        check_frame(message, self._frame)
+        self._chart.take(occupancy_in(message))
+
+    def _update(self, message: Mapping[str, Any]) -> None:
+        check_frame(message, self._frame)
+        self._chart.update(update_in(message))
+
         if key not in self._said:
             self._said.add(key)
             self._say(text)

@@ -7,12 +7,14 @@ may or may not have arrived is in it, and the service says whether it has.
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import read_text, replace_file
+from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial_client.mission_documents import Command, Report
 
 VERSION = 1
@@ -58,6 +60,26 @@ class Record:
     report: Report | None = None
     gathered: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def robots(self) -> set[str]:
+        """The robots that it names."""
+        return {command["robot"] for command in self.errands} | set(self.lost) | self.aboard.keys()
+
+    def check(self) -> None:
+        """Check what a file holds that was changed or is of something else.
+
+        Raises
+        ------
+        ValueError, TypeError, KeyError
+            If it can't be what was written.
+        """
+        width, height, (_, _, _) = self.frame["width"], self.frame["height"], self.frame["origin_m"]
+        texts, numbers = [self.mission, *self.robots], [self.after, self.answered, self.starts, width, height]
+        if not all(isinstance(one, str) for one in texts) or not all(isinstance(one, int) for one in numbers):
+            raise TypeError("a name or a number is none")
+        if min(width, height) < 1 or width * height > MAX_CELLS:
+            raise ValueError(f"a frame of {width} x {height} cells")
+
 
 class Journal:
     """The file; without a path nothing is kept."""
@@ -70,18 +92,26 @@ class Journal:
 
         Raises
         ------
+        UsageError
+            If none could be written there: a mission is not begun that can't be kept.
         InputError
             If the file can't be read or is none of these.
         """
-        if self.path is None or not self.path.exists():
+        if self.path is None:
+            return None
+        if not os.access(self.path.parent, os.W_OK | os.X_OK):
+            raise UsageError(f"--state: {self.path} can't be written (no folder to write to)")
+        if not self.path.exists():
             return None
         text = read_text(self.path, InputError, MOST_BYTES)
         try:
             document = json.loads(text)
             if document.pop("version") != VERSION:
                 raise ValueError("of another version")
-            return Record(**document)
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            record = Record(**document)
+            record.check()
+            return record
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise InputError(f"is no state of `marsupial ros` ({error})", source=str(self.path)) from error
 
     def write(self, record: Record) -> None:

@@ -7,7 +7,7 @@ those of RFC 8746.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -41,11 +41,12 @@ class Update:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """One transform of a message: where `child` is in `parent`."""
+    """One transform of a message: where `child` is in `parent`, and at what time (s) by its stamp, 0 for none."""
 
     parent: str
     child: str
     transform: Transform
+    stamp_s: float
 
 
 def occupancy_in(message: Mapping[str, Any]) -> Occupancy:
@@ -66,16 +67,33 @@ def update_in(message: Mapping[str, Any]) -> Update:
     return Update(int(message["x"]), int(message["y"]), values)
 
 
-def links_in(message: Mapping[str, Any]) -> Iterator[Link]:
-    """Yield the transforms in a `tf2_msgs/TFMessage`."""
-    for one in message["transforms"]:
-        transform = transform_of(one["transform"]["translation"], one["transform"]["rotation"])
-        yield Link(_frame(one["header"]["frame_id"]), _frame(one["child_frame_id"]), transform)
+def check_frame(message: Mapping[str, Any], frame: str) -> None:
+    """Check that a message is in a frame; one that names none is.
+
+    Raises
+    ------
+    MapError
+        If it is in another frame.
+    """
+    found = _frame(message.get("header", {}).get("frame_id", ""))
+    if found not in ("", frame):
+        raise MapError(f"is in the frame {found!r}, not in {frame!r}")
 
 
-def time_in(message: Mapping[str, Any]) -> float:
-    """Return the time in seconds in a `rosgraph_msgs/Clock`."""
-    return float(message["clock"]["sec"]) + float(message["clock"]["nanosec"]) / 1e9
+def link_in(stamped: Mapping[str, Any]) -> Link:
+    """Return the link in a `geometry_msgs/TransformStamped`."""
+    header, parts = stamped["header"], stamped["transform"]
+    transform = transform_of(parts["translation"], parts["rotation"])
+    stamp_s = seconds_of(header["stamp"]) if "stamp" in header else 0.0
+    return Link(_frame(header["frame_id"]), _frame(stamped["child_frame_id"]), transform, stamp_s)
+
+
+def seconds_of(time: Mapping[str, Any]) -> float:
+    """Return a `builtin_interfaces/Time` in seconds."""
+    seconds = float(time["sec"]) + float(time["nanosec"]) / 1e9
+    if not math.isfinite(seconds):
+        raise ValueError(f"the time {seconds} is not finite")
+    return seconds
 
 
 def transform_of(translation: Mapping[str, float], rotation: Mapping[str, float]) -> Transform:

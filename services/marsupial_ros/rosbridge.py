@@ -20,6 +20,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidURI, WebSocketException
 
 from marsupial.errors import UsageError
+from marsupial_ros.messages import UNREADABLE
 from marsupial_ros.together import first_of
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
@@ -187,7 +188,7 @@ class Rosbridge:
             reader = self._readers.get(document["op"])
             if reader is not None:
                 reader(document)
-        except (ValueError, KeyError, TypeError, RecursionError, cbor2.CBORDecodeError) as error:
+        except (*UNREADABLE, RecursionError, cbor2.CBORDecodeError) as error:
             self._listener.complaint(f"rosbridge sent what is no message of its protocol ({error!r})")
 
     def _published(self, document: Mapping[str, Any]) -> None:

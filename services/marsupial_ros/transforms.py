@@ -44,11 +44,15 @@ class Transform(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """The last that was told of a frame: its parent, where it is in that, and when (s); None for what is for good."""
+    """The last that was told of a frame: its parent, where it is in that, and when (s); None for what is for good.
+
+    `stamp_s` is that of the message, by whatever clock; 0 if there was none.
+    """
 
     parent: str
     transform: Transform
     at_s: float | None
+    stamp_s: float
 
 
 class Frames:
@@ -57,14 +61,22 @@ class Frames:
     def __init__(self) -> None:
         self._told: dict[str, Told] = {}
 
-    def tell(self, parent: str, child: str, transform: Transform, at_s: float | None) -> None:
-        """Take a link in; `at_s` is None for one that holds for good."""
-        self._told[child] = Told(parent, transform, at_s)
+    def tell(self, parent: str, child: str, transform: Transform, at_s: float | None, stamp_s: float = 0.0) -> None:
+        """Take a link in; `at_s` is None for one that holds for good.
+
+        A link with the stamp of the one before is that one, sent again: it is no news of the frame. So a robot whose
+        transforms are repeated grows silent, whatever the clocks of two machines say.
+        """
+        before = self._told.get(child)
+        if before is not None and stamp_s and before.stamp_s == stamp_s and before.at_s is not None:
+            return
+        self._told[child] = Told(parent, transform, at_s, stamp_s)
 
     def find(self, frame: str, ancestor: str) -> tuple[Transform, float | None] | None:
         """Return where a frame is in another and when that was told; None if they are not connected.
 
-        The time is that of the link nearest to the frame that does not hold for good: a robot's odometry.
+        The time is that of the oldest link that does not hold for good, as with tf2: a robot is late if its odometry
+        is, or its localisation.
         """
         found, at_s = Transform((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), None
         for _ in range(_LONGEST_CHAIN):
@@ -74,7 +86,8 @@ class Frames:
             if told is None:
                 return None
             found = told.transform.of(found)
-            at_s = told.at_s if at_s is None else at_s
+            if told.at_s is not None:
+                at_s = told.at_s if at_s is None else min(at_s, told.at_s)
             frame = told.parent
         return None
 

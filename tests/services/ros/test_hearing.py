@@ -1,0 +1,193 @@
+"""What comes from ROS and is odd: maps of other cells, transforms that are repeated, messages that can't be read."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("websockets")
+
+from ros_parts import House, chart_of, grid_message, settings_of
+
+from marsupial.errors import MapError
+from marsupial.formats.mapfiles.filter_masks import FilterMasks
+from marsupial.model.grid import FLOOR, TERRAINS
+from marsupial_ros.chart import Chart
+from marsupial_ros.clock import Clock
+from marsupial_ros.hearing import Hearing
+from marsupial_ros.messages import occupancy_in, update_in
+from marsupial_ros.settings import read_settings
+
+FIRST = {"width": 2, "height": 1, "resolution_m": 0.05, "origin_m": [0.0, 0.0, 0.0]}
+FITTING = grid_message([[0, 0]], resolution=0.05000000074505806)
+
+
+def changed(message: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """Return a map with other values in its `info`."""
+    return {**message, "info": {**message["info"], **more}}
+
+
+def origin(x: Any = 0.0, yaw: float = 0.0) -> dict[str, Any]:
+    return {
+        "position": {"x": x, "y": 0.0, "z": 0.0},
+        "orientation": {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)},
+    }
+
+
+class Ears:
+    """Hears maps for a mission that is taken up, and transforms of a team."""
+
+    def __init__(self, folder: Path, *, told: bool = True) -> None:
+        self.house = House(folder)
+        self.chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
+        self.chart.expect(FIRST)
+        self.clock = Clock(told=told)
+        self.said: list[str] = []
+        self.hearing = Hearing(settings_of(folder), self.house.frames, self.chart, self.clock, self.said.append)
+
+    def tf(self, name: str, x: Any, stamp_s: float | None, topic: str = "/tf") -> dict[str, Any]:
+        """Hear where a robot is on the map, and return the transform."""
+        header: dict[str, Any] = {"frame_id": "map"}
+        if stamp_s is not None:
+            header["stamp"] = {"sec": int(stamp_s), "nanosec": 0}
+        pose = origin(x)
+        parts = {"translation": pose["position"], "rotation": pose["orientation"]}
+        link = {"header": header, "child_frame_id": f"{name}/base_link", "transform": parts}
+        self.hearing.message(topic, {"transforms": [link]})
+        return link
+
+    def silent_for(self, now_s: float) -> float:
+        return self.house.fleet.robots["carrier1"].silent_for("map", now_s)
+
+
+@pytest.mark.parametrize(
+    ("odd", "why"),
+    [
+        (grid_message([[0, 0]], resolution=0.1), "resolution of the map has changed: it was 0.05 m, now 0.1 m"),
+        (changed(FITTING, resolution=math.nan), "resolution"),
+        (changed(FITTING, resolution="coarse"), "could not convert"),
+        (changed(FITTING, origin=origin(yaw=0.5)), "turned"),
+        (changed(FITTING, origin=origin(x=math.nan)), "not finite"),
+        (changed(FITTING, origin=origin(x=1e9)), "more than the limit"),
+        (changed(FITTING, origin=origin(x=-1e300)), "its origin must be"),
+        (changed({**FITTING, "data": []}, width=0, height=0), "non-empty"),
+        ({**FITTING, "header": {"frame_id": "odom"}}, "is in the frame 'odom', not in 'map'"),
+        ({**FITTING, "data": [0, 300]}, "out of bounds"),
+        ({**FITTING, "data": None}, ""),
+        ({}, "info"),
+    ],
+)
+def test_an_odd_first_map_is_passed_over_and_a_fitting_one_taken(tmp_path: Path, odd: Any, why: str) -> None:
+    ears = Ears(tmp_path)
+    ears.hearing.message("/map", odd)
+    assert ears.chart.grid is None
+    (said,) = ears.said
+    assert said.startswith("/map: a message was passed over: ")
+    assert why in said
+    ears.hearing.message("/map", FITTING)
+    assert ears.chart.grid is not None
+
+
+@pytest.mark.parametrize("resolution", [0.05, 0.05000000074505806, 0.049999998])
+def test_a_resolution_is_the_same_whatever_precision_it_is_told_in(tmp_path: Path, resolution: float) -> None:
+    ears = Ears(tmp_path)
+    ears.hearing.message("/map", grid_message([[0]], resolution=resolution))
+    assert ears.chart.grid is not None
+
+
+def test_updates_of_a_map_that_was_passed_over_change_nothing() -> None:
+    chart = chart_of([0, 0])
+    with pytest.raises(MapError):
+        chart.take(occupancy_in(grid_message([[100]], resolution=2.0)))
+    chart.update(update_in({"x": 0, "y": 0, "width": 1, "height": 1, "data": [100]}))
+    assert chart.grid is not None
+    assert chart.grid.cells.tolist() == [[FLOOR, FLOOR]]
+
+
+def test_a_transform_that_is_repeated_is_no_news(tmp_path: Path) -> None:
+    ears = Ears(tmp_path)
+    for now_s in (10.0, 11.0, 12.0, 40.0):
+        ears.clock.tell(now_s)
+        ears.tf("carrier1", 2.0, 9.0)
+    assert ears.silent_for(40.0) == 31.0
+    ears.tf("carrier1", 2.0, 40.0)
+    assert ears.silent_for(40.0) == 0.0
+
+
+def test_a_transform_is_as_old_as_its_stamp_where_time_is_told(tmp_path: Path) -> None:
+    ears = Ears(tmp_path)
+    for now_s in (100.0, 101.0):
+        ears.clock.tell(now_s)
+        ears.tf("carrier1", 2.0, now_s - 60.0)
+    assert ears.silent_for(101.0) == 60.0
+    ears.tf("carrier1", 2.0, 5000.0)  # stamped ahead
+    assert ears.silent_for(101.0) == 0.0
+
+
+@pytest.mark.parametrize("offset_s", [-1e6, 0.0, 1e6])
+def test_clocks_that_differ_make_no_transform_old(tmp_path: Path, offset_s: float) -> None:
+    ears = Ears(tmp_path, told=False)
+    for passed_s in (0.0, 1.0, -50.0, 2.0):  # a clock that is set back is as good as any
+        before_s = ears.clock.now_s
+        ears.tf("carrier1", 2.0, 1.5e9 + offset_s + passed_s)
+        assert ears.silent_for(before_s) <= 0.0
+
+
+def test_transforms_without_stamps_and_static_ones_never_count_as_repeated(tmp_path: Path) -> None:
+    ears = Ears(tmp_path)
+    for stamp_s in (None, 0.0):
+        for now_s in (10.0, 20.0):
+            ears.clock.tell(now_s)
+            ears.tf("carrier1", 2.0, stamp_s)
+        assert ears.silent_for(20.0) == 0.0
+    ears.tf("carrier1", 2.0, 0.0, "/tf_static")
+    assert ears.silent_for(1e6) == 0.0
+
+
+def test_a_robot_is_late_if_its_localisation_is(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    frames = house.frames["/tf"]
+    identity = frames.find("map", "map")
+    assert identity is not None
+    frames.tell("map", "carrier1/odom", identity[0], 3.0)
+    frames.tell("carrier1/odom", "carrier1/base_link", identity[0], 9.0)
+    assert house.fleet.robots["carrier1"].silent_for("map", 10.0) == 7.0
+
+
+def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) -> None:
+    ears = Ears(tmp_path)
+    ears.clock.tell(5.0)
+    good = ears.tf("carrier1", 2.0, 4.0)
+    for bad in (
+        {**good, "transform": None},
+        {**good, "child_frame_id": 7},
+        {**good, "header": {"frame_id": "map", "stamp": {"sec": math.nan, "nanosec": 0}}},
+        {**good, "header": {"frame_id": "map", "stamp": "now"}},
+    ):
+        ears.clock.tell(ears.clock.now_s + 1)
+        stamp = {"sec": int(ears.clock.now_s), "nanosec": 0}
+        fresh = {**good, "header": {"frame_id": "map", "stamp": stamp}}
+        ears.hearing.message("/tf", {"transforms": [bad, fresh]})
+        assert ears.silent_for(ears.clock.now_s) == 0.0
+    assert [text.startswith("/tf: a message was passed over") for text in ears.said] == [True]
+
+
+def test_a_clock_that_tells_no_number_is_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "fleet.yaml"
+    settings = settings_of(tmp_path)
+    path.write_text(path.read_text() + "clock: /clock\n")
+    clock, said = Clock(told=True), []
+    hearing = Hearing(read_settings(path), {}, Chart(settings.terrains, FilterMasks(), 0.25, 0.65), clock, said.append)
+    hearing.message("/clock", json.loads('{"clock": {"sec": NaN, "nanosec": 0}}'))
+    assert not clock.known
+    assert said
+
+
+def test_a_mission_waits_for_robots_whose_transforms_are_old(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    assert house.fleet.unplaced(1.0) == []
+    assert house.fleet.unplaced(61.0) == ["carrier1 (no new map -> carrier1/base_link on /tf)"]
