@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
 from marsupial_ros.chart import Chart
 from marsupial_ros.goals import Goal, drive_goal, failure_of, handover_goal, succeeded
+from marsupial_ros.progress import Progress
 from marsupial_ros.robots import Errand, Point, Robot
 from marsupial_ros.rosbridge import Ended
 from marsupial_ros.settings import Settings
@@ -151,7 +152,14 @@ class Fleet:
 
     def ended(self, end: Ended) -> None:
         """Take in that a goal has ended; earlier goals of a command, which were sent again, count no more."""
-        errand = next((one for one in self.errands if one.name == end.goal and one.goal is not None), None)
+    def hear(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
+        """Take in how a drive gets on; what is told of earlier goals counts no more."""
+        errand = self._errand(goal)
+        if errand is not None and errand.drives:
+            errand.progress.hear(feedback, now_s)
+
+        self._given_up.pop(end.goal, None)
+        errand = self._errand(end.goal)
         if errand is None or errand.goal is None:
             return
         if succeeded(end):
@@ -234,14 +242,17 @@ class Fleet:
 
     def _taking_part(self, errand: Errand) -> list[Robot]:
         command = errand.command
+    def _errand(self, goal: str) -> Errand | None:
+        return next((one for one in self.errands if one.name == goal and one.goal is not None), None)
+
         names = [command["robot"]] if errand.drives else [command["robot"], command["carrier"]]
         return [self.robots[name] for name in names]
 
     def _start(self, errand: Errand, now_s: float) -> None:
         """Send the goal of a command, or the rest of it."""
         goal = self._drive(errand) if errand.drives else self._handover(errand)
-        errand.since_s = errand.moved_s = now_s
-        errand.moved_from = None
+        errand.since_s = now_s
+        errand.progress = Progress(moved_s=now_s)
         if goal is None:
             self._finish(errand, arrived=True)
             return
@@ -315,14 +326,15 @@ class Fleet:
                 self._give_up(errand, f"not over after {self._waits.handover_s:g} s")
             return
         at = self.robots[errand.command["robot"]].point(self._frame)
-        still_s = 0.0 if at is None else errand.watch(at, now_s)
+        if at is not None:
+            errand.progress.see(at, now_s)
         if errand.cancelled_s is not None:
-            if still_s > SETTLED_S:
+            if errand.progress.stood_for(now_s) > SETTLED_S:
                 self._finish(errand, arrived=False)
             elif now_s - errand.cancelled_s > CANCEL_S:
                 self._cancel(errand, now_s)
-        elif still_s > self._waits.stuck_s:
-            self._give_up(errand, f"no progress for {self._waits.stuck_s:g} s")
+        elif fault := errand.progress.fault(now_s, self._waits.stuck_s):
+            self._give_up(errand, fault)
 
     def _listen(self, robot: Robot, now_s: float) -> None:
         """Tell of a robot that is not heard of, and count it as lost after a while."""

@@ -1,4 +1,4 @@
-"""What comes from ROS, taken in: maps, updates, transforms and time; ends of goals go to the fleet."""
+"""What comes from ROS, taken in: maps, updates, transforms and time; feedback and ends of goals go to the fleet."""
 
 from __future__ import annotations
 
@@ -90,6 +90,11 @@ class Hearing:
         except UNREADABLE as error:
             self._once(topic, f"{topic}: a message was passed over: {error}")
 
+    def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
+        """Let the fleet know."""
+        if self.fleet is not None:
+            self.fleet.hear(goal, values, self._clock.now_s)
+
     def ended(self, end: Ended) -> None:
         """Let the fleet know."""
         if self.fleet is not None:
@@ -98,6 +103,14 @@ class Hearing:
     def complaint(self, text: str) -> None:
         """Tell it, once only."""
         self._once(text, text)
+
+    def _map(self, message: Mapping[str, Any]) -> None:
+        check_frame(message, self._frame)
+        self._chart.take(occupancy_in(message))
+
+    def _update(self, message: Mapping[str, Any]) -> None:
+        check_frame(message, self._frame)
+        self._chart.update(update_in(message))
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
         """Take all links in that can be read: others may be of other robots."""
@@ -114,14 +127,6 @@ class Hearing:
             raise faults[0]
 
     def _once(self, key: str, text: str) -> None:
-    def _map(self, message: Mapping[str, Any]) -> None:
-        check_frame(message, self._frame)
-        self._chart.take(occupancy_in(message))
-
-    def _update(self, message: Mapping[str, Any]) -> None:
-        check_frame(message, self._frame)
-        self._chart.update(update_in(message))
-
         if key not in self._said:
             self._said.add(key)
             self._say(text)

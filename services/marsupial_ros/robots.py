@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.goals import Goal
+from marsupial_ros.progress import Progress
 from marsupial_ros.settings import RobotSettings
 from marsupial_ros.transforms import Frames, Transform
 
@@ -14,9 +15,6 @@ Point = tuple[float, float]
 
 LOOK_AHEAD_M = 5.0
 """How far along its route a robot may have come since it was looked at last: a route may pass a place twice."""
-
-PROGRESS_M = 0.1
-"""A robot that moves less far stands."""
 
 
 @dataclass(slots=True)
@@ -29,8 +27,10 @@ class Errand:
         What ROS was asked for, and the name that goal has there; a goal that is sent again has another.
     passed
         Of a drive: which point of the route the robot is at or was at last.
-    since_s, moved_s, moved_from
-        When the goal was sent, and when and where the robot was last seen to get on.
+    since_s
+        When the goal was sent.
+    progress
+        Of a drive: how it has got on since then.
     cancelled_s
         When it was last told to stop, None if it was not.
     """
@@ -41,8 +41,7 @@ class Errand:
     attempt: int = 0
     passed: int = 0
     since_s: float = 0.0
-    moved_s: float = 0.0
-    moved_from: Point | None = None
+    progress: Progress = field(default_factory=Progress)
     cancelled_s: float | None = None
 
     @property
@@ -69,12 +68,6 @@ class Errand:
             return None
         self.passed = best
         return route[best]
-
-    def watch(self, at: Point, now_s: float) -> float:
-        """Return for how many seconds the robot has not got on."""
-        if self.moved_from is None or math.dist(at, self.moved_from) > PROGRESS_M:
-            self.moved_from, self.moved_s = at, now_s
-        return now_s - self.moved_s
 
 
 @dataclass(slots=True)

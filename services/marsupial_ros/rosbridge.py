@@ -90,6 +90,10 @@ class Listener(Protocol):
     def ended(self, end: Ended) -> None:
         """A goal has ended."""
         ...
+    def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
+        """An action tells how a goal gets on."""
+        ...
+
 
     def complaint(self, text: str) -> None:
         """What rosbridge or this end can't make sense of."""
@@ -110,6 +114,7 @@ class Rosbridge:
             "action_result": self._action_ended,
             "status": self._told,
             "fragment": self._fragment,
+            "action_feedback": self._action_told,
         }
 
     @property
@@ -120,7 +125,7 @@ class Rosbridge:
     def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, Any]) -> None:
         """Send a goal, by a name of its own, to an action."""
         document = {"op": "send_action_goal", "id": goal, "action": action, "action_type": type}
-        self._send({**document, "args": values, "feedback": False})
+        self._send({**document, "args": values, "feedback": True})
 
     def cancel_goal(self, goal: str, action: str) -> None:
         """Have a goal ended; that it has is told as of any other."""
@@ -205,6 +210,9 @@ class Rosbridge:
     def _fragment(self, document: Mapping[str, Any]) -> None:
         name, total = str(document["id"]), int(document["total"])
         if not 0 < total <= MOST_FRAGMENTS:
+    def _action_told(self, document: Mapping[str, Any]) -> None:
+        self._listener.feedback(str(document.get("id")), document["values"])
+
             raise ValueError(f"{total} fragments")
         parts = self._fragments.setdefault(name, {})
         parts[int(document["num"])] = str(document["data"])
