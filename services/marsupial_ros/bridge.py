@@ -7,17 +7,18 @@ Meanwhile robots carry on, and what happens is gathered.
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable
 from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass
 
-from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial.errors import InputError
+from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial_client.mission_documents import Commands, MissionEnded, Report
 from marsupial_ros.brief import brief_of, frame_of
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
-from marsupial_ros.fleet import Fleet, Gathered
+from marsupial_ros.fleet import CANCEL_S, Fleet, Gathered
 from marsupial_ros.hearing import Hearing, subscriptions
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.rosbridge import Rosbridge
@@ -31,8 +32,14 @@ TICK_S = 0.05
 REMIND_S = 10.0
 """Between reminders of what is waited for before a mission can begin."""
 
+STOP_S = 30.0
+"""How long the service is given to end a mission that the user wants to end; then the bridge leaves."""
+
+LEAVE_S = 5.0
+"""How long goals that are cancelled are given to end, when the bridge ends."""
+
 FLUSH_S = 2.0
-"""How long the last goals are given to be cancelled, when the bridge ends."""
+"""How long what is still to be sent is given then."""
 
 CONFLICTS = 3
 """How often a report is sent again, with the robots' places as they are then, that crossed with new commands."""
@@ -90,22 +97,39 @@ class Bridge:
             If settings, state or service are of no use.
         """
         kept = self._journal.read()
-        line = asyncio.ensure_future(self._ros.run())
-        try:
-            await first_of(_watched(line), self._mission(kept), self._watch())
-        finally:
-            self._fleet.abandon()
-            with suppress(TimeoutError):
-                await asyncio.wait_for(self._ros.flush(), FLUSH_S)
         if kept is not None:
             if others := sorted(kept.robots - self._fleet.robots.keys()):
                 raise InputError(
                     f"is of a mission with other robots: {', '.join(others)}", source=str(self._journal.path)
                 )
             self._chart.expect(kept.frame)
-            line.cancel()
-            await asyncio.gather(line, return_exceptions=True)
+        line = asyncio.ensure_future(self._ros.run())
+        try:
+            await first_of(_watched(line), self._mission(kept), self._watch())
+        finally:
+            try:
+                await self._leave(line)
+            finally:
+                line.cancel()
+                await asyncio.gather(line, return_exceptions=True)
         return self.outcome
+
+    async def _leave(self, line: asyncio.Future[None]) -> None:
+        """Have all goals ended, and wait until they are, but not for long."""
+        loop = asyncio.get_running_loop()
+        until_s = loop.time() + LEAVE_S
+        self._fleet.abandon(self._clock.now_s)
+        again_s = loop.time() + CANCEL_S
+        while self._fleet.errands and not line.done() and loop.time() < until_s:
+            await asyncio.sleep(TICK_S)
+            if loop.time() > again_s:
+                self._fleet.abandon(self._clock.now_s)
+                again_s = loop.time() + CANCEL_S
+        for errand in self._fleet.errands:
+            command = errand.command
+            self._say(f"{command['robot']}: {command['name']} was cancelled, but is not known to have ended")
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._ros.flush(), FLUSH_S)
 
     async def _mission(self, kept: Record | None) -> None:
         """Wait for the team, begin the mission or take it up, and be at it until its end."""
@@ -122,7 +146,7 @@ class Bridge:
             if self._ros.open and self._clock.known and self.outcome.mission is not None:
                 self._fleet.watch(self._clock.now_s)
             if self._stops() and not stopping:
-                stopping = True
+                stopping, until_s = True, loop.time() + STOP_S
                 self._fleet.stop(self._clock.now_s)
             await asyncio.sleep(TICK_S)
 

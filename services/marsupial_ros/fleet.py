@@ -82,6 +82,7 @@ class Fleet:
         self._actions = actions
         self._say = say
         self.gathered = Gathered()
+        self._given_up: dict[str, str] = {}
         self.mission = ""
         self.starts = 0
         self.robots = {one.name: Robot(one, frames[one.tf], one.carrier) for one in settings.robots}
@@ -142,6 +143,7 @@ class Fleet:
 
     def connected(self, now_s: float) -> None:
         """Send all goals again: nobody knows what of them has arrived, and their ends were told to nobody."""
+        self._cancel_given_up()
         for robot in self.robots.values():
             robot.since_s = now_s
         for errand in self.errands:
@@ -150,14 +152,14 @@ class Fleet:
             else:
                 self._start(errand, now_s)
 
-    def ended(self, end: Ended) -> None:
-        """Take in that a goal has ended; earlier goals of a command, which were sent again, count no more."""
     def hear(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
         """Take in how a drive gets on; what is told of earlier goals counts no more."""
         errand = self._errand(goal)
         if errand is not None and errand.drives:
             errand.progress.hear(feedback, now_s)
 
+    def ended(self, end: Ended) -> None:
+        """Take in that a goal has ended; earlier goals of a command, which were sent again, count no more."""
         self._given_up.pop(end.goal, None)
         errand = self._errand(end.goal)
         if errand is None or errand.goal is None:
@@ -183,11 +185,11 @@ class Fleet:
             if errand.drives:
                 self._cancel(errand, now_s)
 
-    def abandon(self) -> None:
-        """Have every goal ended, and wait for none."""
+    def abandon(self, now_s: float) -> None:
+        """Have every goal ended, those of dockings too, and those given up that are not known to have ended."""
+        self._cancel_given_up()
         for errand in self.errands:
-            if errand.goal is not None:
-                self._actions.cancel_goal(errand.name, errand.goal.action)
+            self._cancel(errand, now_s)
 
     def report(self) -> News:
         """Return where the robots are and what has happened since this was asked for last."""
@@ -240,11 +242,11 @@ class Fleet:
             return robot.anchor
         return self._chart.standing(robot.settings.kind, at, self._waits.tolerance_m) or at
 
-    def _taking_part(self, errand: Errand) -> list[Robot]:
-        command = errand.command
     def _errand(self, goal: str) -> Errand | None:
         return next((one for one in self.errands if one.name == goal and one.goal is not None), None)
 
+    def _taking_part(self, errand: Errand) -> list[Robot]:
+        command = errand.command
         names = [command["robot"]] if errand.drives else [command["robot"], command["carrier"]]
         return [self.robots[name] for name in names]
 
@@ -315,9 +317,18 @@ class Fleet:
         self._say(f"{errand.command['robot']}: {errand.command['name']} failed: {reason}")
 
     def _give_up(self, errand: Errand, reason: str) -> None:
-        if errand.goal is not None:
-            self._actions.cancel_goal(errand.name, errand.goal.action)
+        self._drop(errand)
         self._fail(errand, reason)
+
+    def _drop(self, errand: Errand) -> None:
+        """Have the goal ended of a command that is not waited for."""
+        if errand.goal is not None:
+            self._given_up[errand.name] = errand.goal.action
+            self._actions.cancel_goal(errand.name, errand.goal.action)
+
+    def _cancel_given_up(self) -> None:
+        for name, action in self._given_up.items():
+            self._actions.cancel_goal(name, action)
 
     def _check(self, errand: Errand, now_s: float) -> None:
         """Give a command up that doesn't get on, and say again that a robot is to stop."""
@@ -356,8 +367,7 @@ class Fleet:
     def _lose(self, robot: Robot, reason: str) -> None:
         self._say(f"{robot.name}: lost: {reason}")
         if robot.errand is not None:
-            if robot.errand.goal is not None:
-                self._actions.cancel_goal(robot.errand.name, robot.errand.goal.action)
+            self._drop(robot.errand)
             self._release(robot.errand)
         robot.lost = True
         self.gathered.lost.append({"robot": robot.name, "reason": reason})

@@ -29,6 +29,9 @@ FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
 OPEN_S = 10.0
 """How long a connection may take to open."""
 
+CLOSE_S = 2.0
+"""How long rosbridge may take to answer that it closes, too."""
+
 PING_S = 5.0
 """Between signs of life; a connection without an answer for as long again is dead."""
 
@@ -87,13 +90,13 @@ class Listener(Protocol):
         """A message of a topic."""
         ...
 
-    def ended(self, end: Ended) -> None:
-        """A goal has ended."""
-        ...
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
         """An action tells how a goal gets on."""
         ...
 
+    def ended(self, end: Ended) -> None:
+        """A goal has ended."""
+        ...
 
     def complaint(self, text: str) -> None:
         """What rosbridge or this end can't make sense of."""
@@ -111,10 +114,10 @@ class Rosbridge:
         self._fragments: dict[str, dict[int, str]] = {}
         self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
             "publish": self._published,
+            "action_feedback": self._action_told,
             "action_result": self._action_ended,
             "status": self._told,
             "fragment": self._fragment,
-            "action_feedback": self._action_told,
         }
 
     @property
@@ -143,10 +146,18 @@ class Rosbridge:
         while True:
             try:
                 async with connect(
-                    self.url, max_size=MOST_BYTES, open_timeout=OPEN_S, ping_interval=PING_S, ping_timeout=PING_S
+                    self.url,
+                    max_size=MOST_BYTES,
+                    open_timeout=OPEN_S,
+                    ping_interval=PING_S,
+                    ping_timeout=PING_S,
+                    close_timeout=CLOSE_S,
                 ) as line:
                     pause_s = FIRST_PAUSE_S
-                    await self._talk(line)
+                    try:
+                        await self._talk(line)
+                    finally:
+                        await line.close()  # as normal: leaving the block by an error would close it as one
                 reason = "closed by rosbridge"
             except InvalidURI as error:
                 raise UsageError(f"rosbridge: {error}") from error
@@ -199,6 +210,9 @@ class Rosbridge:
     def _published(self, document: Mapping[str, Any]) -> None:
         self._listener.message(document["topic"], document["msg"])
 
+    def _action_told(self, document: Mapping[str, Any]) -> None:
+        self._listener.feedback(str(document.get("id")), document["values"])
+
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", Status.SUCCEEDED if document.get("result") else Status.UNKNOWN))
         self._listener.ended(Ended(str(document.get("id")), status, document.get("values")))
@@ -210,9 +224,6 @@ class Rosbridge:
     def _fragment(self, document: Mapping[str, Any]) -> None:
         name, total = str(document["id"]), int(document["total"])
         if not 0 < total <= MOST_FRAGMENTS:
-    def _action_told(self, document: Mapping[str, Any]) -> None:
-        self._listener.feedback(str(document.get("id")), document["values"])
-
             raise ValueError(f"{total} fragments")
         parts = self._fragments.setdefault(name, {})
         parts[int(document["num"])] = str(document["data"])

@@ -10,8 +10,10 @@ import asyncio
 import json
 import math
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import cbor2
@@ -31,6 +33,7 @@ SHORT_M = 0.1
 """Robots stop so far from where they should: controllers have tolerances."""
 
 BESIDE_M = 1.0
+SHUFFLE_M = 0.15
 SPEEDUP = 40.0
 
 Message = dict[str, Any]
@@ -46,6 +49,10 @@ class Body:
     carrier: str | None = None
     yaw: float = 0.0
     mute: bool = False
+    stamp_s: float | None = None
+    """The stamp of its transforms, if they are always the same ones."""
+    wedged: bool = False
+    """It turns and shuffles, but gets nowhere."""
     goal: Goal | None = None
 
 
@@ -60,6 +67,7 @@ class Goal:
     path: list[tuple[float, float]] = field(default_factory=list)
     until_s: float = 0.0
     line: ServerConnection | None = None
+    feedback: bool = False
 
 
 @dataclass
@@ -73,7 +81,8 @@ class Client:
 class FakeRos:
     """Runs within a block; `goals` lists all that were sent, `cancelled` the names of those that were to end.
 
-    `speedup` seconds pass there in one.
+    `speedup` seconds pass there in one. `closes` are the codes that connections were closed with by the other end,
+    `redraw` changes maps before they are told, and so many requests to cancel as `stubborn` says are passed over.
     """
 
     def __init__(self, truth: Grid, bodies: list[Body], *, speedup: float = SPEEDUP) -> None:
@@ -85,6 +94,9 @@ class FakeRos:
         self.cancelled: list[str] = []
         self.unknown_ops: list[str] = []
         self.connections = 0
+        self.closes: list[int | None] = []
+        self.redraw: Callable[[Message], Message] = lambda message: message
+        self.stubborn = 0
         self.port = 0
         self.done: dict[tuple[str, int], int] = {}
         self.speedup = speedup
@@ -136,6 +148,7 @@ class FakeRos:
             pass
         finally:
             self._clients.remove(client)
+            self.closes.append(line.close_code)
 
     async def _hear(self, client: Client, message: Message) -> None:
         operation = message["op"]
@@ -156,6 +169,7 @@ class FakeRos:
         name = message["action"].split("/")[1]
         body = self.bodies[name]
         goal = Goal(message["id"], message["action"], message["args"], body, line=client.line)
+        goal.feedback = message.get("feedback", False)
         kind = message["action"].rsplit("/", 1)[1]
         if kind in ("dock", "undock"):
             key = (goal.args["mission"], goal.args["command"])
@@ -184,7 +198,9 @@ class FakeRos:
 
     async def _cancel(self, name: str) -> None:
         self.cancelled.append(name)
-        if name in self._running:
+        if self.stubborn:
+            self.stubborn -= 1
+        elif name in self._running:
             await self._end(self._running[name], CANCELED, {})
 
     async def _end(self, goal: Goal, status: int, values: Message) -> None:
@@ -195,11 +211,12 @@ class FakeRos:
         if key is not None and status != CANCELED:
             self.done[key] = status
         document = {"op": "action_result", "id": goal.id, "action": goal.action, "values": values, "status": status}
-        try:
-            assert goal.line is not None
-            await goal.line.send(json.dumps({**document, "result": True}))
-        except ConnectionClosed:
-            pass
+        assert goal.line is not None
+        await self._answer(goal.line, {**document, "result": True})
+
+    async def _answer(self, line: ServerConnection, document: Message) -> None:
+        with suppress(ConnectionClosed):
+            await line.send(json.dumps(document))
 
     async def _publish(self, topic: str, message: Message) -> None:
         for client in list(self._clients):
@@ -224,7 +241,7 @@ class FakeRos:
         if topic == "/map":
             await self._send(client, topic, self._map())
         if topic == "/tf_static":
-            links = [_link("map", "odom", (0.0, 0.0), 0.0)]
+            links = [_link("map", "odom", (0.0, 0.0), 0.0, 0.0)]
             await self._send(client, topic, {"transforms": links})
 
     # the world
@@ -242,7 +259,13 @@ class FakeRos:
 
     async def _work(self, goal: Goal) -> None:
         if goal.path:
-            if _drive(goal.robot, goal.path, goal.robot.kind.speed_mps * STEP_S):
+            if goal.feedback and goal.line is not None:
+                left_m = sum(math.dist(a, b) for a, b in pairwise([goal.robot.at, *goal.path]))
+                values = {"distance_to_goal": left_m, "speed": goal.robot.kind.speed_mps}
+                await self._answer(goal.line, {"op": "action_feedback", "id": goal.id, "values": values})
+            if goal.robot.wedged:
+                goal.robot.at = (goal.robot.at[0] + (SHUFFLE_M if self._drawn % 2 else -SHUFFLE_M), goal.robot.at[1])
+            elif _drive(goal.robot, goal.path, goal.robot.kind.speed_mps * STEP_S):
                 await self._end(goal, SUCCEEDED, {"error_code": 0})
             return
         if self.now_s < goal.until_s:
@@ -268,15 +291,17 @@ class FakeRos:
             self.known.ravel()[seen] = self.truth.cells.ravel()[seen]
 
     async def _tell(self) -> None:
-        clock = {"sec": int(self.now_s), "nanosec": int(self.now_s % 1 * 1e9)}
-        await self._publish("/clock", {"clock": clock})
+        await self._publish("/clock", {"clock": _time(self.now_s)})
         links = []
         for body in self.bodies.values():
             at = self.bodies[body.carrier].at if body.carrier else body.at
             shaken = (at[0] + self._draw.uniform(-1, 1) * JITTER_M, at[1] + self._draw.uniform(-1, 1) * JITTER_M)
             if not body.mute:
-                links.append(_link("odom", f"{body.name}/base_footprint", shaken, body.yaw))
-                links.append(_link(f"{body.name}/base_footprint", f"{body.name}/base_link", (0.0, 0.0), 0.0))
+                stamp_s = self.now_s if body.stamp_s is None else body.stamp_s
+                links.append(_link("odom", f"{body.name}/base_footprint", shaken, body.yaw, stamp_s))
+                links.append(
+                    _link(f"{body.name}/base_footprint", f"{body.name}/base_link", (0.0, 0.0), 0.0, self.now_s)
+                )
         await self._publish("/tf", {"transforms": links})
         self._drawn += 1
         if self._drawn % 10 == 0:
@@ -304,7 +329,7 @@ class FakeRos:
         origin = {"position": _xyz(x, y), "orientation": _turned(0.0)}
         resolution = float(np.float32(self.truth.resolution_m))
         info = {"resolution": resolution, "width": right - left, "height": high - low, "origin": origin}
-        return {"header": {"frame_id": "map"}, "info": info, "data": data.ravel().tolist()}
+        return self.redraw({"header": {"frame_id": "map"}, "info": info, "data": data.ravel().tolist()})
 
 
 def _drive(body: Body, path: list[tuple[float, float]], step_m: float) -> bool:
@@ -331,9 +356,13 @@ def _turned(yaw: float) -> Message:
     return {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
 
 
-def _link(parent: str, child: str, at: tuple[float, float], yaw: float) -> Message:
+def _time(now_s: float) -> Message:
+    return {"sec": int(now_s), "nanosec": int(now_s % 1 * 1e9)}
+
+
+def _link(parent: str, child: str, at: tuple[float, float], yaw: float, stamp_s: float) -> Message:
     transform = {"translation": _xyz(*at), "rotation": _turned(yaw)}
-    return {"header": {"frame_id": parent}, "child_frame_id": child, "transform": transform}
+    return {"header": {"frame_id": parent, "stamp": _time(stamp_s)}, "child_frame_id": child, "transform": transform}
 
 
 ROOMS = (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,55 +12,13 @@ import pytest
 pytest.importorskip("websockets")
 
 import numpy as np
-from fake_ros import FakeRos, rooms, settings_text, team
+from fake_ros import FakeRos
 from patience import HANG_S
+from ros_stories import Talk, drive, play, until
 from servers import Server
 
 from marsupial.model.grid import UNKNOWN
-from marsupial_client import AsyncClient
-from marsupial_ros.bridge import Bridge, Outcome
-from marsupial_ros.journal import Journal
-from marsupial_ros.settings import read_settings
-
-
-class Talk:
-    """What the bridge has told the user; and how often that wants to stop."""
-
-    def __init__(self, more: dict[str, str] | None = None) -> None:
-        self.said: list[str] = []
-        self.more = more
-        self.stops = 0
-
-    def bridge(
-        self, server: Server, ros: FakeRos, folder: Path, state: Path | None = None
-    ) -> tuple[Bridge, AsyncClient]:
-        path = folder / "fleet.yaml"
-        path.write_text(settings_text(ros.url, list(ros.bodies.values()), self.more))
-        client = AsyncClient(server.url)
-        return Bridge(read_settings(path), client, Journal(state), self.said.append, lambda: self.stops), client
-
-
-async def drive(bridge: Bridge, client: AsyncClient) -> Outcome:
-    async with client:
-        return await bridge.run()
-
-
-def play(story: Callable[[FakeRos, Talk], Awaitable[None]], **more: str) -> tuple[FakeRos, Talk]:
-    """Play a story with robots in the rooms, and return how they and the talk are afterwards; `more` are settings."""
-    grid = rooms()
-    ros, talk = FakeRos(grid, team(grid)), Talk(more)
-
-    async def within() -> None:
-        async with ros:
-            await asyncio.wait_for(story(ros, talk), HANG_S)
-
-    asyncio.run(within())
-    return ros, talk
-
-
-async def until(holds: Callable[[], Any]) -> None:
-    while not holds():
-        await asyncio.sleep(0.01)
+from marsupial_ros.bridge import Outcome
 
 
 def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_path: Path) -> None:
@@ -114,6 +71,30 @@ def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Serve
     assert not state.exists()
 
 
+def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server: Server, tmp_path: Path) -> None:
+    outcomes: list[Outcome] = []
+    state = tmp_path / "state.json"
+
+    def coarser(message: dict[str, Any]) -> dict[str, Any]:
+        return {**message, "info": {**message["info"], "resolution": 0.5}}
+
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        first = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
+        await until(lambda: "/carrier1/follow_path" in ros.running)
+        first.cancel()
+        await asyncio.gather(first, return_exceptions=True)
+        ros.redraw = coarser
+        second = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path, state)))
+        passed = "/map: a message was passed over: the resolution of the map has changed: it was 0.25 m, now 0.5 m"
+        await until(lambda: {passed, "waiting for a map on /map"} <= set(talk.said) or second.done())
+        ros.redraw = lambda message: message
+        outcomes.append(await second)
+
+    _, talk = play(story)
+    assert outcomes[0].ended is not None
+    assert outcomes[0].ended["status"] == "complete", (outcomes[0], talk.said)
+
+
 def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(server: Server, tmp_path: Path) -> None:
     outcomes: list[Outcome] = []
     state = tmp_path / "state.json"
@@ -133,7 +114,10 @@ def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(s
     assert outcomes[0].ended["status"] == "complete"
 
 
-def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(server: Server, tmp_path: Path) -> None:
+def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
+    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("marsupial_ros.bridge.STOP_S", HANG_S)
     outcomes: list[Outcome] = []
 
     async def story(ros: FakeRos, talk: Talk) -> None:
@@ -177,10 +161,45 @@ def test_a_carrier_that_is_not_heard_of_is_told_and_lost_with_its_rover(server: 
 
     _, talk = play(story, waits="{silent_s: 5, lost_s: 15}")
     assert outcomes[0].ended is not None
-    missing = "no map -> carrier2/base_link on /tf for"
+    missing = "no new map -> carrier2/base_link on /tf for"
     assert any(text.startswith(f"carrier2: {missing}") for text in talk.said)
     assert f"carrier2: lost: {missing} 15 s" in talk.said
     assert not any(text.startswith("carrier1: lost") for text in talk.said)
+
+
+def test_a_robot_whose_transforms_are_repeated_is_lost_as_one_that_is_silent(server: Server, tmp_path: Path) -> None:
+    outcomes: list[Outcome] = []
+
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
+        await until(lambda: "/carrier2/follow_path" in ros.running)
+        ros.bodies["carrier2"].stamp_s = ros.now_s
+        outcomes.append(await work)
+
+    _, talk = play(story, waits="{silent_s: 5, lost_s: 15, stuck_s: 1000}")
+    assert outcomes[0].ended is not None
+    assert "carrier2: lost: no new map -> carrier2/base_link on /tf for 15 s" in talk.said
+    assert not any(text.startswith("carrier1: lost") for text in talk.said)
+
+
+def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_goes_on(
+    server: Server, tmp_path: Path
+) -> None:
+    outcomes: list[Outcome] = []
+
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
+        await until(lambda: "/carrier2/follow_path" in ros.running)
+        ros.bodies["carrier2"].wedged = True
+        await until(lambda: "carrier2: drive failed: no progress for 20 s" in talk.said or work.done())
+        ros.bodies["carrier2"].wedged = False
+        outcomes.append(await work)
+
+    _, talk = play(story, waits="{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}")
+    assert outcomes[0].ended is not None
+    assert outcomes[0].ended["status"] == "complete", (outcomes[0], talk.said)
+    assert "carrier2: drive failed: no progress for 20 s" in talk.said
+    assert not any(text.startswith("carrier1: drive failed") for text in talk.said)
 
 
 def test_what_is_missing_before_a_mission_is_told_by_name(server: Server, tmp_path: Path) -> None:

@@ -15,28 +15,27 @@ import pytest
 pytest.importorskip("websockets")
 
 import numpy as np
-from fake_ros import CARRIER, rooms, settings_text, team
+from fake_ros import CARRIER
 from patience import HANG_S
+from ros_parts import House, chart_of, grid_message, moved, settings_of
 from websockets.asyncio.server import ServerConnection, serve
 
 from marsupial.cli.main import main
-from marsupial.errors import InputError, MapError, ScenarioError
+from marsupial.errors import InputError, MapError, ScenarioError, UsageError
 from marsupial.formats.mapfiles.filter_masks import FilterMasks
 from marsupial.formats.mapfiles.occupancy import Occupancy
 from marsupial.model.grid import FLOOR, OBSTACLE, TERRAINS, UNKNOWN
+from marsupial_client import AsyncClient
+from marsupial_ros.bridge import Bridge
 from marsupial_ros.chart import Chart
 from marsupial_ros.fleet import SETTLED_S, Fleet
 from marsupial_ros.journal import Journal, Record
-from marsupial_ros.messages import links_in, occupancy_in, path_of, update_in
+from marsupial_ros.messages import link_in, occupancy_in, path_of, update_in
 from marsupial_ros.rosbridge import Ended, Rosbridge, Subscription
-from marsupial_ros.settings import Settings, read_settings
-from marsupial_ros.transforms import Frames, Transform
+from marsupial_ros.settings import read_settings
+from marsupial_ros.transforms import Frames
 
-UPRIGHT = (0.0, 0.0, 0.0, 1.0)
-
-
-def moved(x: float, y: float, yaw: float = 0.0) -> Transform:
-    return Transform((x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
+FRAME = {"width": 1, "height": 1, "resolution_m": 1.0, "origin_m": [0.0, 0.0, 0.0]}
 
 
 # transforms and messages
@@ -63,7 +62,7 @@ def test_a_rotation_of_no_length_is_refused() -> None:
     zero = {"translation": {"x": 0, "y": 0, "z": 0}, "rotation": {"x": 0, "y": 0, "z": 0, "w": 0}}
     link = {"header": {"frame_id": "/map"}, "child_frame_id": "odom", "transform": zero}
     with pytest.raises(ValueError, match="rotation"):
-        list(links_in({"transforms": [link]}))
+        link_in(link)
 
 
 def test_a_path_is_turned_towards_its_next_point() -> None:
@@ -71,13 +70,6 @@ def test_a_path_is_turned_towards_its_next_point() -> None:
     yaws = [2 * math.atan2(p["pose"]["orientation"]["z"], p["pose"]["orientation"]["w"]) for p in poses]
     assert yaws == pytest.approx([math.pi / 2, math.pi, math.pi])
     assert poses[0]["header"] == {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "map"}
-
-
-def grid_message(rows: list[list[int]], x: float = 0.0, y: float = 0.0, resolution: float = 1.0) -> dict[str, Any]:
-    """Return a map, the lowest row first."""
-    origin = {"position": {"x": x, "y": y, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
-    info = {"resolution": resolution, "width": len(rows[0]), "height": len(rows), "origin": origin}
-    return {"header": {"frame_id": "map"}, "info": info, "data": [value for row in rows for value in row]}
 
 
 def test_a_resolution_of_single_precision_is_what_was_meant() -> None:
@@ -92,13 +84,6 @@ def test_a_map_with_too_few_cells_is_refused() -> None:
 
 
 # the chart
-
-
-def chart_of(*rows: list[int]) -> Chart:
-    chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
-    chart.take(occupancy_in(grid_message(list(rows))))
-    chart.begin()
-    return chart
 
 
 def test_changed_cells_are_told_once_and_by_the_nearest_robot() -> None:
@@ -142,7 +127,8 @@ def test_a_mission_taken_up_tells_only_what_it_does_not_know() -> None:
     chart = Chart(TERRAINS, FilterMasks(), 0.25, 0.65)
     first = {"width": 2, "height": 1, "resolution_m": 1.0, "origin_m": [0, 0, 0]}
     known: Any = {"width": 3, "height": 1, "resolution_m": 1.0, "origin_m": [-1, 0, 0], "runs": [0, 2, FLOOR]}
-    chart.take_up(known, first)
+    chart.expect(first)
+    chart.take_up(known)
     chart.take(occupancy_in(grid_message([[0, 0, 100]], x=-1)))
     assert chart.news({"a": (0.0, 0.0)})[1] == [{"robot": "a", "runs": [2, 1, OBSTACLE]}]
 
@@ -156,50 +142,6 @@ def test_a_robot_beside_where_it_can_stand_is_put_there() -> None:
 
 
 # the fleet
-
-
-class Actions:
-    """Remembers what is asked of ROS."""
-
-    def __init__(self) -> None:
-        self.sent: list[tuple[str, str, Mapping[str, Any]]] = []
-        self.cancelled: list[str] = []
-
-    def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, Any]) -> None:
-        self.sent.append((goal, action, values))
-
-    def cancel_goal(self, goal: str, action: str) -> None:
-        self.cancelled.append(goal)
-
-
-class House:
-    """A fleet of one carrier with a rover aboard, on bare floor."""
-
-    def __init__(self, folder: Path, more: Mapping[str, str] | None = None, extra: str = "") -> None:
-        self.settings = settings_of(folder, more, extra)
-        self.frames = {"/tf": Frames()}
-        self.actions, self.said = Actions(), []
-        chart = chart_of(*[[0] * 20] * 10)
-        self.fleet = Fleet(self.settings, self.frames, chart, self.actions, self.said.append)  # type: ignore[arg-type]
-        self.fleet.mission = "m"
-        self.at("carrier1", 2.5, 2.5)
-        self.fleet.place()
-
-    def at(self, name: str, x: float, y: float, now_s: float = 0.0) -> None:
-        self.frames["/tf"].tell("map", f"{name}/base_link", moved(x, y), now_s)
-
-    def command(self, id: int, name: str, **more: Any) -> None:
-        self.fleet.obey({"id": id, "robot": "carrier1", "name": name, "revision": 1, **more}, 0.0)  # type: ignore[typeddict-item]
-
-    def drive(self) -> None:
-        self.command(1, "drive", route=[], route_m=[[x + 0.5, 2.5] for x in range(2, 9)])
-
-
-def settings_of(folder: Path, more: Mapping[str, str] | None = None, extra: str = "") -> Settings:
-    path = folder / "fleet.yaml"
-    text = settings_text("ws://127.0.0.1:1", team(rooms(), 1), more).replace("clock: /clock\n", "")
-    path.write_text(text + extra)
-    return read_settings(path)
 
 
 def test_a_drive_ends_at_the_end_of_its_route(tmp_path: Path) -> None:
@@ -335,6 +277,7 @@ class Listener:
         self.heard: list[tuple[str, Mapping[str, Any]]] = []
         self.told: list[str] = []
         self.ends: list[Ended] = []
+        self.fed: list[tuple[str, Mapping[str, Any]]] = []
         self.connections = 0
 
     def connected(self) -> None:
@@ -345,6 +288,9 @@ class Listener:
 
     def message(self, topic: str, message: Mapping[str, Any]) -> None:
         self.heard.append((topic, message))
+
+    def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
+        self.fed.append((goal, values))
 
     def ended(self, end: Ended) -> None:
         self.ends.append(end)
@@ -421,6 +367,31 @@ def test_ends_of_goals_and_errors_are_heard() -> None:
     assert "rosbridge: no such type" in listener.told
 
 
+def test_feedback_is_heard_whole_or_in_fragments_however_much_there_is() -> None:
+    many = [
+        json.dumps({"op": "action_feedback", "id": "m:1:0.1", "action": "/a", "values": {"distance_to_goal": i}})
+        for i in range(5000)
+    ]
+    parts = [many[0][:30], many[0][30:]]
+    fragments = [
+        json.dumps({"op": "fragment", "id": "1", "data": part, "num": i, "total": 2}) for i, part in enumerate(parts)
+    ]
+    heard = talk(*many, *fragments)[0].fed
+    assert [values["distance_to_goal"] for _, values in heard] == [*range(5000), 0]
+    assert {goal for goal, _ in heard} == {"m:1:0.1"}
+
+
+def test_numbers_beyond_all_bounds_end_no_connection() -> None:
+    listener, _ = talk(
+        '{"op": "action_result", "id": "a", "status": Infinity}',
+        '{"op": "fragment", "id": "a", "data": "", "num": 0, "total": Infinity}',
+        '{"op": "action_feedback", "id": "a"}',
+        '{"op": "publish", "topic": "/a", "msg": {}}',
+    )
+    assert (listener.heard, listener.ends) == ([("/a", {})], [])
+    assert len([text for text in listener.told if "no message of its protocol" in text]) == 3
+
+
 # settings, state, command
 
 
@@ -474,18 +445,51 @@ def test_what_is_wrong_with_settings_is_named_by_field(tmp_path: Path) -> None:
 def test_a_state_is_read_as_it_was_written(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "state")
     assert journal.read() is None
-    record = Record(mission="m", frame={"width": 1}, after=3, aboard={"a": "b"}, report={"n": 1, "t_ms": 2})
+    record = Record(mission="m", frame=FRAME, after=3, aboard={"a": "b"}, report={"n": 1, "t_ms": 2})
     journal.write(record)
     assert journal.read() == record
     journal.forget()
     assert journal.read() is None
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[]", '{"version": 9}', '{"version": 1, "other": 2}'])
+STATE = json.dumps({"version": 1, "mission": "m", "frame": FRAME})
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{}",
+        "[]",
+        '{"version": 9}',
+        '{"version": 1, "other": 2}',
+        "[" * 100_000,
+        STATE[:-10],
+        STATE.replace('"m"', "7"),
+        STATE.replace('"width": 1', '"width": 1e99'),
+        STATE.replace('"width": 1', '"width": -1'),
+        STATE.replace('"origin_m": [0.0, ', '"origin_m": ['),
+        STATE.replace("}}", '}, "errands": [{}]}'),
+        STATE.replace("}}", '}, "aboard": 3}'),
+    ],
+)
 def test_what_is_no_state_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "state").write_text(text)
     with pytest.raises(InputError, match="is no state of `marsupial ros`"):
         Journal(tmp_path / "state").read()
+
+
+def test_a_state_that_could_not_be_kept_is_told_before_a_mission_begins(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="can't be written"):
+        Journal(tmp_path / "missing" / "state").read()
+
+
+def test_a_state_of_other_robots_is_refused(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "state")
+    journal.write(Record(mission="m", frame=FRAME, aboard={"rover9": "carrier9"}, lost=["carrier1"]))
+    bridge = Bridge(settings_of(tmp_path), AsyncClient("http://127.0.0.1:1"), journal, print, lambda: 0)
+    with pytest.raises(InputError, match="is of a mission with other robots: rover9"):
+        asyncio.run(bridge.run())
 
 
 def test_settings_are_checked_without_ros(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,205 @@
+"""How the bridge goes: goals are cancelled and the connection is closed, whatever it ends by."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import sys
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("websockets")
+
+from fake_ros import FakeRos, settings_text
+from patience import HANG_S
+from ros_stories import Talk, drive, play, until
+from servers import Server
+
+import marsupial_ros.bridge as bridges
+from marsupial_client import ClientError
+from marsupial_ros import rosbridge
+from marsupial_ros.bridge import Bridge, Outcome
+
+NORMAL = 1000
+BROKEN = 1006
+
+
+def drives(ros: FakeRos) -> bool:
+    return any(action.endswith("follow_path") for action in ros.running)
+
+
+def docks(ros: FakeRos) -> bool:
+    return any(action.endswith("dock") for action in ros.running)
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have bridges wait as long as the machine takes, where a test doesn't examine how long."""
+    monkeypatch.setattr(bridges, "STOP_S", HANG_S)
+    monkeypatch.setattr(bridges, "LEAVE_S", HANG_S)
+    monkeypatch.setattr(rosbridge, "CLOSE_S", HANG_S)
+
+
+class Broken(Exception):
+    """Whatever may go wrong within the bridge."""
+
+
+Work = asyncio.Future[Outcome]
+
+
+async def user_leaves(talk: Talk, bridge: Bridge, work: Work) -> None:
+    talk.stops = 2
+    await work
+
+
+async def user_ends_the_mission(talk: Talk, bridge: Bridge, work: Work) -> None:
+    talk.stops = 1
+    await work
+
+
+async def task_is_cancelled(talk: Talk, bridge: Bridge, work: Work) -> None:
+    work.cancel()
+    await asyncio.gather(work, return_exceptions=True)
+
+
+async def bridge_breaks(talk: Talk, bridge: Bridge, work: Work) -> None:
+    def due(n: int) -> bool:
+        raise Broken
+
+    bridge._due = due  # type: ignore[method-assign]
+    with pytest.raises(Broken):
+        await work
+
+
+CASES = [
+    (user_leaves, drives),
+    (user_leaves, docks),
+    (user_ends_the_mission, drives),
+    (user_ends_the_mission, docks),
+    (task_is_cancelled, drives),
+    (bridge_breaks, drives),
+]
+
+
+@pytest.mark.parametrize(("end", "under_way"), CASES)
+def test_a_bridge_that_goes_leaves_no_goal_and_closes_as_normal(
+    server: Server,
+    tmp_path: Path,
+    end: Callable[[Talk, Bridge, Work], Awaitable[None]],
+    under_way: Callable[[FakeRos], bool],
+) -> None:
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        bridge, client = talk.bridge(server, ros, tmp_path, tmp_path / "state")
+        work = asyncio.ensure_future(drive(bridge, client))
+        await until(lambda: under_way(ros))
+        ros.speedup = 1.0  # so that nothing ends by itself
+        ros.stubborn = len(ros.running)  # the first requests to cancel are passed over
+        await end(talk, bridge, work)
+        assert ros.running == []
+        await until(lambda: ros.closes)
+
+    ros, _ = play(story)
+    assert ros.closes == [NORMAL]
+
+
+def test_a_bridge_whose_service_is_gone_for_good_leaves_no_goal(tmp_path: Path) -> None:
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        with Server(tmp_path / "data") as own:
+            bridge, client = talk.bridge(own, ros, tmp_path)
+            work = asyncio.ensure_future(drive(bridge, client))
+            await until(lambda: drives(ros))
+            ros.speedup = 1.0
+            own.kill()
+            client.conversation.patience_s = 0.5
+            with pytest.raises(ClientError):
+                await work
+            assert ros.running == []
+            await until(lambda: ros.closes)
+
+    ros, _ = play(story)
+    assert ros.closes == [NORMAL]
+
+
+def test_a_mission_that_no_service_ends_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bridges, "STOP_S", 0.2)
+
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        with Server(tmp_path / "data") as own:
+            work = asyncio.ensure_future(drive(*talk.bridge(own, ros, tmp_path, tmp_path / "state")))
+            await until(lambda: drives(ros))
+            ros.speedup = 1.0
+            own.kill()
+            talk.stops = 1
+            assert (await work).ended is None
+            assert ros.running == []
+
+    play(story)
+    assert (tmp_path / "state").exists()
+
+
+def test_goals_that_do_not_end_keep_the_bridge_for_a_while_only_and_are_told(
+    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bridges, "LEAVE_S", 0.2)
+
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
+        await until(lambda: len(ros.running) == 2)
+        ros.speedup, ros.stubborn = 0.1, 10**6
+        talk.stops = 2
+        await work
+        await until(lambda: ros.closes)
+
+    ros, talk = play(story)
+    assert ros.closes == [NORMAL]
+    assert len([text for text in talk.said if text.endswith("was cancelled, but is not known to have ended")]) == 2
+
+
+def test_goals_are_cancelled_over_a_connection_that_comes_back_and_none_is_sent_again(
+    server: Server, tmp_path: Path
+) -> None:
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
+        await until(lambda: len(ros.running) == 2)
+        ros.speedup = 0.1
+        sent = len(ros.goals)
+        talk.stops = 2
+        await ros.cut()
+        await until(lambda: not ros.running)  # their ends are told to nobody, as the first connection is gone
+        assert len(ros.goals) == sent
+        work.cancel()
+        await asyncio.gather(work, return_exceptions=True)
+        await until(lambda: len(ros.closes) == 2)
+
+    ros, _ = play(story)
+    assert ros.closes == [BROKEN, NORMAL]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a process at once")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_command_that_is_asked_to_end_twice_cancels_its_goals(
+    server: Server, tmp_path: Path, number: signal.Signals
+) -> None:
+    async def story(ros: FakeRos, talk: Talk) -> None:
+        path = tmp_path / "fleet.yaml"
+        path.write_text(settings_text(ros.url, list(ros.bodies.values())))
+        command = [sys.executable, "-m", "marsupial.cli.main", "ros", str(path), "--server", server.url]
+        quiet = asyncio.subprocess.DEVNULL
+        process = await asyncio.create_subprocess_exec(
+            *command, "--json", "--state", str(tmp_path / "state"), stdout=asyncio.subprocess.PIPE, stderr=quiet
+        )
+        await until(lambda: len(ros.running) == 2)
+        ros.speedup = 1.0
+        process.send_signal(number)
+        await until(lambda: ros.cancelled or not drives(ros))
+        process.send_signal(number)
+        out, _ = await process.communicate()
+        assert json.loads(out)["status"] == "cancelled"
+        assert ros.running == []
+        await until(lambda: ros.closes)
+
+    ros, _ = play(story)
+    assert ros.closes == [NORMAL]
