@@ -8,24 +8,26 @@ from marsupial.bench.compare.plan import Contender
 from marsupial.cli.missions import strategy_name
 from marsupial.errors import UsageError
 from marsupial.library.choices import DEFAULT_PLANNER, planner_for
+from marsupial.model.bounds import Bound
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import strategy as made
 
 
-def numbers(text: str | None, option: str, *, at_least: int) -> tuple[int, ...] | None:
-    """Return the numbers that an option like ``1-3,6`` names, in order, none below `at_least`; None without it."""
+def numbers(text: str | None, option: str, bound: Bound) -> tuple[int, ...] | None:
+    """Return the numbers that an option like ``1-3,6`` names, in order, all within the bound; None without it."""
     if text is None:
         return None
     found: set[int] = set()
     for part in text.split(","):
-        match = re.fullmatch(r"\s*(\d{1,4})\s*(?:-\s*(\d{1,4})\s*)?", part)
+        match = re.fullmatch(r"\s*(\d{1,18})\s*(?:-\s*(\d{1,18})\s*)?", part)
         if match is None or (match[2] and int(match[2]) < int(match[1])):
             raise UsageError(f"{option}: must be numbers like 2, 1-6 or 1,2,4, got {text!r}")
-        found |= set(range(int(match[1]), int(match[2] or match[1]) + 1))
-    if min(found) < at_least:
-        raise UsageError(f"{option}: must be {at_least} or more, got {min(found)}")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if fault := bound.fault(first) or bound.fault(last):
+            raise UsageError(f"{option}: {fault}")
+        found |= set(range(first, last + 1))
     return tuple(sorted(found))
 
 

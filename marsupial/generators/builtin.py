@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.generators import GENERATORS
+from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.grid import FLOOR, ROUGH, Grid
 from marsupial.model.robots import RobotType, default_types, uniform_team
 from marsupial.model.scenario import Scenario
@@ -145,12 +146,14 @@ def bare_map_scenario(
 
 
 def check_team_size(carriers: int, rovers: int) -> None:
-    """Raise a `ScenarioError` unless there are 1 or more carriers and 0 or more rovers for each."""
-    problems = []
-    if carriers < 1:
-        problems.append(Problem("carriers", f"must be 1 or more, got {carriers}"))
-    if rovers < 0:
-        problems.append(Problem("rovers", f"must be 0 or more, got {rovers}"))
+    """Raise a `ScenarioError` unless there can be a team of so many carriers with so many rovers each."""
+    faults = {
+        "carriers": BOUNDS["carriers"].fault(carriers),
+        "rovers": BOUNDS["rovers_per_carrier"].fault(rovers),
+    }
+    if not any(faults.values()):
+        faults["carriers"] = team_fault(carriers * (1 + rovers))
+    problems = [Problem(field, fault) for field, fault in faults.items() if fault is not None]
     if problems:
         raise ScenarioError(problems)
 

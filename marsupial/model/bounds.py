@@ -21,6 +21,9 @@ LONGEST_NAME = 100
 LONGEST_TEXT = 200
 """Characters in any other name: of a mission, a planner, a place."""
 
+MOST_ROBOTS = 1000
+"""Robots of a team: carriers and all their rovers."""
+
 _LONGEST_S = 10_000_000
 """About four months: the longest docking, and the longest mission."""
 
@@ -65,8 +68,8 @@ BOUNDS: Mapping[str, Bound] = {
     "capacity": Bound(0, 10**6, "rovers"),
     "dock_s": Bound(0, _LONGEST_S, "s"),
     # teams and missions
-    "carriers": Bound(1, 1000, "robots"),
-    "rovers_per_carrier": Bound(0, 1000, "robots"),
+    "carriers": Bound(1, MOST_ROBOTS, "robots"),
+    "rovers_per_carrier": Bound(0, MOST_ROBOTS, "robots"),
     "seed": Bound(0, 10**12),
     "simulation_speed": Bound(0.1, 10_000, "s of mission time a second"),
     "time_s": Bound(0, _LONGEST_S, "s", above=True),
@@ -83,3 +86,8 @@ BOUNDS: Mapping[str, Bound] = {
     "report": Bound(1, 10**9),
     "command": Bound(1, 10**12),
 }
+
+
+def team_fault(robots: int) -> str | None:
+    """Say what is wrong with a team of so many robots, carriers and rovers."""
+    return None if robots <= MOST_ROBOTS else f"must be at most {MOST_ROBOTS} robots with all rovers, got {robots}"

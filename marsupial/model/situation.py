@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import Problem, SituationError
-from marsupial.model.bounds import BOUNDS
+from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.robots import Role
 from marsupial.wording import counted
 
@@ -202,6 +202,8 @@ class Situation:
 
 def _problems(situation: Situation) -> list[Problem]:
     problems: list[Problem] = []
+    if fault := team_fault(len(situation.robots)):
+        return [Problem("robots", fault)]
     names = [kind.name for kind in situation.types]
     roles = {kind.name: kind.role for kind in situation.types}
     for name in sorted(n for n, times in Counter(names).items() if times > 1):

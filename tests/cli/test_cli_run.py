@@ -199,6 +199,8 @@ def test_what_makes_no_sense_is_a_usage_error(
         (("loby",), "did you mean lobby?"),
         (("nowhere.yaml",), "neither a built-in scenario nor a file"),
         (("lobby", "--carriers", "0"), "carriers: must be 1 or more, got 0"),
+        (("lobby", "--carriers", "1000000000"), "carriers: must be at most 1000, got 1000000000"),
+        (("lobby", "--rovers", "1000000000"), "rovers: must be at most 1000, got 1000000000"),
         (("lobby", "--rovers", "-1"), "rovers: must be 0 or more, got -1"),
     ],
 )

@@ -106,6 +106,24 @@ def test_a_team_of_nobody_is_refused() -> None:
     assert str(caught.value) == "carriers: must be 1 or more, got 0\nrovers: must be 0 or more, got -1"
 
 
+@pytest.mark.parametrize(
+    ("carriers", "rovers", "message"),
+    [
+        (10**9, 2, "carriers: must be at most 1000, got 1000000000"),
+        (1, 10**9, "rovers: must be at most 1000, got 1000000000"),
+        (500, 2, "carriers: must be at most 1000 robots with all rovers, got 1500"),
+    ],
+)
+def test_a_team_larger_than_any_is_refused(carriers: int, rovers: int, message: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        builtin_scenario("lobby", carriers, rovers)
+    assert str(caught.value) == message
+
+
+def test_a_team_of_as_many_robots_as_there_may_be_is_made() -> None:
+    assert len(builtin_scenario("lobby", 500, 1).team) == 1000
+
+
 def test_a_bare_map_gets_the_default_types() -> None:
     grid = Grid(cells=np.ones((3, 4), dtype=np.uint8), resolution_m=1.0)
     scenario = bare_map_scenario("yard", grid, 1, 3)

@@ -152,6 +152,8 @@ def test_a_limit_of_the_environment_holds() -> None:
         limits_from({"MARSUPIAL_CELLS": "many"})
     with pytest.raises(UsageError, match="MARSUPIAL_CELLS: must be 1 or more, got 0"):
         limits_from({"MARSUPIAL_CELLS": "0"})
+    with pytest.raises(UsageError, match="MARSUPIAL_ROBOTS: must be at most 1000, got 1001"):
+        limits_from({"MARSUPIAL_ROBOTS": "1001"})
 
 
 @pytest.mark.parametrize(

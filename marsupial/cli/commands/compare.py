@@ -54,6 +54,7 @@ def compare(
     from marsupial.cli.missions import limits_of, routed
     from marsupial.errors import UsageError
     from marsupial.library.choices import budget_of
+    from marsupial.model.bounds import BOUNDS
 
     if report is not None:
         if scenarios or out is not None:
@@ -69,7 +70,10 @@ def compare(
     limits = limits_of(time_limit)
     chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
     compared = contenders(strategies, planner, chosen)
-    teams = numbers(carriers, "--carriers", at_least=1), numbers(rovers, "--rovers", at_least=0)
+    teams = (
+        numbers(carriers, "--carriers", BOUNDS["carriers"]),
+        numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
+    )
     from marsupial.cli import comparing  # takes a second: only now is it clear that it is needed
 
     cases = comparing.cases(scenarios, *teams, limits)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.generators.builtin import check_team_size
+from marsupial.model.bounds import team_fault
 from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.robots import RobotType, Role, TeamMember, uniform_team
 from marsupial.model.scenario import Scenario
@@ -52,6 +53,10 @@ def read_team(top: Fields, kinds: Kinds, grid: Grid | None) -> tuple[TeamMember,
     if "team" in top.data and not isinstance(top.data["team"], list):
         top.has("team")
         top.wrong("team", "must be a list of robots, or a mapping with 'carriers' and 'rovers_per_carrier'")
+        return ()
+    if fault := team_fault(len(top.data.get("team", ()))):  # before each of them is looked at
+        top.has("team")
+        top.wrong("team", fault)
         return ()
     entries = [_read_member(fields, kinds, grid) for fields in top.parts("team")]
     check_names(entries)
@@ -114,6 +119,9 @@ def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
     rover = _type_for(fields, Role.ROVER, kinds, required=rovers > 0)
     fields.finish()
     if len(fields.problems) > before or carrier is None or (rovers and rover is None):
+        return ()
+    if fault := team_fault(carriers * (1 + rovers)):
+        fields.wrong("carriers", fault)
         return ()
     problem = _size_problem(carrier, rover, rovers)
     if problem:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from marsupial.errors import UsageError
+from marsupial.model.bounds import MOST_ROBOTS
 from marsupial.model.sizes import SIZES
 
 PREFIX = "MARSUPIAL_"
@@ -28,8 +29,8 @@ LOOPBACK = ("127.0.0.1", "::1", "localhost")
 N = TypeVar("N", int, float)
 
 
-def _limit(default: N, at_least: N, meaning: str) -> N:
-    number: N = field(default=default, metadata={"at_least": at_least, "meaning": meaning})
+def _limit(default: N, at_least: N, meaning: str, at_most: float = math.inf) -> N:
+    number: N = field(default=default, metadata={"at_least": at_least, "at_most": at_most, "meaning": meaning})
     return number
 
 
@@ -50,7 +51,7 @@ class ServiceLimits:
     header_s: float = _limit(10.0, 0.1, "seconds within which a request's headers have to arrive")
     stall_s: float = _limit(30.0, 0.1, "seconds after which a client that takes nothing of its answer is given up")
     cells: int = _limit(4_000_000, 1, "cells of a map")
-    robots: int = _limit(200, 1, "robots of a team")
+    robots: int = _limit(200, 1, "robots of a team", MOST_ROBOTS)
     targets: int = _limit(1000, 1, "targets of a situation")
     places: int = _limit(2000, 1, "places of a situation")
     actions: int = _limit(100_000, 1, "actions of a plan, and commands of a report")
@@ -186,6 +187,8 @@ def limits_from(environment: Mapping[str, str], options: Mapping[str, str] | Non
 
 def _fault(one: Field[Any], value: float) -> str | None:
     """Return what is wrong with the value of a limit, or None."""
+    if value > one.metadata["at_most"]:
+        return f"must be at most {one.metadata['at_most']}, got {value}"
     if math.isfinite(value) and value >= one.metadata["at_least"]:
         return None
     return f"must be {one.metadata['at_least']} or more, got {value}"

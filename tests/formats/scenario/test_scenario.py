@@ -263,6 +263,8 @@ def test_another_team_keeps_what_was_not_asked_for(
     ("carriers", "rovers", "message"),
     [
         (0, 1, "carriers: must be 1 or more, got 0"),
+        (10**9, 1, "carriers: must be at most 1000, got 1000000000"),
+        (1000, 1, "carriers: must be at most 1000 robots with all rovers, got 2000"),
         (1, 3, "rovers: 3 for each carrier, but type 'carrier' has capacity 2"),
     ],
 )

@@ -241,6 +241,18 @@ BROKEN: dict[str, tuple[dict[str, Any], list[str]]] = {
         {"team": {"carriers": 0, "rovers_per_carrier": -1}},
         ["team.carriers: must be 1 or more, got 0", "team.rovers_per_carrier: must be 0 or more, got -1"],
     ),
+    "more carriers than there may be": (
+        {"team": {"carriers": 10**9, "rovers_per_carrier": 1}},
+        ["team.carriers: must be at most 1000, got 1000000000"],
+    ),
+    "more robots than there may be, by number": (
+        {"team": {"carriers": 501, "rovers_per_carrier": 1}},
+        ["team.carriers: must be at most 1000 robots with all rovers, got 1002"],
+    ),
+    "more robots than there may be, by name": (
+        {"team": [{}] * 1001},
+        ["team: must be at most 1000 robots with all rovers, got 1001"],
+    ),
     "too many rovers by number": (
         {"team": {"carriers": 1, "rovers_per_carrier": 3}},
         ["team.rovers_per_carrier: 3 for each carrier, but type 'carrier' has capacity 2"],
