@@ -84,11 +84,21 @@ class Footprint:
         """
         opens = self._drivable[cells.ravel()[indices]]
         _close(indices[~opens], self._rows, self.possible)
-        opened = np.empty(min(int(np.count_nonzero(opens)) * len(self.offsets), cells.size), dtype=np.int64)
-        count = _open(indices[opens], self._rows, self._barred, opened)
+        drivable = indices[opens]
+        opened = np.empty(self._most_under(drivable, cells.shape), dtype=np.int64)
+        count = _open(drivable, self._rows, self._barred, opened)
         opened = opened[:count].copy()
         self.standable.ravel()[opened] = True
         self.opened.add(opened)
+
+
+    def _most_under(self, cells: Ints, shape: tuple[int, ...]) -> int:
+        """Return a number of cells that discs round `cells` do not go beyond: those in all rows they touch at most."""
+        if not len(cells):
+            return 0
+        height, width = shape
+        rows = int(cells.max()) // width - int(cells.min()) // width + len(self._rows)
+        return min(len(cells) * len(self.offsets), min(rows, height) * width)
 
 
 def known_parts(grid: Grid) -> Iterator[Ints]:

@@ -13,13 +13,16 @@ import contextlib
 import io
 import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
+from PIL.BmpImagePlugin import BmpImageFile
+from PIL.ImageFile import ImageFile
+from PIL.JpegImagePlugin import JpegImageFile
 from PIL.PngImagePlugin import PngImageFile
 from PIL.PpmImagePlugin import PpmImageFile
 
@@ -30,8 +33,18 @@ from marsupial.model.grid import CellArray, Mask
 MAX_CELLS = 100_000_000
 """Most cells a map may have."""
 
+SMALL_BYTES, SMALL_CELLS = 100_000, 2_250_000
+"""Most cells of a map whose compressed file is smaller than that: a mission on them takes less than 500 MB."""
+
+CELLS_PER_BYTE = 160
+"""Most cells for each byte of a larger file; drawn and scanned maps have a few dozen."""
+
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
 """The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix."""
+
+_HEADERS = (PngImageFile, PpmImageFile, BmpImageFile, JpegImageFile)
+
+_SMALLER = "crop the map or give it larger cells"
 
 _LUMA = np.array([0.212656, 0.715158, 0.072186])
 _BROKEN = (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError, struct.error, zlib.error)
@@ -106,36 +119,68 @@ def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
     MapError
         Where it is no such image.
     """
-    for kind in (PngImageFile, PpmImageFile):
-        with contextlib.suppress(*_BROKEN), kind(io.BytesIO(data)) as image:
+    size = _header_size(io.BytesIO(data), (PngImageFile, PpmImageFile))
+    if size is None:
+        raise MapError([Problem(field, "is not a PNG or PGM image")])
+    return size
+
+
+def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> tuple[int, int] | None:
+    """Return width and height by the header of an image of one of these kinds; None where it is none."""
+    for kind in kinds:
+        if not isinstance(file, Path):
+            file.seek(0)
+        with contextlib.suppress(*_BROKEN), kind(file) as image:
             return image.width, image.height
-    raise MapError([Problem(field, "is not a PNG or PGM image")])
+    return None
+
+
+def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
+    """Say what is wrong with the size of a map in a file of so many bytes, which may be compressed.
+
+    A blank map of any size fits in a few bytes, and takes gigabytes to be explored.
+    """
+    cells = width * height
+    if cells > max_cells:
+        return f"{width} x {height} cells are more than the limit of {max_cells}: {_SMALLER}"
+    most = SMALL_CELLS if size_bytes < SMALL_BYTES else CELLS_PER_BYTE * size_bytes
+    if cells <= most:
+        return None
+    return (
+        f"{width} x {height} cells are more than the limit of {most} for a compressed file of {size_bytes} bytes: "
+        f"{_SMALLER}, or save it uncompressed (PGM) if it really is that large"
+    )
 
 
 class _Undecodable(Exception):
     """What is wrong with an image."""
 
 
-def _decode(file: Path | BinaryIO, max_cells: int) -> GreyImage:
+def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
     try:
         return _load(file, max_cells)
     except UnidentifiedImageError as error:
         raise _Undecodable("is not a PNG, PGM, BMP or JPEG image") from error
     except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
-        raise _Undecodable(f"has more than {max_cells} pixels, the limit") from error
+        raise _Undecodable(f"has more cells than the limit of {max_cells}: {_SMALLER}") from error
     except _BROKEN as error:
         raise _Undecodable(f"can't be decoded ({error})") from error
 
 
-def _load(file: Path | BinaryIO, max_cells: int) -> GreyImage:
+def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage:
+    size = _header_size(file, _HEADERS)  # Pillow's own check of what it opens warns of large honest maps, too
+    if size is not None and (fault := size_fault(*size, _bytes_of(file), max_cells)):
+        raise _Undecodable(fault)
     with Image.open(file, formats=FORMATS) as image:
-        if image.width * image.height > max_cells:
-            raise ValueError(f"{image.width} x {image.height} pixels are more than the limit of {max_cells}")
         image.load()
         format_, mode = str(image.format), image.mode
         opaque = _opaque(image)
         grey, coloured = _grey(image)
     return GreyImage(grey=grey, opaque=opaque, format=format_, mode=mode, coloured=coloured)
+
+
+def _bytes_of(file: Path | io.BytesIO) -> int:
+    return file.stat().st_size if isinstance(file, Path) else file.getbuffer().nbytes
 
 
 def _opaque(image: Image.Image) -> Mask | None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from marsupial.errors import MapError
 from marsupial.formats.files import file_fault
-from marsupial.formats.mapfiles.images import MAX_CELLS
+from marsupial.formats.mapfiles.images import MAX_CELLS, size_fault
 from marsupial.formats.mapfiles.occupancy import (
     FREE_THRESH,
     OCCUPIED_THRESH,
@@ -69,6 +69,9 @@ def understand_rosbag(path: Path | str) -> MapReading:
     with _opened(recording) as reader:
         found, others = _topic(reader, topic, str(recording))
         message, count = _last(reader, found)
+    fault = size_fault(message.info.width, message.info.height, _bytes_of(recording))
+    if fault is not None:
+        raise MapError(fault, source=f"{recording}#{found}")
     occupancy = occupancy_of(message, source=f"{recording}#{found}")
     warnings = [] if not others else [f"took {found}; there are maps on {', '.join(others)} too"]
     return _reading(occupancy, f"rosbag2, last of {count} maps on {found}", warnings)
@@ -98,6 +101,11 @@ def occupancy_of(message: Any, source: str = "") -> Occupancy:
         )
     except MapError as error:
         raise MapError(error.problems, source=source) from error
+
+
+def _bytes_of(recording: Path) -> int:
+    files = recording.iterdir() if recording.is_dir() else (recording,)
+    return sum(file.stat().st_size for file in files)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.images import grey_of, read_grey, size_of
+from marsupial.formats.mapfiles.images import grey_of, read_grey, size_fault, size_of
 
 SHADES = np.array([[0, 100, 200], [50, 150, 255]], dtype=np.uint8)
 
@@ -53,8 +53,41 @@ def test_the_field_and_the_file_that_named_the_image_stand_in_the_error(tmp_path
 def test_more_pixels_than_allowed_are_refused(tmp_path: Path) -> None:
     Image.fromarray(SHADES).save(tmp_path / "a.png")
     assert read_grey(tmp_path / "a.png", max_cells=6).grey.size == 6
-    with pytest.raises(MapError, match="3 x 2 pixels are more than the limit of 5"):
+    with pytest.raises(MapError, match="3 x 2 cells are more than the limit of 5"):
         read_grey(tmp_path / "a.png", max_cells=5)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "message"),
+    [
+        (9999, 9999, "9999 x 9999 cells are more than the limit of 2250000 for a compressed file of 66 bytes: crop"),
+        (1501, 1500, "1501 x 1500 cells are more than the limit of 2250000"),
+        (30_000, 30_000, "30000 x 30000 cells are more than the limit of 100000000: crop the map"),
+    ],
+)
+def test_a_small_file_of_a_huge_map_is_refused_by_its_header(
+    tmp_path: Path, width: int, height: int, message: str
+) -> None:
+    path = tmp_path / "bomb.png"
+    path.write_bytes(png_that_says(width, height))
+    with pytest.raises(MapError, match=f"{message}.*bomb.png"):
+        read_grey(path)
+
+
+@pytest.mark.parametrize(
+    ("cells", "size_bytes", "fault"),
+    [
+        (2_250_000, 50, None),
+        (2_250_001, 99_999, "limit of 2250000 for"),
+        (16_000_000, 100_000, None),
+        (16_000_001, 100_000, "limit of 16000000 for"),
+        (100_000_000, 100_000_000, None),
+        (100_000_001, 100_000_000, "limit of 100000000: crop"),
+    ],
+)
+def test_a_large_map_needs_a_large_file(cells: int, size_bytes: int, fault: str | None) -> None:
+    found = size_fault(cells, 1, size_bytes)
+    assert found == fault if fault is None else fault in str(found)
 
 
 @pytest.mark.parametrize("name", ["a.pgm", "a.png", "a.bmp", "a.jpg"])
