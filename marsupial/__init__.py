@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from marsupial.errors import MarsupialError
     from marsupial.library.exploring import Exploration, explore
     from marsupial.library.metrics import METRICS, Metric
-    from marsupial.library.plans import Plans, plan
+    from marsupial.library.plans import Plans, check, plan
     from marsupial.library.scenarios import scenario
     from marsupial.library.situations import situation_files
     from marsupial.library.up_register import register_with_unified_planning
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from marsupial.model.scenario import Scenario
     from marsupial.model.situation import Situation
     from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
-    from marsupial.planning.checker import check
     from marsupial.sim.sensors import FieldOfView, Sensor
 
 __all__ = [
@@ -47,7 +46,7 @@ _HOMES = {
     "marsupial.errors": ("MarsupialError",),
     "marsupial.library.exploring": ("Exploration", "explore"),
     "marsupial.library.metrics": ("METRICS", "Metric"),
-    "marsupial.library.plans": ("Plans", "plan"),
+    "marsupial.library.plans": ("Plans", "check", "plan"),
     "marsupial.library.scenarios": ("scenario",),
     "marsupial.library.situations": ("situation_files",),
     "marsupial.library.up_register": ("register_with_unified_planning",),
@@ -58,7 +57,6 @@ _HOMES = {
     "marsupial.model.scenario": ("Scenario",),
     "marsupial.model.situation": ("Situation",),
     "marsupial.model.strategy": ("Briefing", "Decision", "PlanningReport", "Strategy"),
-    "marsupial.planning.checker": ("check",),
     "marsupial.sim.sensors": ("FieldOfView", "Sensor"),
 }
 """The module that each name is in (PEP 562: nothing is imported before it is used)."""

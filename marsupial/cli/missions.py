@@ -74,9 +74,9 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     for text in oddities:
         warn(text)
     from marsupial.cli.display.progress import progress
-    from marsupial.cli.mission_log import MissionLog
     from marsupial.library.first_use import STAND_IN, prepare_mission
     from marsupial.library.missions import simulate
+    from marsupial.library.recording import LogFile
     from marsupial.mission.observer import Observers
 
     here = request.server is None
@@ -84,7 +84,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     with ExitStack() as stack:
         observers: list[Observer] = [stack.enter_context(progress())]
         if request.log is not None:
-            observers.append(stack.enter_context(MissionLog(request.log)))
+            observers.append(stack.enter_context(LogFile(request.log)))
         run: Callable[..., Summary]
         if request.server is None:
             run = partial(simulate, cancelled=stack.enter_context(asked_to_stop()))

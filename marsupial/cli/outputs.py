@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from marsupial.errors import UsageError
-from marsupial.formats.files import replace_file
+from marsupial.formats.files import reason, replace_file, writing
+
+__all__ = ["make_folder", "write_bytes", "write_file", "writing"]
 
 
 def write_file(path: Path, text: str) -> None:
@@ -31,19 +31,4 @@ def make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise UsageError(f"can't make the folder {path}: {_reason(error)}") from error
-
-
-@contextmanager
-def writing(path: Path | str) -> Iterator[None]:
-    """Turn what the system says against writing to `path` inside into a `UsageError`."""
-    try:
-        yield
-    except BrokenPipeError:  # who reads has read enough
-        raise
-    except OSError as error:
-        raise UsageError(f"can't write {path}: {_reason(error)}") from error
-
-
-def _reason(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()
+        raise UsageError(f"can't make the folder {path}: {reason(error)}") from error

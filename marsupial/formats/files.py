@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from marsupial.errors import InputError
+from marsupial.errors import InputError, UsageError
 
 NO_SUCH_FILE = "no such file"
 
@@ -27,7 +27,7 @@ def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
     except (FileNotFoundError, NotADirectoryError):
         return NO_SUCH_FILE
     except (OSError, ValueError) as error:
-        return f"can't be read ({_reason(error)})"
+        return f"can't be read ({reason(error)})"
     if stat.S_ISDIR(status.st_mode):
         return "is a directory, not a file"
     if not stat.S_ISREG(status.st_mode):
@@ -51,7 +51,7 @@ def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTE
             with path.open("rb") as file:
                 data = file.read(limit_bytes + 1)
         except OSError as failure:
-            fault = f"can't be read ({_reason(failure)})"
+            fault = f"can't be read ({reason(failure)})"
         else:
             if len(data) <= limit_bytes:
                 return data
@@ -83,6 +83,17 @@ def replace_file(path: Path, data: bytes) -> None:
 
 
 @contextmanager
+def writing(path: Path | str) -> Iterator[None]:
+    """Turn what the system says against writing to `path` inside into a `UsageError`."""
+    try:
+        yield
+    except BrokenPipeError:  # who reads has read enough
+        raise
+    except OSError as error:
+        raise UsageError(f"can't write {path}: {reason(error)}") from error
+
+
+@contextmanager
 def about(path: Path) -> Iterator[None]:
     """Name the file in every problem found inside."""
     try:
@@ -91,5 +102,6 @@ def about(path: Path) -> Iterator[None]:
         raise type(error)(error.problems, source=str(path)) from error
 
 
-def _reason(error: OSError | ValueError) -> str:
+def reason(error: OSError | ValueError) -> str:
+    """Return what the system says is wrong, in small letters."""
     return str(getattr(error, "strerror", None) or error).lower()

@@ -5,9 +5,6 @@ It imports no compiled code, so that a wrong option is refused at once.
 
 from __future__ import annotations
 
-import math
-
-from marsupial.errors import UsageError
 from marsupial.model.planning import NO_PLANNER, Budget, Engine
 from marsupial.model.strategy import Strategy
 from marsupial.strategies.registry import asks_planner
@@ -24,10 +21,8 @@ def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DE
     Raises
     ------
     UsageError
-        If both are given, or one that is not positive and finite.
+        If both are given, or one that is no number, or not positive and finite.
     """
-    if seconds is not None and not math.isfinite(seconds):
-        raise UsageError(f"a budget must be finite, got {seconds}")
     if seconds is None and steps is None:
         return Budget(seconds=default_s)
     return Budget(seconds=seconds, steps=steps)

@@ -9,6 +9,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from marsupial.formats.files import writing
+from marsupial.library.arguments import planner_argument, sensor_argument, strategy_argument
 from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for
 from marsupial.library.first_use import prepare_mission
 from marsupial.library.metrics import METRICS, Summary
@@ -17,6 +19,8 @@ from marsupial.library.recording import LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observers
 from marsupial.mission.rebuild import moment_at
+from marsupial.model.arguments import number, target, whole
+from marsupial.model.bounds import BOUNDS
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Engine
 from marsupial.model.scenario import Scenario
@@ -59,11 +63,18 @@ class Exploration(Summary):
         return mission_figure(self.events, self)
 
     def save_replay(self, path: str | PathLike[str]) -> Path:
-        """Write one HTML page that replays the mission and needs nothing else; return its path."""
+        """Write one HTML page that replays the mission and needs nothing else; return its path.
+
+        Raises
+        ------
+        UsageError
+            If it can't be written there.
+        """
         from marsupial.replay.page import replay_page
 
-        page = Path(path)
-        page.write_text(replay_page(self.events), encoding="utf-8", newline="\n")
+        page = target("path", path)
+        with writing(page):
+            page.write_text(replay_page(self.events), encoding="utf-8", newline="\n")
         return page
 
     def situation(self, at_s: float = 0.0) -> Situation:
@@ -72,9 +83,10 @@ class Exploration(Summary):
         Raises
         ------
         UsageError
-            If the mission was over before.
+            If the mission was over before, or `at_s` is no time.
         """
-        return moment_at(self.events, round(1000 * at_s)).survey().situation
+        at_ms = round(1000 * number("at_s", at_s, BOUNDS["remaining_s"]))
+        return moment_at(self.events, at_ms).survey().situation
 
     def __repr__(self) -> str:
         told = ", ".join(f"{METRICS[key].title} {METRICS[key].shown(self)}" for key in SHOWN[:4])
@@ -127,14 +139,17 @@ def explore(
     ScenarioError, MapError
         If there is no such scenario, or the team can't be placed in it.
     EngineUnavailable, UsageError
-        If strategy, planner, budget or sensor can't be used as asked.
+        If an argument can't be used as asked: the error names it. What a strategy, planner or sensor of yours raises
+        comes through as it is.
     """
+    limit, seed = budget_of(budget, steps), whole("seed", seed, BOUNDS["seed"])
+    strategy, planner, sensor = strategy_argument(strategy), planner_argument(planner), sensor_argument(sensor)
+    written = None if log is None else target("log", log)
     place = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
-    limit = budget_of(budget, steps)
     asked = planner_for(strategy, planner)
     prepare_mission(place, strategy, asked)()
     recorder = Recorder()
-    with nullcontext() if log is None else LogFile(Path(log)) as file:
+    with nullcontext() if written is None else LogFile(written) as file:
         summary = simulate(
             place,
             strategy=strategy,
@@ -145,5 +160,5 @@ def explore(
             sensor=sensor,
         )
     told = {each.name: getattr(summary, each.name) for each in fields(Summary)}
-    told["log"] = None if log is None else Path(log)
+    told["log"] = written
     return Exploration(**told, events=tuple(recorder.events))

@@ -5,8 +5,7 @@ What `marsupial.explore`, ``marsupial run`` and every comparison call.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from numbers import Integral
+from collections.abc import Callable
 from time import perf_counter
 
 from marsupial.errors import UsageError
@@ -66,9 +65,9 @@ def simulate(
     """
     began = perf_counter()
     strategy = registry.current_name(strategy) if isinstance(strategy, str) else strategy
-    decider = None if strategy == CLAIRVOYANT else _strategy(strategy, planner, budget)
+    decider = None if strategy == CLAIRVOYANT else _decider(strategy, planner, budget)
     registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
-    robots = place_team(scenario, _whole(seed))
+    robots = place_team(scenario, seed)
     kinds = {kind.name: kind for kind in scenario.robot_types}
     if decider is None and sensor is not None:
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
@@ -101,27 +100,8 @@ def simulate(
     )
 
 
-def _strategy(wanted: str | Strategy, planner: str | Engine, budget: Budget) -> Strategy:
-    if isinstance(wanted, type):
-        raise UsageError(f"a strategy must be a name or an object, not the class {wanted.__name__}")
-    if not isinstance(planner, str):
-        _check_parts("planner", planner, ("info", "solve"))
-    if isinstance(wanted, str):
-        return registry.strategy(wanted, planner=planner, budget=budget)
-    _check_parts("strategy", wanted, ("name", "decide"))
-    return wanted
-
-
-def _check_parts(what: str, given: object, parts: Sequence[str]) -> None:
-    missing = [part for part in parts if not hasattr(given, part)]
-    if missing:
-        raise UsageError(f"{what}: {type(given).__name__} has no {' and no '.join(missing)}")
-
-
-def _whole(seed: object) -> int:
-    if not isinstance(seed, Integral) or int(seed) < 0:
-        raise UsageError(f"seed: must be a whole number, 0 or more, got {seed!r}")
-    return int(seed)
+def _decider(wanted: str | Strategy, planner: str | Engine, budget: Budget) -> Strategy:
+    return registry.strategy(wanted, planner=planner, budget=budget) if isinstance(wanted, str) else wanted
 
 
 class _Reports(Observer):

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
+from marsupial.library.arguments import planner_argument
 from marsupial.library.choices import DEFAULT_PLANNER, budget_of
 from marsupial.library.first_use import prepare_planner
 from marsupial.library.situations import situation_of
-from marsupial.model.plan import Plan
+from marsupial.model.arguments import instance
+from marsupial.model.plan import Plan, checked_plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
+from marsupial.planning import checker
+from marsupial.planning.checker import Verdict
 from marsupial.planning.engines import engine
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.local_search.bounds import makespan_bound_ms
@@ -130,11 +134,35 @@ def plan(
         If the planner or budget can't be used as asked; when the first plan is asked for.
     """
     limit = budget_of(budget if steps is None else None, steps)
-    found = engine(planner) if isinstance(planner, str) else planner
+    asked = planner_argument(planner)
+    found = engine(asked) if isinstance(asked, str) else asked
     wanted = situation_of(situation)
     if isinstance(planner, str) and found.info.missing is None:
         prepare_planner(planner)()
     return Plans(wanted, found, limit)
+
+
+def check(situation: Situation, plan: Plan, *, targets: frozenset[str] | None = None) -> Verdict:
+    """Check that `plan` can be carried out in `situation` and reaches the goal.
+
+    Parameters
+    ----------
+    targets
+        Names of the targets it has to explore; None: all of the situation. The other goals are the situation's.
+
+    Returns
+    -------
+    Verdict
+        With the first violation in time; among actions that start together, the first in the order of the plan.
+
+    Raises
+    ------
+    UsageError
+        If an argument is of the wrong type.
+    """
+    if targets is not None:
+        instance("targets", targets, frozenset)
+    return checker.check(instance("situation", situation, Situation), checked_plan("plan", plan), targets=targets)
 
 
 def asking(engine: Engine, situation: Situation, budget: Budget) -> Generator[Improved | Finished]:

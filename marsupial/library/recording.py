@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
+from marsupial.formats.files import writing
 from marsupial.formats.missionlog import LogWriter
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import MissionEvent
@@ -22,7 +23,10 @@ class Recorder(Observer):
 
 
 class LogFile(Observer):
-    """Writes the log as the mission goes; the file is not touched before the mission starts."""
+    """Writes the log as the mission goes; the file is not touched before the mission starts.
+
+    What can't be written raises a `UsageError`.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -33,10 +37,12 @@ class LogFile(Observer):
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stack.close()
+        with writing(self.path):
+            self._stack.close()
 
     def event(self, event: MissionEvent) -> None:
         """Write an event."""
-        if self._writer is None:
-            self._writer = self._stack.enter_context(LogWriter(self.path))
-        self._writer.write(event)
+        with writing(self.path):
+            if self._writer is None:
+                self._writer = self._stack.enter_context(LogWriter(self.path))
+            self._writer.write(event)

@@ -20,6 +20,8 @@ from marsupial.generators.builtin import (
     bare_map_scenario,
     builtin_scenario,
 )
+from marsupial.model.arguments import path as path_argument
+from marsupial.model.arguments import whole
 from marsupial.model.mapreading import MapReading
 from marsupial.model.scenario import Scenario
 
@@ -39,8 +41,13 @@ def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rov
     ------
     ScenarioError, MapError
         If there is no such scenario or it can't be used.
+    UsageError
+        If an argument is no path, or no whole number.
     """
-    found = load_scenario(str(name_or_path), carriers, rovers)
+    given = path_argument("scenario", name_or_path)
+    carriers = None if carriers is None else whole("carriers", carriers)
+    rovers = None if rovers is None else whole("rovers", rovers)
+    found = load_scenario(str(name_or_path if isinstance(name_or_path, str) else given), carriers, rovers)
     for text in found.warnings():
         warnings.warn(text, stacklevel=2)
     return found.scenario

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 from marsupial.errors import SituationError
 from marsupial.formats.files import about, read_text
 from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
 from marsupial.formats.situation import situation_from_json, situation_to_json
+from marsupial.model.arguments import instance, text
+from marsupial.model.arguments import path as path_argument
 from marsupial.model.situation import Situation
 
 
@@ -26,11 +27,15 @@ def situation_of(source: Situation | Mapping[str, Any] | str | PathLike[str]) ->
     if isinstance(source, Situation):
         return source
     if isinstance(source, Mapping):
-        return situation_from_json(json.dumps(source))
-    path = Path(source)
-    text = read_text(path, SituationError)
+        try:
+            written = json.dumps(dict(source))
+        except (TypeError, ValueError, RecursionError) as error:
+            raise SituationError(f"can't be written as JSON ({error})") from error
+        return situation_from_json(written)
+    path = path_argument("situation", source)
+    content = read_text(path, SituationError)
     with about(path):
-        return read_problem(text) if path.suffix.lower() == ".pddl" else situation_from_json(text)
+        return read_problem(content) if path.suffix.lower() == ".pddl" else situation_from_json(content)
 
 
 def situation_files(situation: Situation, name: str = "exploration") -> dict[str, str]:
@@ -41,8 +46,9 @@ def situation_files(situation: Situation, name: str = "exploration") -> dict[str
     name
         Of the PDDL problem.
     """
+    instance("situation", situation, Situation)
     return {
         "situation.json": situation_to_json(situation),
         "domain.pddl": domain_text(),
-        "problem.pddl": problem_text(situation, name=name),
+        "problem.pddl": problem_text(situation, name=text("name", name)),
     }

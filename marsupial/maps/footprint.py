@@ -91,7 +91,6 @@ class Footprint:
         self.standable.ravel()[opened] = True
         self.opened.add(opened)
 
-
     def _most_under(self, cells: Ints, shape: tuple[int, ...]) -> int:
         """Return a number of cells that discs round `cells` do not go beyond: those in all rows they touch at most."""
         if not len(cells):

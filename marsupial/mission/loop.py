@@ -40,7 +40,7 @@ from marsupial.model.plan import Action, Plan
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.situation import SituationGoal
-from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.model.strategy import Briefing, Decision, Strategy, checked_decision
 from marsupial.model.world import News, RobotReport, World
 from marsupial.native import native
 from marsupial.planning.checker import check
@@ -224,6 +224,7 @@ class Mission:
                 },
             )
         )
+        checked_decision(self._strategy.name, decision)
         self._observer.planned(decision.report)
         return decision
 

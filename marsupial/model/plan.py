@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from marsupial.model.arguments import instance, text, whole
+
 EPSILON_MS = 1
 
 
@@ -87,3 +89,26 @@ class Plan:
     def of_robot(self, robot: str) -> tuple[Action, ...]:
         """Return the actions `robot` takes part in, in order."""
         return tuple(action for action in self.actions if robot in action.robots)
+
+
+def checked_plan(name: str, value: object) -> Plan:
+    """Return a plan that somebody else's code made, once all of it is of the types that it has to be.
+
+    Raises
+    ------
+    UsageError
+        Naming what is not; `name` says what the plan is.
+    """
+    plan = instance(name, value, Plan)
+    for i, each in enumerate(instance(f"{name}.actions", plan.actions, tuple)):
+        at = f"{name}.actions[{i}]"
+        action = instance(at, each, Action)
+        instance(f"{at}.name", action.name, ActionName)
+        for key in ("robot", "place"):
+            text(f"{at}.{key}", getattr(action, key))
+        for key in ("carrier", "origin"):
+            if getattr(action, key) is not None:
+                text(f"{at}.{key}", getattr(action, key))
+        for key in ("start_ms", "duration_ms"):
+            whole(f"{at}.{key}", getattr(action, key))
+    return plan

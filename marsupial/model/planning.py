@@ -6,18 +6,24 @@ An engine is a callable object behind the `Engine` protocol: it streams every im
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
 from marsupial.errors import UsageError
+from marsupial.model.arguments import number, whole
+from marsupial.model.bounds import BOUNDS, Bound
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName
 from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
 NO_PLANNER = "none"
 """Stands for the planner of strategies that ask none."""
+
+
+_POSITIVE = Bound(0, math.inf, "s", above=True)
 
 
 class Outcome(StrEnum):
@@ -44,8 +50,10 @@ class Budget:
     def __post_init__(self) -> None:
         if (self.seconds is None) == (self.steps is None):
             raise UsageError("a budget is either a number of seconds or a number of steps")
-        if (self.seconds is not None and not self.seconds > 0) or (self.steps is not None and self.steps <= 0):
-            raise UsageError(f"a budget must be positive, got {self.seconds if self.steps is None else self.steps}")
+        if self.seconds is not None:
+            object.__setattr__(self, "seconds", number("budget", self.seconds, _POSITIVE))
+        if self.steps is not None:
+            object.__setattr__(self, "steps", whole("steps", self.steps, BOUNDS["budget_steps"]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from marsupial.model.plan import Action, Plan
+from marsupial.model.arguments import instance
+from marsupial.model.plan import Action, Plan, checked_plan
 from marsupial.model.planning import Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.unseen import Unseen
@@ -65,6 +66,20 @@ class Decision:
 
     plan: Plan
     report: PlanningReport = PlanningReport(planner="none", outcome=Outcome.SATISFICING, wall_s=0.0)
+
+
+def checked_decision(name: str, value: object) -> Decision:
+    """Return what a strategy of that name decided, once it is a decision.
+
+    Raises
+    ------
+    UsageError
+        Naming what is not of the type that it has to be.
+    """
+    decision = instance(f"strategy {name}: what decide returns", value, Decision)
+    checked_plan(f"strategy {name}: Decision.plan", decision.plan)
+    instance(f"strategy {name}: Decision.report", decision.report, PlanningReport)
+    return decision
 
 
 class Strategy(Protocol):

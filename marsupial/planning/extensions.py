@@ -2,13 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Container, Generator, Iterable, Iterator
 from dataclasses import replace
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from marsupial.errors import EngineUnavailable
 from marsupial.extensions import ENGINES, Extension, extension, extensions
-from marsupial.model.planning import Engine, EngineInfo
+from marsupial.model.arguments import refuse
+from marsupial.model.plan import checked_plan
+from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved
+from marsupial.model.situation import Situation
+
+
+class CheckedEngine:
+    """Holds an engine of somebody else's to what engines yield."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    @property
+    def info(self) -> EngineInfo:
+        """What it is and whether it can be used on this machine."""
+        return self._engine.info
+
+    def solve(self, situation: Situation, budget: Budget, **options: Any) -> Iterator[Improved | Finished]:
+        """Yield what the engine yields, once it is what it has to be."""
+        events: object = self._engine.solve(situation, budget, **options)
+        if not isinstance(events, Iterable):
+            refuse(f"planner {self.info.name}: solve", "an iterator of Improved and Finished", events)
+        try:
+            for event in events:
+                if not isinstance(event, Improved | Finished):
+                    refuse(f"planner {self.info.name}: what solve yields", "Improved or Finished", event)
+                if isinstance(event, Improved):
+                    checked_plan(f"planner {self.info.name}: Improved.plan", event.plan)
+                yield event
+        finally:
+            if isinstance(events, Generator):
+                events.close()
 
 
 class Missing:
@@ -44,4 +75,4 @@ def _made(found: Extension) -> Engine:
         return Missing(found.name, found.package, str(error))
     except Exception as error:  # other people's code
         return Missing(found.name, found.package, f"can't be made: {type(error).__name__}: {error}")
-    return engine
+    return CheckedEngine(engine)

@@ -33,7 +33,7 @@ from marsupial.model.grid import CellArray, Mask
 MAX_CELLS = 100_000_000
 """Most cells a map may have."""
 
-SMALL_BYTES, SMALL_CELLS = 100_000, 2_250_000
+SMALL_BYTES, SMALL_CELLS = 100_000, 2_125_000
 """Most cells of a map whose compressed file is smaller than that: a mission on them takes less than 500 MB."""
 
 CELLS_PER_BYTE = 160

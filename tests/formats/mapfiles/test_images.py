@@ -60,8 +60,8 @@ def test_more_pixels_than_allowed_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("width", "height", "message"),
     [
-        (9999, 9999, "9999 x 9999 cells are more than the limit of 2250000 for a compressed file of 66 bytes: crop"),
-        (1501, 1500, "1501 x 1500 cells are more than the limit of 2250000"),
+        (9999, 9999, "9999 x 9999 cells are more than the limit of 2125000 for a compressed file of 66 bytes: crop"),
+        (1459, 1457, "1459 x 1457 cells are more than the limit of 2125000"),
         (30_000, 30_000, "30000 x 30000 cells are more than the limit of 100000000: crop the map"),
     ],
 )
@@ -77,8 +77,8 @@ def test_a_small_file_of_a_huge_map_is_refused_by_its_header(
 @pytest.mark.parametrize(
     ("cells", "size_bytes", "fault"),
     [
-        (2_250_000, 50, None),
-        (2_250_001, 99_999, "limit of 2250000 for"),
+        (2_125_000, 50, None),
+        (2_125_001, 99_999, "limit of 2125000 for"),
         (16_000_000, 100_000, None),
         (16_000_001, 100_000, "limit of 16000000 for"),
         (100_000_000, 100_000_000, None),

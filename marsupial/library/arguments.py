@@ -1,0 +1,48 @@
+"""Strategies, planners and sensors that are passed as objects, held to what they have to be."""
+
+from __future__ import annotations
+
+from marsupial.errors import UsageError
+from marsupial.model.arguments import refuse, text
+from marsupial.model.planning import Engine, EngineInfo
+from marsupial.model.strategy import Strategy
+from marsupial.planning.extensions import CheckedEngine
+from marsupial.sim.sensors import Sensor
+
+
+def strategy_argument(value: str | Strategy) -> str | Strategy:
+    """Return a strategy, or the name of one."""
+    if isinstance(value, str):
+        return text("strategy", value)
+    _check_parts("strategy", value, "name", "decide")
+    text("strategy: name", value.name)
+    return value
+
+
+def planner_argument(value: str | Engine) -> str | Engine:
+    """Return the name of an engine, or an engine whose events are checked."""
+    if isinstance(value, str):
+        return text("planner", value)
+    _check_parts("planner", value, "info", "solve")
+    if not isinstance(value.info, EngineInfo):
+        refuse("planner: info", "an EngineInfo", value.info)
+    text("planner: info.name", value.info.name)
+    return CheckedEngine(value)
+
+
+def sensor_argument(value: Sensor | None) -> Sensor | None:
+    """Return a sensor, or None."""
+    if value is not None:
+        _check_parts("sensor", value, "visible")
+    return value
+
+
+def _check_parts(name: str, value: object, *parts: str) -> None:
+    """Check that an object has these parts; the last one is a method."""
+    if isinstance(value, type):
+        raise UsageError(f"{name}: must be an object, not the class {value.__name__}")
+    missing = [part for part in parts if not hasattr(value, part)]
+    if missing:
+        raise UsageError(f"{name}: {type(value).__name__} has no {' and no '.join(missing)}")
+    if not callable(getattr(value, parts[-1])):
+        refuse(f"{name}: {parts[-1]}", "a method", getattr(value, parts[-1]))

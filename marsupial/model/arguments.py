@@ -1,0 +1,94 @@
+"""Arguments of the Python API: held to their types and bounds, with an error that names the argument.
+
+Numbers of numpy count as what they are and come back as plain ones, so that results can be written as JSON. A boolean
+is no number, and a number has to be finite.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import reprlib
+from numbers import Integral, Real
+from pathlib import Path
+from typing import NoReturn, TypeVar
+
+from marsupial.errors import UsageError
+from marsupial.model.bounds import MOST, Bound
+
+T = TypeVar("T")
+
+ANY = Bound(-math.inf, math.inf)
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = 60
+
+
+def whole(name: str, value: object, bound: Bound = ANY) -> int:
+    """Return a whole number within the bound as an int."""
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        refuse(name, "a whole number", value)
+    plain = int(value)
+    if abs(plain) > MOST:  # as long as Python may not write it
+        refuse(name, f"at most {MOST:g}", float("inf") if plain > 0 else float("-inf"))
+    return _within(name, plain, bound)
+
+
+def number(name: str, value: object, bound: Bound = ANY) -> float:
+    """Return a finite number within the bound as a float."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        refuse(name, "a number", value)
+    try:
+        plain = float(value)
+    except OverflowError:
+        plain = math.inf
+    if not math.isfinite(plain):
+        refuse(name, "finite", value)
+    return _within(name, plain, bound)
+
+
+def text(name: str, value: object) -> str:
+    """Return a text that is not blank."""
+    if not isinstance(value, str) or not value.strip():
+        refuse(name, "a text", value)
+    return str(value)
+
+
+def path(name: str, value: object) -> Path:
+    """Return a path that was given as a text or a path."""
+    try:
+        given = os.fspath(value) if isinstance(value, str | os.PathLike) else None
+    except TypeError:
+        given = None
+    if not isinstance(given, str) or not given or "\0" in given:
+        refuse(name, "a path", value)
+    return Path(given)
+
+
+def target(name: str, value: object) -> Path:
+    """Return the path of a file to be written: it is no folder, and in one that is there."""
+    file = path(name, value)
+    if os.path.isdir(file):
+        raise UsageError(f"{name}: can't write {file}: is a directory")
+    if not os.path.isdir(file.parent):
+        raise UsageError(f"{name}: can't write {file}: there is no folder {file.parent}")
+    return file
+
+
+def instance(name: str, value: object, kind: type[T]) -> T:
+    """Return a value of that type."""
+    if not isinstance(value, kind):
+        refuse(name, f"of type {kind.__name__}", value)
+    return value
+
+
+def refuse(name: str, wanted: str, value: object) -> NoReturn:
+    """Raise a `UsageError`: an argument has to be something else."""
+    raise UsageError(f"{name}: must be {wanted}, got {_SHORT.repr(value)}")
+
+
+def _within(name: str, value: T, bound: Bound) -> T:
+    fault = bound.fault(value)  # type: ignore[arg-type]
+    if fault is not None:
+        raise UsageError(f"{name}: {fault}")
+    return value
