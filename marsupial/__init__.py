@@ -33,13 +33,14 @@ if TYPE_CHECKING:
     from marsupial.model.scenario import Scenario
     from marsupial.model.situation import Situation
     from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
+    from marsupial.model.strategyinfo import StrategyInfo
     from marsupial.sim.sensors import FieldOfView, Sensor
 
 __all__ = [
     "METRICS", "Action", "ActionName", "Briefing", "Budget", "Cell", "Decision", "Engine", "EngineInfo",
     "Exploration", "FieldOfView", "Finished", "Grid", "Improved", "MarsupialError", "Metric", "Outcome", "Plan",
-    "PlanningReport", "Plans", "RobotType", "Scenario", "Sensor", "Situation", "Strategy", "__version__", "check",
-    "explore", "plan", "register_with_unified_planning", "scenario", "situation_files",
+    "PlanningReport", "Plans", "RobotType", "Scenario", "Sensor", "Situation", "Strategy", "StrategyInfo",
+    "__version__", "check", "explore", "plan", "register_with_unified_planning", "scenario", "situation_files",
 ]  # fmt: skip
 
 _HOMES = {
@@ -57,6 +58,7 @@ _HOMES = {
     "marsupial.model.scenario": ("Scenario",),
     "marsupial.model.situation": ("Situation",),
     "marsupial.model.strategy": ("Briefing", "Decision", "PlanningReport", "Strategy"),
+    "marsupial.model.strategyinfo": ("StrategyInfo",),
     "marsupial.sim.sensors": ("FieldOfView", "Sensor"),
 }
 """The module that each name is in (PEP 562: nothing is imported before it is used)."""

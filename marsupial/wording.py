@@ -1,6 +1,12 @@
-"""How times and numbers of things are told to people, wherever they are told."""
+"""How times, numbers of things and unknown names are told to people, wherever they are told."""
 
 from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Iterable
+
+_LONGEST_TYPED, _MOST_TYPOS, _MOST_OPTIONS = 30, 10, 60
+"""What is compared to find the word that was meant: the time for it goes with length, square, and number of words."""
 
 
 def clock(seconds: float) -> str:
@@ -13,3 +19,18 @@ def clock(seconds: float) -> str:
 def counted(number: int, noun: str) -> str:
     """Return a number of things, as ``1 mission`` or ``2 missions``."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def suggestion(word: str, options: Iterable[str]) -> str:
+    """Return ``, did you mean 'speed_mps'?`` where one of `options` is close to `word`, else nothing."""
+    near = [option for option in sorted(options) if abs(len(option) - len(word)) <= _MOST_TYPOS]
+    if len(word) > _LONGEST_TYPED or len(near) > _MOST_OPTIONS:
+        return ""
+    close = difflib.get_close_matches(word.lower(), near, n=1)
+    return f", did you mean {close[0]!r}?" if close else ""
+
+
+def unknown_name(what: str, word: str, options: Collection[str]) -> str:
+    """Return that `word` is none of `options`, with the one that it may have been meant for, and all that there are."""
+    hint = suggestion(word, options)
+    return f"unknown {what} {word!r}{hint}{' There' if hint else '; there'} are {', '.join(options)}"

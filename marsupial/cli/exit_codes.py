@@ -31,6 +31,9 @@ INVALID_PLAN = 6
 INTERNAL = 70
 INTERRUPTED = 130
 
+READER_LEFT = 141
+"""Who read stdout or stderr has left (`| head`): as shells tell of commands that SIGPIPE has ended."""
+
 ERROR_CODES: Mapping[type[MarsupialError], int] = {
     InputError: INVALID_INPUT,
     MapError: INVALID_INPUT,

@@ -7,11 +7,12 @@ to end at its next event first, so that it can write its stop report; a second s
 from __future__ import annotations
 
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+from marsupial.cli.display.messages import say
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -43,7 +44,7 @@ def stop_requests() -> Iterator[Callable[[], int]]:
     def note(number: int, frame: FrameType | None) -> None:
         asked.append(number)
         if len(asked) == 1:
-            print(ENDING, file=sys.stderr)
+            say(ENDING)
 
     with _handling(note):
         yield lambda: len(asked)
@@ -58,7 +59,7 @@ def asked_to_stop() -> Iterator[Callable[[], bool]]:
         if asked.is_set():
             raise Interrupted
         asked.set()
-        print(ENDING, file=sys.stderr)
+        say(ENDING)
 
     with _handling(note):
         yield asked.is_set

@@ -6,6 +6,7 @@ into one line per problem on stderr and an exit code (`marsupial.cli.exit_codes`
 
 from __future__ import annotations
 
+import errno
 import sys
 import tempfile
 import traceback
@@ -30,11 +31,15 @@ from marsupial.cli.commands.run import run
 from marsupial.cli.commands.scenarios import scenarios
 from marsupial.cli.commands.serve import serve
 from marsupial.cli.commands.store import store
+from marsupial.cli.commands.strategies import strategies
 from marsupial.cli.commands.validate import validate
-from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED
+from marsupial.cli.display.messages import Volume, complain, set_volume
+from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT
 from marsupial.cli.interrupt import Interrupted, interruptible
 from marsupial.cli.late_help import LateHelp
-from marsupial.errors import InternalError, MarsupialError
+from marsupial.cli.outputs import reason
+from marsupial.cli.streams import fault_of, open_closed, settled
+from marsupial.errors import InternalError, MarsupialError, UsageError
 
 app = typer.Typer(
     add_completion=False,
@@ -43,6 +48,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 @dataclass(slots=True)
@@ -78,6 +86,7 @@ app.command()(plan)
 app.command()(export)
 app.command()(validate)
 app.command("map")(describe_map)
+app.command()(strategies)
 app.command()(planners)
 app.command()(scenarios)
 app.add_typer(bench, name="bench")
@@ -89,19 +98,35 @@ app.add_typer(serve, name="serve")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit code; `arguments` are those of the process if None."""
+    open_closed()
+    set_volume(Volume.NORMAL)
+    try:
+        code = _run(arguments)
+    except BrokenPipeError:
+        code = READER_LEFT
+    return settled(code)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     settings = ProgramOptions()
     try:
         with interruptible():
             app(args=arguments, prog_name="marsupial", obj=settings)
     except SystemExit as leaving:
+        if isinstance(leaving.__context__, BrokenPipeError):  # typer and rich leave with a code of theirs
+            return READER_LEFT
         return leaving.code if isinstance(leaving.code, int) else DONE
     except (Interrupted, KeyboardInterrupt):
-        print("interrupted", file=sys.stderr)
+        complain("interrupted")
         return INTERRUPTED
     except MarsupialError as error:
         if not isinstance(error, InternalError):
             return _refuse(error)
         return _confess(error, settings.debug)
+    except OSError as error:
+        if error.errno not in DISK_FULL and fault_of(sys.stdout) is None:
+            return _confess(error, settings.debug)
+        return _refuse(UsageError(f"can't write: {reason(error)}"))  # help, as typer prints it; a temporary file
     except Exception as error:
         return _confess(error, settings.debug)
     return DONE
@@ -109,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _refuse(error: MarsupialError) -> int:
     for line in str(error).splitlines():
-        print(f"error: {line}", file=sys.stderr)
+        complain(f"error: {line}")
     return next(ERROR_CODES[kind] for kind in type(error).__mro__ if kind in ERROR_CODES)
 
 
@@ -119,9 +144,9 @@ def _confess(error: Exception, debug: bool) -> int:
     line = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
     kept = None if debug else _keep(text)
     if kept is None:
-        print(text, line, sep="", file=sys.stderr)
+        complain(text + line)
     else:
-        print(f"{line}; this is a bug, its traceback is in {kept}", file=sys.stderr)
+        complain(f"{line}; this is a bug, its traceback is in {kept}")
     return INTERNAL
 
 

@@ -26,6 +26,7 @@ from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, with
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import current_name, is_strategy, strategy_names
+from marsupial.wording import unknown_name
 
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
@@ -117,8 +118,7 @@ def strategy_name(asked: str) -> str:
     """
     name = current_name(asked)
     if name != CLAIRVOYANT and not is_strategy(name):
-        known = ", ".join((*strategy_names(), CLAIRVOYANT))
-        raise UsageError(f"unknown strategy {name!r}; there are {known}")
+        raise UsageError(unknown_name("strategy", name, (*strategy_names(), CLAIRVOYANT)))
     if name != asked:
         warn(f"strategy {asked} is now called {name}; the old name still works")
     return name

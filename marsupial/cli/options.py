@@ -2,9 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
+
+from marsupial.cli.display.messages import Volume, set_volume, volume
+from marsupial.errors import UsageError
+
+
+def _chooses(wanted: Volume) -> Callable[[bool], None]:
+    def choose(asked: bool) -> None:
+        if not asked:
+            return
+        if volume() not in (Volume.NORMAL, wanted):
+            raise UsageError("--quiet and --verbose: only one of them")
+        set_volume(wanted)
+
+    return choose
+
+
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", callback=_chooses(Volume.QUIET), expose_value=False, help="Tell nothing but errors."),
+]
+Verbose = Annotated[
+    bool,
+    typer.Option(
+        "--verbose", "-v", callback=_chooses(Volume.VERBOSE), expose_value=False, help="Tell each step of what goes on."
+    ),
+]
 
 Planner = Annotated[
     str | None, typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto].")

@@ -8,7 +8,6 @@ A boolean is not a number, and a number has to be finite.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 import reprlib
@@ -17,14 +16,12 @@ from typing import Any
 
 from marsupial.errors import InputError, Problem
 from marsupial.model.bounds import BOUNDS, LONGEST_NAME, MOST, Bound
+from marsupial.wording import suggestion
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxlong = 60
 
 FINITE = Bound(-math.inf, math.inf)
-
-_LONGEST_TYPED, _MOST_TYPOS, _MOST_OPTIONS = 30, 10, 40
-"""What is compared to find the word that was meant: the time for it goes with length, square, and number of words."""
 
 _DECIMAL_COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+)\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
@@ -222,15 +219,6 @@ class Fields(Notes):
 def unknown(what: str, word: str, options: Iterable[str]) -> str:
     """Return that `word` is none of `options`, with the one that it may have been meant for."""
     return f"unknown {what} {word!r}{suggestion(word, options)}"
-
-
-def suggestion(word: str, options: Iterable[str]) -> str:
-    """Return ``, did you mean 'speed_mps'?`` where one of `options` is close to `word`, else nothing."""
-    near = [option for option in sorted(options) if abs(len(option) - len(word)) <= _MOST_TYPOS]
-    if len(word) > _LONGEST_TYPED or len(near) > _MOST_OPTIONS:
-        return ""
-    close = difflib.get_close_matches(word.lower(), near, n=1)
-    return f", did you mean {close[0]!r}?" if close else ""
 
 
 def shown(value: object) -> str:

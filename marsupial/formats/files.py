@@ -6,6 +6,7 @@ is opened, and never more than the limit is read.
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import stat
@@ -104,4 +105,6 @@ def about(path: Path) -> Iterator[None]:
 
 def reason(error: OSError | ValueError) -> str:
     """Return what the system says is wrong, in small letters."""
+    if isinstance(error, OSError) and error.errno == errno.EBADF:
+        return "it is closed"
     return str(getattr(error, "strerror", None) or error).lower()

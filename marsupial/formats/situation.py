@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.fields import Fields, Notes, shown, suggestion
+from marsupial.formats.fields import Fields, Notes, shown
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.robots import Role
 from marsupial.model.situation import (
@@ -40,6 +40,7 @@ from marsupial.model.situation import (
     TargetInfo,
     TravelTable,
 )
+from marsupial.wording import suggestion
 
 FORMAT, VERSION = "marsupial situation", 1
 

@@ -23,6 +23,7 @@ from marsupial.planning.external.commands import PREFIX, External
 from marsupial.planning.external.decompose import PartSize
 from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.external.tamer import load_tamer, tamer
+from marsupial.wording import unknown_name
 
 
 class DeferredEngine:
@@ -91,8 +92,9 @@ def engine(name: str) -> Engine:
         return External(name)
     found = ENGINES[name]() if name in ENGINES else extension_engine(name, ENGINES)
     if found is None:
-        known = ", ".join(engine_names())
-        raise UsageError(f"unknown planner {name!r}; there are {known}, and '{PREFIX}<command> {{domain}} {{problem}}'")
+        raise UsageError(
+            f"{unknown_name('planner', name, engine_names())}, and '{PREFIX}<command> {{domain}} {{problem}}'"
+        )
     return found
 
 

@@ -7,6 +7,7 @@ them takes none of what they are made of, not even numpy.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING
@@ -14,6 +15,9 @@ from typing import TYPE_CHECKING
 from marsupial import extensions
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.extensions import Extension
+from marsupial.model.strategyinfo import StrategyInfo
+from marsupial.strategies import infos
+from marsupial.wording import unknown_name
 
 if TYPE_CHECKING:
     from marsupial.model.planning import Budget, Engine
@@ -68,7 +72,7 @@ STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Strategy]] = {
 FORMER_NAMES: Mapping[str, str] = {"greedy": "assignment"}
 """What strategies were called once, and what they are called now; `greedy` is a planner."""
 
-PLANNING_STRATEGIES = frozenset({"temporal"})
+PLANNING_STRATEGIES = frozenset(info.name for info in infos.OWN if info.asks_planner)
 """Those that ask a planner."""
 
 
@@ -85,6 +89,15 @@ def is_strategy(name: str) -> bool:
 def strategy_names() -> tuple[str, ...]:
     """Return the names of all strategies: ours first, then those that installed packages bring along."""
     return (*STRATEGIES, *extensions.extension_names(extensions.STRATEGIES, STRATEGIES))
+
+
+def strategy_infos() -> tuple[StrategyInfo, ...]:
+    """Return what there is to say of every strategy: ours, the clairvoyant, those of installed packages, usable or not.
+
+    What an installed package names may say it in an attribute `info`; else it is the first line of its docstring.
+    """
+    others = extensions.extensions(extensions.STRATEGIES, STRATEGIES)
+    return (*infos.OWN, infos.CLAIRVOYANT, *map(_extension_info, others))
 
 
 def asks_planner(name: str) -> bool:
@@ -128,7 +141,7 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
         return FrontierStrategy(with_parameters(frontier_rule(base), parameters), name)
     found = _extension(name)
     if found is None:
-        raise UsageError(f"unknown strategy {name!r}; there are {', '.join(strategy_names())}")
+        raise UsageError(unknown_name("strategy", name, strategy_names()))
     return _made(found, planner, budget)
 
 
@@ -141,6 +154,19 @@ def check_suits(strategy: object, roles: Iterable[Role]) -> None:
 
 def _extension(name: str) -> Extension | None:
     return extensions.extension(extensions.STRATEGIES, name, STRATEGIES)
+
+
+def _extension_info(found: Extension) -> StrategyInfo:
+    name = f"{found.name} ({found.package})" if found.name in STRATEGIES else found.name
+    try:
+        make = found.load()
+    except EngineUnavailable as error:
+        return StrategyInfo(name=name, summary=f"of {found.package}", missing=str(error))
+    told = getattr(make, "info", None)
+    if not isinstance(told, StrategyInfo):
+        summary = (make.__doc__ or f"of {found.package}").strip().splitlines()[0]
+        told = StrategyInfo(name=name, summary=summary)
+    return replace(told, name=name, asks_planner=_asks(make))
 
 
 def _asks(make: object) -> bool:

@@ -8,11 +8,13 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from situations import one_hall
 
 from marsupial.cli import main as program
 from marsupial.cli.interrupt import Interrupted
 from marsupial.cli.main import main
 from marsupial.errors import InternalError
+from marsupial.formats.situation import situation_to_json
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import strategy_names
 
@@ -25,6 +27,7 @@ COMMANDS = (
     "export",
     "validate",
     "map",
+    "strategies",
     "planners",
     "scenarios",
     "bench",
@@ -117,9 +120,12 @@ LIGHT = (
     ["compare", "--help"],
     ["planners"],
     ["scenarios"],
+    ["strategies"],
+    ["strategies", "--json"],
     ["nonsense"],
     ["run", "office", "--nonsense"],
     ["run", "office", "--strategy", "nonsense"],
+    ["reproduce", "nonsense", "--out", "nowhere"],
     ["run", "office", "--planner", "nonsense"],
     ["run", "nonsense"],
     ["compare", "office", "--out", "nowhere", "--strategies", "nonsense"],
@@ -187,7 +193,35 @@ def test_an_interrupted_command_says_so(capsys: pytest.CaptureFixture[str], monk
     assert capsys.readouterr().err == "interrupted\n"
 
 
-def test_the_program_can_be_run_as_a_module() -> None:
-    command = [sys.executable, "-m", program.__name__, "scenarios"]
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        ("runn office", "run"),
+        ("serve kys", "keys"),
+        ("bench pathz", "paths"),
+        ("run office --plannr greedy", "--planner"),
+        ("run offic", "office"),
+        ("run office --strategy temporl", "temporal"),
+        ("compare office --out nowhere --strategies temporal,huristic", "heuristic"),
+        ("run office --planner gredy", "greedy"),
+        ("plan nowhere.json --planner gredy", "greedy"),
+        ("reproduce wurm2011 --out nowhere", "wurm2010"),
+        ("serve --limit slts=1", "slots"),
+    ],
+)
+def test_a_slip_of_the_pen_is_told_what_was_meant(
+    words: str, meant: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "nowhere.json").write_text(situation_to_json(one_hall()))
+    assert main(words.split()) in (2, 3)
+    told = capsys.readouterr().err
+    assert re.search(rf"(did you mean|Did you mean|Possible options:) '?{meant}", told), told
+    assert not (tmp_path / "nowhere").exists()
+
+
+@pytest.mark.parametrize("module", ["marsupial", program.__name__])
+def test_the_program_can_be_run_as_a_module(module: str) -> None:
+    command = [sys.executable, "-m", module, "scenarios"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "lobby" in done.stdout

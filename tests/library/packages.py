@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 CODE = '''
-from marsupial import Decision, EngineInfo, Finished, Improved, Outcome
+from marsupial import Decision, EngineInfo, Finished, Improved, Outcome, StrategyInfo
 from marsupial.planning.list_scheduling.greedy import Greedy, serve
 
 
@@ -14,6 +14,9 @@ class Plain:
     """A strategy that asks no planner."""
 
     name = "plain"
+    info = StrategyInfo(
+        name="plain", summary="lists what can be done", parameters={"patience": 3.0}, source="Nobody 2020"
+    )
 
     def decide(self, briefing):
         return Decision(plan=serve(briefing.situation, briefing.previous)[0])

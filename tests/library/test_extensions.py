@@ -140,3 +140,20 @@ def test_the_service_offers_them(tmp_path: Path) -> None:
     assert infos["half"].missing is not None
     with pytest.raises(UsageError, match="copy is a planner already"):
         planner_infos({"copy": "cmd:plan {domain} {problem}"})
+
+
+def test_strategies_are_listed_by_what_they_say_of_themselves_and_those_that_cannot_be_used_say_why(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["strategies", "--json"]) == 0
+    listed = {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
+    plain = {key: listed["plain"][key] for key in ("summary", "team", "parameters", "source", "available")}
+    assert plain == {
+        "summary": "lists what can be done", "team": "any", "parameters": {"patience": 3}, "source": "Nobody 2020",
+        "available": True,
+    }  # fmt: skip
+    assert (listed["asking"]["asks_planner"], listed["asking"]["summary"]) == (True, "A strategy that asks one.")
+    assert listed["gone"]["missing"].startswith("can't be loaded from others: AttributeError")
+    assert listed["heuristic (others)"]["available"] is False
+    assert main(["strategies"]) == 0
+    assert "not available: can't be loaded" in " ".join(capsys.readouterr().out.split())

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import COMPARE_STEPS
+from marsupial.cli.options import COMPARE_STEPS, Quiet
 
 bench = typer.Typer(
     no_args_is_help=True,
@@ -30,6 +30,7 @@ def paths(
     seed: MapSeed = 1,
     repeats: Annotated[int, typer.Option(min=1, help="How often each job is timed; the median counts.")] = 3,
     json: Rows = None,
+    quiet: Quiet = False,
 ) -> None:
     """Path costs on grids beside searches in plain C and scipy's csgraph.
 
@@ -55,6 +56,7 @@ def analysis(
     seed: MapSeed = 1,
     repeats: Annotated[int, typer.Option(min=1, help="How often something is revealed; the median counts.")] = 5,
     json: Rows = None,
+    quiet: Quiet = False,
 ) -> None:
     """Map work after 1 % of a map was revealed, beside the same from scratch.
 
@@ -82,6 +84,7 @@ def sim(
     seed: Annotated[int, typer.Option(min=0, help="Draws the maps of views and the starts.")] = 1,
     repeats: Annotated[int, typer.Option(min=1, help="How often each is timed; the median counts.")] = 3,
     json: Rows = None,
+    quiet: Quiet = False,
 ) -> None:
     """The simulator beside the time it simulates and sensing beside plain C; where the time of missions goes.
 
@@ -104,6 +107,7 @@ def first_use(
     ] = None,
     repeats: Annotated[int, typer.Option(min=1, help="How often the second use is timed; the median counts.")] = 3,
     json: Rows = None,
+    quiet: Quiet = False,
 ) -> None:
     """The first use of a command, with no compiled code kept, beside the ones after it.
 
@@ -130,6 +134,7 @@ def planners(
     update: Annotated[
         Path | None, typer.Option("--update", help="Merge better plans and bounds into this file of best plans.")
     ] = None,
+    quiet: Quiet = False,
 ) -> None:
     """Every planner on a fixed suite of situations, beside the best plans known.
 

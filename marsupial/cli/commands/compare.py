@@ -8,7 +8,16 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.late_help import STRATEGIES
-from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, RouteChoice, TimeLimit, Workers
+from marsupial.cli.options import (
+    COMPARE_STEPS,
+    Quiet,
+    RayAddress,
+    RetryFailed,
+    RouteChoice,
+    TimeLimit,
+    Verbose,
+    Workers,
+)
 
 
 def compare(
@@ -42,6 +51,8 @@ def compare(
     report: Annotated[
         Path | None, typer.Option(help="Only write tables, figures and report of this folder again.")
     ] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Compare strategies and planners on the same missions.
 

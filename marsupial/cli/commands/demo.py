@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
-from marsupial.cli.options import Seed
+from marsupial.cli.options import Quiet, Seed, Verbose
 
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
@@ -23,6 +23,8 @@ def demo(
     scenario: Annotated[str, typer.Option(help="Scenario, as `marsupial run` takes it.")] = "office",
     seed: Seed = 1,
     budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Run a mission beside the baseline, with a replay of both.
 

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli.options import Quiet
+
 
 def export(
     source: Annotated[str, typer.Argument(help="A mission log, or a scenario as `marsupial run` takes it.")],
@@ -15,6 +17,7 @@ def export(
     carriers: Annotated[int | None, typer.Option(help="Number of carriers (scenarios only).")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier (scenarios only).")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Draws the starts (scenarios only).")] = 1,
+    quiet: Quiet = False,
 ) -> None:
     """Write the planning problem of one moment.
 

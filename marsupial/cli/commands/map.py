@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.options import Json
+from marsupial.cli.options import Json, Quiet
 
 if TYPE_CHECKING:
     from marsupial.maps.describe import MapDescription
@@ -30,6 +30,7 @@ def describe_map(
     boundary: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Write the map closed along the hull of its obstacles.")
     ] = None,
+    quiet: Quiet = False,
 ) -> None:
     """Say how a map was understood, in a picture and in numbers.
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import Json, Planner
+from marsupial.cli.options import Json, Planner, Quiet
 
 DEFAULT_BUDGET_S = 10.0
 
@@ -19,6 +19,7 @@ def plan(
     steps: Annotated[int | None, typer.Option(help="Steps instead: reproducible.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan there.")] = None,
     json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Plan for one situation: improving plans.
 

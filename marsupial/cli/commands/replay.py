@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.options import Quiet
 from marsupial.errors import UsageError
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def replay(
     ] = None,
     at: Annotated[float | None, typer.Option(min=0, help="The second that a figure shows [default: the end].")] = None,
     dark: Annotated[bool, typer.Option("--dark", help="Films and figures on a dark ground.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Play a mission log, or write it as a page, film or figure.
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options import COMPARE_STEPS, RayAddress, RetryFailed, Workers
+from marsupial.cli.options import COMPARE_STEPS, Quiet, RayAddress, RetryFailed, Verbose, Workers
 
 
 def reproduce(
@@ -26,6 +26,8 @@ def reproduce(
     workers: Workers = None,
     ray: RayAddress = None,
     retry_failed: RetryFailed = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Carry out the experiment of a paper.
 
@@ -48,9 +50,10 @@ def reproduce(
     from marsupial.errors import UsageError
     from marsupial.model.planning import Budget
     from marsupial.planning.engines import mission_engine
+    from marsupial.wording import unknown_name
 
     if paper not in paper_names():
-        raise UsageError(f"unknown paper {paper!r}; there are {', '.join(paper_names())}")
+        raise UsageError(unknown_name("paper", paper, paper_names()))
     budget = Budget(steps=steps)
     experiment = PAPERS[paper]
     planner = planner or experiment.planner

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.exit_codes import INTERRUPTED, MISSION_CODES
-from marsupial.cli.options import Json
+from marsupial.cli.options import Json, Quiet
 from marsupial.errors import EngineUnavailable, UsageError
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def ros(
         bool, typer.Option("--check", help="Read the settings, say what is wrong with them, exit.")
     ] = False,
     json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Let robots with ROS 2 carry out a mission.
 

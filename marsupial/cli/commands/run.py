@@ -9,7 +9,7 @@ import typer
 
 from marsupial.cli.exit_codes import MISSION_CODES
 from marsupial.cli.late_help import STRATEGIES
-from marsupial.cli.options import Json, Planner, PlanningBudget, RouteChoice, Seed, TimeLimit
+from marsupial.cli.options import Json, Planner, PlanningBudget, Quiet, RouteChoice, Seed, TimeLimit, Verbose
 
 
 def run(
@@ -37,6 +37,8 @@ def run(
         str | None,
         typer.Option(help="URL of a service that plans the mission; an API key is taken from MARSUPIAL_KEY."),
     ] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Run one mission.
 

@@ -72,6 +72,7 @@ def run(
     from marsupial.cli.display.messages import say
     from marsupial.cli.display.tables import print_text
     from marsupial.cli.interrupt import Interrupted
+    from marsupial.wording import unknown_name
     from marsupial_service.http.openapi import kept_text
     from marsupial_service.operations.settings import CLUSTER_SLOTS, PREFIX, ServiceLimits, ServiceSettings, limits_from
     from marsupial_service.server import serve as run_server
@@ -85,7 +86,7 @@ def run(
     names = {one.name for one in fields(ServiceLimits)}
     for name in given:
         if name not in names:
-            raise UsageError(f"--limit: unknown limit {name!r}; there are {', '.join(sorted(names))}")
+            raise UsageError(f"--limit: {unknown_name('limit', name, sorted(names))}")
     usual = {} if ray is None else {PREFIX + "SLOTS": str(CLUSTER_SLOTS)}
     settings = ServiceSettings(
         data=data,

@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.commands.serve import DEFAULT_DATA, Data, Shared, check_extra
+from marsupial.cli.options import Quiet
 from marsupial.errors import UsageError
 
 store = typer.Typer(no_args_is_help=True, help="Look into a store, back it up, restore, upgrade and thin it out.")
@@ -71,6 +72,7 @@ def backup(
 def restore(
     file: Annotated[Path, typer.Argument(help="A backup.")],
     data: Data = DEFAULT_DATA,
+    quiet: Quiet = False,
 ) -> None:
     """Check a backup and make the store of a new folder of it.
 
@@ -86,7 +88,7 @@ def restore(
 
 
 @store.command()
-def upgrade(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
+def upgrade(data: Data = DEFAULT_DATA, store: Shared = None, quiet: Quiet = False) -> None:
     """Bring a store of an earlier version up to date, as the next server would. No server may run.
 
     Example: marsupial serve store upgrade --data jobs
@@ -104,6 +106,7 @@ def retain(
     kept: Annotated[int | None, typer.Option(min=0, help="Keep so many jobs and so many missions that ended.")] = None,
     data: Data = DEFAULT_DATA,
     store: Shared = None,
+    quiet: Quiet = False,
 ) -> None:
     """Remove jobs and missions that ended, now, and give their space back. Servers may run.
 

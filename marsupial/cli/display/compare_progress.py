@@ -14,7 +14,7 @@ from rich.table import Table
 
 from marsupial.bench.compare.conduct import Watch
 from marsupial.bench.compare.rows import Row
-from marsupial.cli.display.messages import say
+from marsupial.cli.display.messages import Volume, say, volume
 from marsupial.wording import clock, counted
 
 LINE_EVERY_S = 30.0
@@ -28,7 +28,7 @@ FRAME_EVERY_S = 0.2
 def compare_progress(now: Callable[[], float] = time.monotonic) -> Iterator[Watch]:
     """Yield what is told of each mission of a comparison; `now` gives wall-clock seconds."""
     console = Console(file=sys.stderr)
-    if not console.is_terminal or console.is_dumb_terminal:
+    if volume() is Volume.QUIET or not console.is_terminal or console.is_dumb_terminal:
         yield Lines(now).watch
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
@@ -53,6 +53,8 @@ class Lines:
             return
         if not row.complete:
             self.tell(f"{row.trial}: {row.status}: {row.reason}")
+        elif volume() is Volume.VERBOSE:
+            self.tell(f"{row.trial}: {row.status}")
         if done == total or self._is_due():
             self.show(done, total)
 

@@ -25,6 +25,7 @@ from marsupial.model.mission import MissionStarted, Planned
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import Role
 from marsupial.replay.palette import LIGHT, robot_looks
+from marsupial.wording import counted
 
 _LINES_BESIDE_MAP = 4  # up to two lines about the mission, and room for the prompt
 
@@ -110,6 +111,12 @@ def doing(robot: RobotView) -> str:
 def plan_text(plan: Planned) -> str:
     """Say which plan it is and what it was made for."""
     return printable(f"plan {plan.revision}: {trigger_text(plan.trigger)}")
+
+
+def plan_line(plan: Planned) -> str:
+    """Say which plan it is, what it was made for, and how much is in it."""
+    counts = ((plan.actions, "action"), (plan.targets, "target"), (plan.meetings, "meeting point"))
+    return f"{plan_text(plan)}; {', '.join(counted(len(items), noun) for items, noun in counts)}"
 
 
 def _marks(mission: MissionStarted) -> dict[str, tuple[str, str]]:

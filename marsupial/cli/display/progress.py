@@ -15,7 +15,8 @@ from rich.table import Table
 from rich.text import Text
 
 from marsupial.cli.display.alive import Alive
-from marsupial.cli.display.picture import Picture, moves, plan_text, printable
+from marsupial.cli.display.messages import Volume, volume
+from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
 from marsupial.cli.display.watch import Watch
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import Mask
@@ -43,15 +44,25 @@ _WITH_PLAN = (Outcome.OPTIMAL, Outcome.SATISFICING, Outcome.UNSOLVABLE)
 @contextmanager
 def progress() -> Iterator[Observer]:
     """Yield an observer that shows a mission as it goes."""
+    if volume() is Volume.QUIET:
+        yield Observer()
+        return
     watch = Watch()
     console = Console(file=sys.stderr)
     if not moves(console):
         lines = _Lines(watch)
         with Alive(lines.now) as lines.alive:
-            yield Observers([lines, _FirstFailure(lines.alive.say)])
+            yield Observers([lines, *_told(watch, lines.alive.say)])
         return
     with Live(Text(PREPARING), console=console, auto_refresh=False, transient=True) as live:
-        yield Observers([_Moving(watch, live, console), _FirstFailure(lambda text: console.print(Text(text)))])
+        yield Observers([_Moving(watch, live, console), *_told(watch, lambda text: console.print(Text(text)))])
+
+
+def _told(watch: Watch, tell: Callable[[str], None]) -> Iterator[Observer]:
+    """Yield what tells something of plannings, beside the picture or the lines."""
+    yield _FirstFailure(tell)
+    if volume() is Volume.VERBOSE:
+        yield _EachPlan(watch, tell)
 
 
 class _FirstFailure(Observer):
@@ -65,6 +76,22 @@ class _FirstFailure(Observer):
         if report.detail and report.outcome not in _WITH_PLAN and not self._told:
             self._told = True
             self._tell(printable(f"{report.detail}; the mission goes on without (said once)"))
+
+
+class _EachPlan(Observer):
+    """Says of each plan what it was made for, how much is in it, and how long the planning took."""
+
+    def __init__(self, watch: Watch, tell: Callable[[str], None]) -> None:
+        self._watch = watch
+        self._tell = tell
+        self._took = ""
+
+    def planned(self, report: PlanningReport) -> None:
+        self._took = f"; planned in {report.wall_s:.3f} s"
+
+    def event(self, event: MissionEvent) -> None:
+        if isinstance(event, Planned):
+            self._tell(f"{headline(self._watch)}  {plan_line(event)}{self._took}")
 
 
 class _Lines(Observer):
@@ -89,7 +116,7 @@ class _Lines(Observer):
         if not self._plans:
             return PREPARING
         plans, targets = counted(self._plans, "plan"), counted(self._targets, "target")
-        return f"{self._head()}  {plans} so far, the last for {targets}"
+        return f"{headline(self._watch)}  {plans} so far, the last for {targets}"
 
     def reachable(self, area: Mask) -> None:
         self._watch.reachable(area)
@@ -100,17 +127,19 @@ class _Lines(Observer):
             robots = counted(len(event.robots), "robot")
             self.alive.say(f"{event.scenario}: {event.strategy} ({event.planner}), {robots}, seed {event.seed}")
         elif isinstance(event, MissionEnded):
-            self.alive.say(f"{self._head()}  {event.status}: {event.reason}")
+            self.alive.say(f"{headline(self._watch)}  {event.status}: {event.reason}")
             return
         elif isinstance(event, Planned):
             self._plans += 1
             self._targets = len(event.targets)
-        if self._plans and event.t_ms >= self._next_ms:
+        if self._plans and event.t_ms >= self._next_ms and volume() is not Volume.VERBOSE:
             self._next_ms = _line_after(event.t_ms)
             self.alive.say(self.now())
 
-    def _head(self) -> str:
-        return f"{clock(self._watch.t_ms / 1000):>8}  {self._watch.coverage:>4.0%}"
+
+def headline(watch: Watch) -> str:
+    """Return when it is in a mission, and how much is known."""
+    return f"{clock(watch.t_ms / 1000):>8}  {watch.coverage:>4.0%}"
 
 
 def _line_after(t_ms: int) -> int:

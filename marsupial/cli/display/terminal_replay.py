@@ -11,10 +11,10 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from marsupial.cli.display.picture import Picture, moves, plan_text, printable
+from marsupial.cli.display.picture import Picture, moves, plan_line, plan_text, printable
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import UNKNOWN
-from marsupial.model.mission import MissionEnded, MissionEvent, Planned
+from marsupial.model.mission import MissionEnded, MissionEvent
 from marsupial.wording import clock, counted
 
 FRAME_S = 0.1
@@ -44,7 +44,7 @@ def play(
 
 def summary_lines(playback: Playback) -> list[str]:
     """Return a line for each plan and one for the end."""
-    news = [(plan.t_ms, f"{plan_text(plan)}; {_counted(plan)}") for plan in playback.plans]
+    news = [(plan.t_ms, plan_line(plan)) for plan in playback.plans]
     news.append((playback.end_ms, _end_text(playback.ended)))
     wide = max(len(clock(t_ms / 1000)) for t_ms, _ in news)
     return [f"{clock(t_ms / 1000):>{wide}}  {_known(playback, t_ms)}  {text}" for t_ms, text in news]
@@ -89,11 +89,6 @@ class _Screen:
 
 def _known(playback: Playback, t_ms: int) -> str:
     return f"{playback.coverage_at(t_ms).open_m2:.1f} m2 known"
-
-
-def _counted(plan: Planned) -> str:
-    counts = ((plan.actions, "action"), (plan.targets, "target"), (plan.meetings, "meeting point"))
-    return ", ".join(counted(len(items), noun) for items, noun in counts)
 
 
 def _end_text(ended: MissionEnded | None) -> str:

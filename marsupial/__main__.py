@@ -1,0 +1,10 @@
+"""The command line: `python -m marsupial`."""
+
+from __future__ import annotations
+
+import sys
+
+from marsupial.cli.main import main
+
+if __name__ == "__main__":  # child processes import this module under another name
+    sys.exit(main())
