@@ -1,4 +1,4 @@
-"""Help that is completed when it is asked for: to know all strategies takes a second or two of imports."""
+"""Help that is completed when it is asked for: what strategies there are is looked up among the installed packages."""
 
 from __future__ import annotations
 
@@ -15,6 +15,15 @@ class LateHelp(TyperCommand):
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the help of the options, with what is known by now."""
+        self._complete_help()
+        super().format_options(ctx, formatter)
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> Any:
+        """Return the options for the shell, with their help as it is known by now."""
+        self._complete_help()
+        return super().shell_complete(ctx, incomplete)
+
+    def _complete_help(self) -> None:
         from marsupial.strategies.clairvoyant import CLAIRVOYANT
         from marsupial.strategies.registry import strategy_names
 
@@ -22,4 +31,3 @@ class LateHelp(TyperCommand):
         for option in self.params:
             if isinstance(option, TyperOption) and option.help is not None:
                 option.help = option.help.replace(STRATEGIES, names)
-        super().format_options(ctx, formatter)

@@ -42,7 +42,6 @@ from marsupial.cli.streams import fault_of, open_closed, settled
 from marsupial.errors import InternalError, MarsupialError, UsageError
 
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

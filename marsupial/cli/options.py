@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.display.messages import Volume, set_volume, volume
 from marsupial.errors import UsageError
 
@@ -34,7 +35,13 @@ Verbose = Annotated[
 ]
 
 Planner = Annotated[
-    str | None, typer.Option("--planner", "-p", help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto].")
+    str | None,
+    typer.Option(
+        "--planner",
+        "-p",
+        autocompletion=completing.planner,
+        help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto].",
+    ),
 ]
 Seed = Annotated[int, typer.Option(min=0, help="Draws the starts.")]
 PlanningBudget = Annotated[float | None, typer.Option(help="At most so many seconds for each planning [default: 1].")]

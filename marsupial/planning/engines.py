@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pkgutil import resolve_name
 
-from marsupial import extensions
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
@@ -23,6 +22,7 @@ from marsupial.planning.external.commands import PREFIX, External
 from marsupial.planning.external.decompose import PartSize
 from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.external.tamer import load_tamer, tamer
+from marsupial.planning.names import OWN, engine_names
 from marsupial.wording import unknown_name
 
 
@@ -119,11 +119,6 @@ def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
     return Decomposed(found, *PART_SIZES[name]) if name in PART_SIZES else found
 
 
-def engine_names() -> tuple[str, ...]:
-    """Return the names of all engines: ours first, then those that installed packages bring along."""
-    return (*sorted(ENGINES), *extensions.extension_names(extensions.ENGINES, ENGINES))
-
-
 def engine_infos() -> tuple[EngineInfo, ...]:
     """Return what there is to say of every engine: ours first, then those of installed packages, usable or not."""
-    return (*(ENGINES[name]().info for name in sorted(ENGINES)), *extension_infos(ENGINES))
+    return (*(ENGINES[name]().info for name in OWN), *extension_infos(ENGINES))

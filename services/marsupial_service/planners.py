@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from marsupial.errors import UsageError
 from marsupial.model.planning import EngineInfo
-from marsupial.planning.engines import engine, engine_names
+from marsupial.planning.engines import engine
+from marsupial.planning.names import engine_names
 
 
 def planner_names(commands: Mapping[str, str]) -> list[str]:

@@ -12,7 +12,8 @@ import marsupial
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.planning import Budget
-from marsupial.planning.engines import ENGINES, engine, engine_infos, engine_names, mission_engine
+from marsupial.planning.engines import ENGINES, engine, engine_infos, mission_engine
+from marsupial.planning.names import engine_names
 from marsupial.strategies.registry import STRATEGIES, asks_planner, strategy, strategy_names
 
 STEP = Budget(steps=1)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.options import COMPARE_STEPS, Quiet
 
 bench = typer.Typer(
@@ -73,12 +74,26 @@ def analysis(
 @bench.command()
 def sim(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="As for `run` [default: all built-in ones].")
+        list[str] | None,
+        typer.Argument(
+            autocompletion=completing.scenario_or_file,
+            metavar="[SCENARIO]...",
+            help="As for `run` [default: all built-in ones].",
+        ),
     ] = None,
     strategies: Annotated[
-        list[str] | None, typer.Option("--strategy", "-s", help="May be repeated [default: heuristic and temporal].")
+        list[str] | None,
+        typer.Option(
+            "--strategy",
+            "-s",
+            autocompletion=completing.strategy,
+            help="May be repeated [default: heuristic and temporal].",
+        ),
     ] = None,
-    planner: Annotated[str, typer.Option("--planner", "-p", help="Engine of strategies that ask one.")] = "anytime",
+    planner: Annotated[
+        str,
+        typer.Option("--planner", "-p", autocompletion=completing.planner, help="Engine of strategies that ask one."),
+    ] = "anytime",
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
     sizes: Sizes = None,
     seed: Annotated[int, typer.Option(min=0, help="Draws the maps of views and the starts.")] = 1,
@@ -123,7 +138,10 @@ def first_use(
 
 @bench.command()
 def planners(
-    engines: Annotated[list[str] | None, typer.Option("--engine", help="Only this engine; may be repeated.")] = None,
+    engines: Annotated[
+        list[str] | None,
+        typer.Option("--engine", autocompletion=completing.planner, help="Only this engine; may be repeated."),
+    ] = None,
     instances: Annotated[
         list[str] | None, typer.Option("--instance", help="Only instances like 'rooms-*'; may be repeated.")
     ] = None,

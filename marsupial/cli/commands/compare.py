@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.late_help import STRATEGIES
 from marsupial.cli.options import (
     COMPARE_STEPS,
@@ -23,17 +24,28 @@ from marsupial.cli.options import (
 def compare(
     scenarios: Annotated[
         list[str] | None,
-        typer.Argument(metavar="SCENARIO...", help="Built-in scenarios, scenario files, nav2 or MovingAI maps."),
+        typer.Argument(
+            autocompletion=completing.scenario_or_file,
+            metavar="SCENARIO...",
+            help="Built-in scenarios, scenario files, nav2 or MovingAI maps.",
+        ),
     ] = None,
     strategies: Annotated[
         str,
         typer.Option(
+            autocompletion=completing.strategies,
             help="STRATEGY or STRATEGY:PLANNER, separated by commas; the last is the base of comparison. There are "
-            f"{STRATEGIES}."
+            f"{STRATEGIES}.",
         ),
     ] = "temporal,heuristic",
     planner: Annotated[
-        str | None, typer.Option("--planner", "-p", help="Planner of strategies that name none [default: auto].")
+        str | None,
+        typer.Option(
+            "--planner",
+            "-p",
+            autocompletion=completing.planner,
+            help="Planner of strategies that name none [default: auto].",
+        ),
     ] = None,
     carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, as 1-6 or 2,4.")] = None,
     rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, as 1-3.")] = None,

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.exit_codes import MISSION_CODES
 from marsupial.cli.options import Quiet, Seed, Verbose
 
@@ -20,7 +21,9 @@ STEPS = 100
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("demo"),
-    scenario: Annotated[str, typer.Option(help="Scenario, as `marsupial run` takes it.")] = "office",
+    scenario: Annotated[
+        str, typer.Option(autocompletion=completing.scenario_or_file, help="Scenario, as `marsupial run` takes it.")
+    ] = "office",
     seed: Seed = 1,
     budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
     quiet: Quiet = False,

@@ -7,11 +7,17 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.options import Quiet
 
 
 def export(
-    source: Annotated[str, typer.Argument(help="A mission log, or a scenario as `marsupial run` takes it.")],
+    source: Annotated[
+        str,
+        typer.Argument(
+            autocompletion=completing.scenario_or_file, help="A mission log, or a scenario as `marsupial run` takes it."
+        ),
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write to.")],
     at: Annotated[float, typer.Option(help="Simulated seconds since the start of the mission.")] = 0.0,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers (scenarios only).")] = None,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.options import Json, Quiet
 
 if TYPE_CHECKING:
@@ -20,7 +21,12 @@ if TYPE_CHECKING:
 
 
 def describe_map(
-    file: Annotated[str, typer.Argument(help="A map, a scenario file or a built-in scenario.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            autocompletion=completing.scenario_or_file, help="A map, a scenario file or a built-in scenario."
+        ),
+    ],
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write a picture of it there: .png, .svg or .pdf.")] = None,
     picture: Annotated[bool, typer.Option(help="Show it as text too.")] = True,

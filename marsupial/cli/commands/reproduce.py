@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.options import COMPARE_STEPS, Quiet, RayAddress, RetryFailed, Verbose, Workers
 
 
@@ -17,7 +18,13 @@ def reproduce(
         int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: as below].")
     ] = None,
     planner: Annotated[
-        str | None, typer.Option("--planner", "-p", help="Planner of the temporal strategy [default: anytime].")
+        str | None,
+        typer.Option(
+            "--planner",
+            "-p",
+            autocompletion=completing.planner,
+            help="Planner of the temporal strategy [default: anytime].",
+        ),
     ] = None,
     steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
     maps: Annotated[

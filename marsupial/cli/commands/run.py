@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli import completing
 from marsupial.cli.exit_codes import MISSION_CODES
 from marsupial.cli.late_help import STRATEGIES
 from marsupial.cli.options import Json, Planner, PlanningBudget, Quiet, RouteChoice, Seed, TimeLimit, Verbose
@@ -14,11 +15,15 @@ from marsupial.cli.options import Json, Planner, PlanningBudget, Quiet, RouteCho
 
 def run(
     scenario: Annotated[
-        str, typer.Argument(help="A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.")
+        str,
+        typer.Argument(
+            autocompletion=completing.scenario_or_file,
+            help="A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.",
+        ),
     ],
     strategy: Annotated[
         str,
-        typer.Option("--strategy", "-s", help=f"{STRATEGIES}."),
+        typer.Option("--strategy", "-s", autocompletion=completing.strategy, help=f"{STRATEGIES}."),
     ] = "temporal",
     planner: Planner = None,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,

@@ -1,0 +1,47 @@
+"""What the shell's TAB completes: names of scenarios, strategies and planners; files where they may stand too.
+
+Whatever is asked for is imported then, and nothing that takes long: a person waits at each TAB.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from glob import escape
+from pathlib import Path
+
+
+def scenario_or_file(incomplete: str) -> list[str]:
+    """Return the built-in scenarios and files here that begin like this; files elsewhere are found by the shell."""
+    from marsupial.generators.builtin import SCENARIOS
+
+    names = _starting(incomplete, SCENARIOS)
+    if not incomplete or "/" in incomplete:
+        return names
+    return names + sorted(str(path) for path in Path().glob(f"{escape(incomplete)}*") if path.is_file())
+
+
+def strategy(incomplete: str) -> list[str]:
+    """Return the strategies that begin like this."""
+    from marsupial.strategies.clairvoyant import CLAIRVOYANT
+    from marsupial.strategies.registry import strategy_names
+
+    return _starting(incomplete, (*strategy_names(), CLAIRVOYANT))
+
+
+def strategies(incomplete: str) -> list[str]:
+    """Return what the last one may be of strategies separated by commas, or the planner behind its colon."""
+    before, comma, last = incomplete.rpartition(",")
+    name, colon, asked = last.partition(":")
+    found = [f"{name}:{one}" for one in planner(asked)] if colon else strategy(last)
+    return [f"{before}{comma}{one}" for one in found]
+
+
+def planner(incomplete: str) -> list[str]:
+    """Return the planners that begin like this."""
+    from marsupial.planning.names import engine_names
+
+    return _starting(incomplete, engine_names())
+
+
+def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
+    return [name for name in names if name.startswith(incomplete)]

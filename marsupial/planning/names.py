@@ -1,0 +1,13 @@
+"""The names of the engines, apart from the engines: who completes or lists names imports nothing else."""
+
+from __future__ import annotations
+
+from marsupial import extensions
+
+OWN = ("anytime", "aries", "auto", "exact", "greedy", "tamer")
+"""Those of `marsupial.planning.engines.ENGINES`, in order."""
+
+
+def engine_names() -> tuple[str, ...]:
+    """Return the names of all engines: ours first, then those that installed packages bring along."""
+    return (*OWN, *extensions.extension_names(extensions.ENGINES, OWN))

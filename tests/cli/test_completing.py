@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from marsupial.generators.builtin import SCENARIOS
+from marsupial.planning.engines import ENGINES
+from marsupial.planning.names import OWN
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.registry import STRATEGIES
+
+HEAVY = ("numba", "scipy", "matplotlib", "unified_planning", "skimage")
+
+CODE = f"""
+import atexit, sys
+atexit.register(lambda: print([name for name in {HEAVY} if name in sys.modules], file=sys.stderr))
+from marsupial.cli.main import main
+sys.exit(main())
+"""
+
+
+def completed(line: str, folder: Path) -> list[str]:
+    """Return what bash is offered at the end of a line; nothing that takes long may be imported for it."""
+    words = line.split(" ")
+    told = {"_MARSUPIAL_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)}
+    done = subprocess.run(
+        [sys.executable, "-c", CODE], capture_output=True, text=True, check=True, cwd=folder, env={**os.environ, **told}
+    )
+    assert done.stderr == "[]\n"
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        ("marsupial re", ["replay", "reproduce"]),
+        ("marsupial serve keys ", ["add", "list", "revoke"]),
+        ("marsupial run office --st", ["--strategy", "--steps"]),
+        ("marsupial run ", [*SCENARIOS]),
+        ("marsupial run ma", ["maze", "mall.yaml"]),
+        ("marsupial map of", ["office"]),
+        ("marsupial compare lobby ro", ["rooms"]),
+        ("marsupial run office --strategy ", [*STRATEGIES, CLAIRVOYANT]),
+        ("marsupial run office -s heur", ["heuristic", "heuristic-plus"]),
+        ("marsupial compare lobby --strategies temporal,cl", ["temporal,closest-frontier", "temporal,clairvoyant"]),
+        ("marsupial compare lobby --strategies temporal:gr", ["temporal:greedy"]),
+        ("marsupial plan moment.json --planner ", sorted(ENGINES)),
+        ("marsupial replay ma", []),  # of files the shell knows more
+    ],
+)
+def test_the_shell_is_offered(line: str, offered: list[str], tmp_path: Path) -> None:
+    (tmp_path / "mall.yaml").touch()
+    assert completed(line, tmp_path) == offered
+
+
+def test_the_names_of_engines_are_those_of_the_registry() -> None:
+    assert tuple(sorted(ENGINES)) == OWN
+
+
+def test_the_help_of_options_that_zsh_shows_is_whole(tmp_path: Path) -> None:
+    told = {"_MARSUPIAL_COMPLETE": "complete_zsh", "_TYPER_COMPLETE_ARGS": "marsupial run office --st"}
+    command = [sys.executable, "-m", "marsupial"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, **told})
+    assert '"--strategy":"temporal, heuristic' in done.stdout
