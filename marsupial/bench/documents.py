@@ -11,7 +11,7 @@ from marsupial.bench.compare.pairs import PairReplay
 from marsupial.bench.compare.report import Opening, page
 from marsupial.bench.compare.statements import Finding, checklist, reading
 from marsupial.bench.compare.tables import markdown, status_table, tables
-from marsupial.bench.papers.catalogue import PAPERS
+from marsupial.bench.papers import catalogue
 
 
 def documents(outcome: ComparisonOutcome, replays: Sequence[PairReplay] = ()) -> Iterator[tuple[str, bytes]]:
@@ -20,7 +20,7 @@ def documents(outcome: ComparisonOutcome, replays: Sequence[PairReplay] = ()) ->
     `replays` are the pages of pairs that the folder holds, to be linked.
     """
     findings: list[Finding] = []
-    experiment = PAPERS.get(str(outcome.header.get("paper")))
+    experiment = catalogue.experiment(str(outcome.header.get("paper")))
     overview = experiment is None or experiment.overview
     written, drawn = (tables(outcome), list(figures(outcome))) if overview else ([status_table(outcome)], [])
     answer = answer_figure(outcome) if experiment is None else None

@@ -11,7 +11,7 @@ from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
-from marsupial.bench.compare.plan import Case, Comparison, has_fixed_starts, prepared
+from marsupial.bench.compare.plan import Case, Comparison, prepared
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
@@ -30,7 +30,7 @@ from marsupial.formats.files import replace_file
 from marsupial.library.first_use import prepare_mission
 from marsupial.library.scenarios import load_scenario
 from marsupial.model.robots import Role
-from marsupial.model.scenario import MissionLimits, Scenario
+from marsupial.model.scenario import MissionLimits, Scenario, has_fixed_starts
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import check_suits
 from marsupial.strategies.registry import strategy as made

@@ -36,6 +36,13 @@ def strategies(incomplete: str) -> list[str]:
     return [f"{before}{comma}{one}" for one in found]
 
 
+def paper(incomplete: str) -> list[str]:
+    """Return the papers that begin like this."""
+    from marsupial.bench.papers.catalogue import PAPERS
+
+    return _starting(incomplete, PAPERS)
+
+
 def planner(incomplete: str) -> list[str]:
     """Return the planners that begin like this."""
     from marsupial.planning.names import engine_names

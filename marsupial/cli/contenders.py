@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from marsupial.bench.compare.plan import Contender
+from marsupial.cli.display.messages import warn
 from marsupial.cli.missions import strategy_name
 from marsupial.errors import UsageError
-from marsupial.library.choices import DEFAULT_PLANNER, planner_for
+from marsupial.library.choices import DEFAULT_PLANNER, planner_for, takes_budget
 from marsupial.model.bounds import Bound
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.planning.engines import mission_engine
@@ -44,6 +46,15 @@ def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contende
     if twice:
         raise UsageError(f"--strategies: {twice[0]} is named twice")
     return tuple(found)
+
+
+def warn_of_ignored(text: str, compared: Sequence[Contender], planner: str | None, limit: str | None) -> None:
+    """Warn of a planner that no contender is given, and of an option `limit` that none makes anything of."""
+    takers = [one for one, part in zip(compared, text.split(","), strict=True) if ":" not in part]
+    if planner is not None and all(one.planner == NO_PLANNER for one in takers):
+        warn(f"--planner {planner} is ignored: each strategy names its own or asks none")
+    if limit is not None and not any(takes_budget(one.strategy) for one in compared):
+        warn(f"{limit} is ignored: none of the strategies asks a planner")
 
 
 def _contender(text: str, planner: str, budget: Budget) -> Contender:

@@ -37,9 +37,9 @@ from marsupial.cli.display.messages import Volume, complain, set_volume
 from marsupial.cli.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT
 from marsupial.cli.interrupt import Interrupted, interruptible
 from marsupial.cli.late_help import LateHelp
-from marsupial.cli.outputs import reason
 from marsupial.cli.streams import fault_of, open_closed, settled
 from marsupial.errors import InternalError, MarsupialError, UsageError
+from marsupial.formats.files import reason
 
 app = typer.Typer(
     no_args_is_help=True,

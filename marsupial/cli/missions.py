@@ -18,19 +18,21 @@ from marsupial.cli.display.alive import Alive
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.interrupt import asked_to_stop
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for
+from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for, takes_budget
 from marsupial.library.scenarios import LoadedScenario, load_scenario
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Routes
-from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, with_routes
+from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, has_fixed_starts, with_routes
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import current_name, is_strategy, strategy_names
+from marsupial.strategies.registry import asks_planner, current_name, is_strategy, strategy_names
 from marsupial.wording import unknown_name
 
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
     from marsupial.mission.observer import Observer
+
+DEFAULT_SEED = 1
 
 PATIENCE_S = 60.0
 """How long a service is tried that is not there or busy."""
@@ -45,7 +47,7 @@ class MissionRequest:
     planner: str | None = None
     carriers: int | None = None
     rovers: int | None = None
-    seed: int = 1
+    seed: int | None = None
     budget_s: float | None = None
     steps: int | None = None
     log: Path | None = None
@@ -67,6 +69,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     """
     request = replace(request, strategy=strategy_name(request.strategy))
     budget = budget_of(request.budget_s, request.steps)
+    _warn_of_ignored(request)
     planner = _planner(request, budget)
     with Alive(lambda: "reading the map ..."):
         loaded = load_scenario(request.source, request.carriers, request.rovers)
@@ -74,6 +77,8 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     scenario = _changed(loaded.scenario, request)
     for text in oddities:
         warn(text)
+    if request.seed is not None and (scenario.start_seed is not None or has_fixed_starts(scenario)):
+        warn(f"--seed {request.seed} is ignored: {request.source} says where robots start")
     from marsupial.cli.display.progress import progress
     from marsupial.library.first_use import STAND_IN, prepare_mission
     from marsupial.library.missions import simulate
@@ -96,7 +101,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
             strategy=request.strategy,
             planner=planner,
             budget=budget,
-            seed=request.seed,
+            seed=DEFAULT_SEED if request.seed is None else request.seed,
             observer=Observers(observers),
         )
     return replace(summary, log=request.log), scenario
@@ -142,12 +147,21 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     return MissionLimits(time_ms=max(1, round(1000 * time_limit_s)))
 
 
+def _warn_of_ignored(request: MissionRequest) -> None:
+    """Warn of options that a strategy makes nothing of."""
+    given = {"--budget": request.budget_s, "--steps": request.steps}
+    ignored = {} if takes_budget(request.strategy) else given
+    if not asks_planner(request.strategy):
+        ignored = {"--planner": request.planner, **ignored}
+    said = [f"{option} {value}" for option, value in ignored.items() if value is not None]
+    if said:
+        are = "is" if len(said) == 1 else "are"
+        warn(f"strategy {request.strategy} asks no planner: {' and '.join(said)} {are} ignored")
+
+
 def _planner(request: MissionRequest, budget: Budget) -> str:
     planner = str(planner_for(request.strategy, request.planner or DEFAULT_PLANNER))
-    if planner == NO_PLANNER:
-        if request.planner is not None:
-            warn(f"strategy {request.strategy} asks no planner: --planner {request.planner} is ignored")
-    elif request.server is None:
+    if planner != NO_PLANNER and request.server is None:
         mission_engine(planner, budget)  # refuses what can't be used before anything is started
     return planner
 

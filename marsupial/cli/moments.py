@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from marsupial.cli.missions import warn_of
+from marsupial.cli.missions import DEFAULT_SEED, warn_of
 from marsupial.errors import UsageError
 from marsupial.formats.files import file_fault
 from marsupial.formats.loglines import FORMAT
@@ -23,15 +23,16 @@ BUDGET = Budget(steps=4)
 """For the greedy planner on the way: small, and the same on every machine."""
 
 
-def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int) -> Moment:
+def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | None, seed: int | None) -> Moment:
     """Return the moment `at_s` seconds into the mission of a log, or of a scenario; it must not be over by then."""
     if not (math.isfinite(at_s) and at_s >= 0):
         raise UsageError(f"--at: must be 0 or more, got {at_s:g}")
     at_ms = round(1000 * at_s)
     if not _is_log(source):
-        return moment_at(_events_up_to(at_ms, source, carriers, rovers, seed), at_ms)
-    if carriers is not None or rovers is not None:
-        raise UsageError("--carriers and --rovers: the team of a mission log is what it is")
+        events = _events_up_to(at_ms, source, carriers, rovers, DEFAULT_SEED if seed is None else seed)
+        return moment_at(events, at_ms)
+    if (carriers, rovers, seed) != (None, None, None):
+        raise UsageError("--carriers, --rovers and --seed are for scenarios: the mission of a log is what it is")
     return moment_at(read_log(source).events, at_ms)
 
 

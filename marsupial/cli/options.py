@@ -34,6 +34,18 @@ Verbose = Annotated[
     ),
 ]
 
+
+def options_given(context: typer.Context, *besides: str) -> list[str]:
+    """Return the options and arguments of a command line as they are written there, `besides` (parameters) left out."""
+    return [
+        parameter.human_readable_name if parameter.param_type_name == "argument" else max(parameter.opts, key=len)
+        for parameter in context.command.params
+        if parameter.name not in besides
+        and (source := context.get_parameter_source(str(parameter.name))) is not None
+        and source.name == "COMMANDLINE"
+    ]
+
+
 Planner = Annotated[
     str | None,
     typer.Option(
@@ -43,7 +55,7 @@ Planner = Annotated[
         help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto].",
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Draws the starts.")]
+Seed = Annotated[int | None, typer.Option(min=0, help="Draws the starts [default: 1].")]
 PlanningBudget = Annotated[float | None, typer.Option(help="At most so many seconds for each planning [default: 1].")]
 RouteChoice = Annotated[
     str | None, typer.Option("--routes", help="shortest, or energy: those of least energy [default: the scenario's].")

@@ -8,7 +8,7 @@ from typing import TextIO
 
 from marsupial.cli.display.messages import complain
 from marsupial.cli.exit_codes import DONE, READER_LEFT, USAGE
-from marsupial.cli.outputs import reason
+from marsupial.formats.files import reason
 
 
 def open_closed() -> None:

@@ -38,6 +38,14 @@ class ExportOptions:
 Events = Sequence[MissionEvent]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Export:
+    """A kind of file: what writes it, and which of the `ExportOptions` it takes."""
+
+    write: Callable[[Events, ExportOptions], bytes]
+    takes: frozenset[str] = frozenset()
+
+
 def _figure(kind: str) -> Callable[[Events, ExportOptions], bytes]:
     def write(events: Events, options: ExportOptions) -> bytes:
         from marsupial.exports.figure import figure
@@ -69,14 +77,30 @@ def _mcap(events: Events, options: ExportOptions) -> bytes:
     return out.getvalue()
 
 
-EXPORTS: Mapping[str, Callable[[Events, ExportOptions], bytes]] = {
-    ".gif": _gif,
-    ".mp4": _mp4,
-    ".svg": _figure("svg"),
-    ".png": _figure("png"),
-    ".pdf": _figure("pdf"),
-    ".mcap": _mcap,
+_FILM, _FIGURE = frozenset({"speed", "dark"}), frozenset({"at_ms", "dark"})
+
+EXPORTS: Mapping[str, Export] = {
+    ".gif": Export(write=_gif, takes=_FILM),
+    ".mp4": Export(write=_mp4, takes=_FILM),
+    ".svg": Export(write=_figure("svg"), takes=_FIGURE),
+    ".png": Export(write=_figure("png"), takes=_FIGURE),
+    ".pdf": Export(write=_figure("pdf"), takes=_FIGURE),
+    ".mcap": Export(write=_mcap),
 }
+"""By suffix."""
+
+_WORDS = {"at_ms": "a moment (at)", "speed": "a speed", "dark": "a dark ground"}
+
+
+def check_export(suffix: str, options: ExportOptions) -> None:
+    """Raise a `UsageError` if there is no such kind of file, or it does not take what was chosen."""
+    kind = EXPORTS.get(suffix.lower())
+    if kind is None:
+        raise UsageError(f"can't write {suffix or 'a file without a suffix'}; there are {', '.join(EXPORTS)}")
+    for name in _WORDS:
+        if getattr(options, name) != getattr(ExportOptions(), name) and name not in kind.takes:
+            takers = ", ".join(other for other, export in EXPORTS.items() if name in export.takes)
+            raise UsageError(f"{suffix} takes no {_WORDS[name].removeprefix('a ')}; {_WORDS[name]} is for {takers}")
 
 
 def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
@@ -85,8 +109,7 @@ def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes
     Raises
     ------
     UsageError
-        If there is no such kind of file, or its library is not installed.
+        If there is no such kind of file, it does not take these options, or its library is not installed.
     """
-    if suffix.lower() not in EXPORTS:
-        raise UsageError(f"can't write {suffix or 'a file without a suffix'}; there are {', '.join(EXPORTS)}")
-    return EXPORTS[suffix.lower()](events, options)
+    check_export(suffix, options)
+    return EXPORTS[suffix.lower()].write(events, options)

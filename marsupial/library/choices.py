@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from marsupial.model.planning import NO_PLANNER, Budget, Engine
 from marsupial.model.strategy import Strategy
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import asks_planner
 
 DEFAULT_PLANNER = "auto"
@@ -26,6 +27,11 @@ def budget_of(seconds: float | None, steps: int | None, *, default_s: float = DE
     if seconds is None and steps is None:
         return Budget(seconds=default_s)
     return Budget(seconds=seconds, steps=steps)
+
+
+def takes_budget(strategy: str) -> bool:
+    """Say whether what the strategy does depends on the budget: it asks a planner, or is the clairvoyant."""
+    return strategy == CLAIRVOYANT or asks_planner(strategy)
 
 
 def planner_for(strategy: str | Strategy, planner: str | Engine) -> str | Engine:

@@ -81,3 +81,8 @@ def with_routes(scenario: Scenario, routes: Routes) -> Scenario:
     if problems:
         raise ScenarioError(problems)
     return replace(scenario, robot_types=kinds)
+
+
+def has_fixed_starts(scenario: Scenario) -> bool:
+    """Say whether no start is left to be drawn, so that every seed gives the same mission."""
+    return all(member.start is not None or member.carrier is not None for member in scenario.team)

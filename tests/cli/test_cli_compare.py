@@ -12,8 +12,11 @@ import pytest
 from patience import HANG_S, until
 
 from marsupial.bench.compare.folder import read_rows
+from marsupial.cli.contenders import contenders, warn_of_ignored
 from marsupial.cli.display.compare_progress import Lines
+from marsupial.cli.display.messages import Volume, set_volume
 from marsupial.cli.main import main
+from marsupial.model.planning import Budget
 
 QUICK = ("--steps", "1", "--planner", "greedy")
 WHOLE = ("lobby", *QUICK, "--carriers", "1-2", "--rovers", "1", "--runs", "2")
@@ -114,6 +117,7 @@ def test_a_folder_with_another_comparison_is_refused(done: Path, capsys: pytest.
         (("lobby", "--out", "x", "--time-limit", "0"), 2, "--time-limit: must be positive"),
         (("--report", "nowhere"), 3, "nowhere: holds no comparison"),
         (("lobby", "--report", "x"), 2, "--report takes no SCENARIO"),
+        (("--report", "x", "--runs", "3", "--steps", "2"), 2, "--report takes no --runs and no --steps"),
     ],
 )
 def test_what_makes_no_sense_is_refused_before_anything_is_written(
@@ -210,3 +214,28 @@ def test_best_and_worst_pair_can_be_watched_from_the_page(done: Path) -> None:
     assert all(f'href="replays/{page.name}"' in report for page in pages)
     text = pages[0].read_text()
     assert all(strategy in text for strategy in ("temporal", "heuristic"))
+
+
+def test_a_verbose_comparison_tells_each_mission_and_a_quiet_one_nothing(
+    done: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    row = read_rows(done)[0]
+    for volume, told in ((Volume.VERBOSE, f"{row.trial}: {row.status}\n"), (Volume.QUIET, "")):
+        set_volume(volume)
+        try:
+            Lines(lambda: 0.0).watch(row, 1, 40)
+        finally:
+            set_volume(Volume.NORMAL)
+        assert capsys.readouterr().err == told
+
+
+def test_options_that_no_contender_takes_are_told_of(capsys: pytest.CaptureFixture[str]) -> None:
+    steps = Budget(steps=1)
+    for text, planner, limit, ignored in (
+        ("temporal:greedy,heuristic", "exact", None, "--planner exact is ignored"),
+        ("heuristic,assignment", None, "--steps", "--steps is ignored"),
+        ("temporal,heuristic", "greedy", "--steps", None),
+    ):
+        warn_of_ignored(text, contenders(text, planner, steps), planner, limit)
+        told = capsys.readouterr().err
+        assert told.startswith(f"warning: {ignored}") if ignored else told == ""

@@ -80,7 +80,6 @@ def test_a_log_is_known_by_what_is_in_it(log: Path, tmp_path: Path) -> None:
         (("--at", "-1"), "--at: must be 0 or more, got -1"),
         (("--at", "nan"), "--at: must be 0 or more"),
         (("--at", "99999"), "there is nothing at 99999 s: the mission goes from 0 s to"),
-        (("--carriers", "3"), "the team of a mission log is what it is"),
     ],
 )
 def test_a_moment_that_does_not_exist_is_a_usage_error(
@@ -89,6 +88,14 @@ def test_a_moment_that_does_not_exist_is_a_usage_error(
     assert main(["export", str(log), *arguments, "-o", str(tmp_path / "m")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "m").exists()
+
+
+@pytest.mark.parametrize("option", ["--seed", "--rovers", "--carriers"])
+def test_a_log_is_of_one_mission_and_takes_no_options_of_scenarios(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    assert main(["export", str(log), "-o", str(tmp_path / "moment"), option, "1"]) == 2
+    assert "are for scenarios: the mission of a log is what it is" in capsys.readouterr().err
 
 
 def test_a_log_that_is_broken_is_invalid_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

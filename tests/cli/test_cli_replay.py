@@ -70,3 +70,22 @@ def test_what_can_not_be_exported_is_a_wrong_usage(
     assert "there is nothing at 4000 s: the mission goes from 0 s to 20 s" in capsys.readouterr().err
     assert main(["replay", str(log), "--at", "10"]) == 2
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("file", "option", "reason"),
+    [
+        ("x.mcap", "--speed 5", ".mcap takes no speed; a speed is for .gif, .mp4"),
+        ("x.svg", "--speed 5", ".svg takes no speed"),
+        ("x.gif", "--at 5", ".gif takes no moment (at); a moment (at) is for .svg, .png, .pdf"),
+        ("x.mcap", "--dark", ".mcap takes no dark ground"),
+        ("x.html", "--speed 5", "--speed: a page has a speed of its own"),
+    ],
+)
+def test_an_option_that_a_file_makes_nothing_of_is_refused(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], file: str, option: str, reason: str
+) -> None:
+    how = "--html" if file.endswith(".html") else "--export"
+    assert main(["replay", str(log), how, str(tmp_path / file), *option.split()]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {reason}")
+    assert list(tmp_path.iterdir()) == []

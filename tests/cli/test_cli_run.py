@@ -3,9 +3,11 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,8 @@ from patience import HANG_S
 from marsupial.cli import comparing
 from marsupial.cli.main import main
 from marsupial.formats.missionlog import read_log
+from marsupial.formats.scenario.write import write_scenario
+from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status
 
 QUICK = ("--planner", "greedy", "--steps", "1")
@@ -131,6 +135,43 @@ def test_the_heuristic_asks_no_planner_and_says_so(capsys: pytest.CaptureFixture
     _, summary, errors = run_json(capsys, "lobby", "--strategy", "heuristic", "--planner", "greedy")
     assert (summary["strategy"], summary["planner"]) == ("heuristic", "none")
     assert "--planner greedy is ignored" in errors
+
+
+@pytest.mark.parametrize(
+    ("limit", "ignored"), [("--steps", "--steps 3 is ignored"), ("--budget", "--budget 3.0 is ignored")]
+)
+def test_a_strategy_that_asks_no_planner_says_that_it_takes_no_limit_of_planning(
+    capsys: pytest.CaptureFixture[str], limit: str, ignored: str
+) -> None:
+    _, _, errors = run_json(capsys, "lobby", "--strategy", "heuristic", limit, "3", "--time-limit", "1")
+    assert f"strategy heuristic asks no planner: {ignored}" in errors
+
+
+def test_a_seed_that_draws_nothing_is_told_of(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    scenario = replace(builtin_scenario("lobby"), start_seed=3)
+    write_scenario(scenario, "fixed.json")
+    mission = ("fixed.json", "--strategy", "heuristic", "--time-limit", "1")
+    assert "--seed 2 is ignored: fixed.json says where robots start" in run_json(capsys, *mission, "--seed", "2")[2]
+    assert "ignored" not in run_json(capsys, *mission)[2]
+
+
+def test_a_quiet_mission_has_data_alone_and_a_verbose_one_tells_each_plan(capsys: pytest.CaptureFixture[str]) -> None:
+    mission = ("lobby", "--planner", "greedy", "--steps", "1")
+    _, summary, errors = run_json(capsys, *mission, "--quiet")
+    assert errors == ""
+    _, _, errors = run_json(capsys, *mission, "-v")
+    told = [line for line in errors.splitlines() if re.search(r"%  plan \d+: .*; planned in \d", line)]
+    assert len(told) == summary["replans"]
+    assert refused(capsys, *mission, "-q", "-v") == (2, "error: --quiet and --verbose: only one of them\n")
+
+
+def test_a_quiet_mission_still_tells_errors(capsys: pytest.CaptureFixture[str]) -> None:
+    code, told = refused(capsys, "nowhere", "-q")
+    assert code == 3
+    assert told.startswith("error: nowhere: neither")
 
 
 def test_a_strategy_goes_by_its_former_name_with_a_notice(capsys: pytest.CaptureFixture[str]) -> None:

@@ -94,11 +94,6 @@ def prepared(scenario: Scenario) -> Scenario:
     return replace(scenario, start_seed=None, planning_time=PlanningTime.INSTANT)
 
 
-def has_fixed_starts(scenario: Scenario) -> bool:
-    """Say whether no start is left to be drawn, so that every seed gives the same mission."""
-    return all(member.start is not None or member.carrier is not None for member in scenario.team)
-
-
 def digest(scenario: Scenario) -> str:
     """Return a short text that differs wherever anything differs that a mission depends on."""
     grid = scenario.grid

@@ -1,24 +1,31 @@
-"""The experiments that can be carried out again, by name."""
+"""The experiments that can be carried out again, by name; each is imported when it is asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING
 
-from marsupial.bench.compare.statements import Experiment
-from marsupial.bench.papers import alkhawaldah, mei, weights, wurm2008, wurm2010
+if TYPE_CHECKING:
+    from marsupial.bench.compare.statements import Experiment
 
-PAPERS: Mapping[str, Experiment] = {
-    wurm2010.NAME: wurm2010.EXPERIMENT,
-    wurm2008.NAME: wurm2008.EXPERIMENT,
-    alkhawaldah.NAME: alkhawaldah.EXPERIMENT,
-    weights.NAME: weights.EXPERIMENT,
-    mei.NAME: mei.EXPERIMENT,
-    mei.CORNER: mei.CORNER_EXPERIMENT,
+PAPERS: Mapping[str, str] = {
+    "wurm2010": "marsupial.bench.papers.wurm2010:EXPERIMENT",
+    "wurm2008": "marsupial.bench.papers.wurm2008:EXPERIMENT",
+    "alkhawaldah": "marsupial.bench.papers.alkhawaldah:EXPERIMENT",
+    "mei": "marsupial.bench.papers.mei:EXPERIMENT",
 }
-"""Those of the command line, and their parts."""
+"""Those of the command line: where they are."""
+
+PARTS: Mapping[str, str] = {
+    "alkhawaldah-weights": "marsupial.bench.papers.weights:EXPERIMENT",
+    "mei-corner": "marsupial.bench.papers.mei:CORNER_EXPERIMENT",
+}
+"""Experiments that are parts of these."""
 
 
-def paper_names() -> tuple[str, ...]:
-    """Return the names of the papers, parts of experiments left out."""
-    parts = {name for experiment in PAPERS.values() for name in experiment.parts.values()}
-    return tuple(name for name in PAPERS if name not in parts)
+def experiment(name: str) -> Experiment | None:
+    """Return the experiment, or part of one, of that name; None if there is none."""
+    target = {**PAPERS, **PARTS}.get(name)
+    found: Experiment | None = None if target is None else resolve_name(target)
+    return found

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from marsupial.cli import completing
-from marsupial.cli.options import COMPARE_STEPS, Quiet
+from marsupial.cli.options import COMPARE_STEPS, Quiet, options_given
 
 bench = typer.Typer(
     no_args_is_help=True,
@@ -73,6 +73,7 @@ def analysis(
 
 @bench.command()
 def sim(
+    context: typer.Context,
     scenarios: Annotated[
         list[str] | None,
         typer.Argument(
@@ -106,10 +107,15 @@ def sim(
     Example: marsupial bench sim lobby --strategy heuristic
     """
     from marsupial.bench.sim import SIZES, table, values
+    from marsupial.cli.display.messages import warn
     from marsupial.cli.own_benches import MissionChoice, missions_of_bench, show, sights_of_bench
     from marsupial.model.planning import Budget
+    from marsupial.strategies.registry import asks_planner
 
     chosen = MissionChoice.of(scenarios or (), strategies or (), planner, Budget(steps=steps))
+    for option in ("--planner", "--steps"):
+        if option in options_given(context) and not any(map(asks_planner, chosen.strategies)):
+            warn(f"{option} is ignored: none of the strategies asks a planner")
     sights = sights_of_bench(sizes or SIZES, seed, repeats)
     missions = missions_of_bench(chosen, seed, repeats)
     show(table(sights, missions), values(sights, missions), json)

@@ -18,10 +18,12 @@ from marsupial.cli.options import (
     TimeLimit,
     Verbose,
     Workers,
+    options_given,
 )
 
 
 def compare(
+    context: typer.Context,
     scenarios: Annotated[
         list[str] | None,
         typer.Argument(
@@ -73,15 +75,16 @@ def compare(
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
     """
     from marsupial.bench.compare.plan import Comparison
-    from marsupial.cli.contenders import contenders, numbers
+    from marsupial.cli.contenders import contenders, numbers, warn_of_ignored
     from marsupial.cli.missions import limits_of, routed
     from marsupial.errors import UsageError
     from marsupial.library.choices import budget_of
     from marsupial.model.bounds import BOUNDS
 
     if report is not None:
-        if scenarios or out is not None:
-            raise UsageError("--report takes no SCENARIO and no --out: it only reads and writes its folder")
+        others = options_given(context, "report", "quiet", "verbose")
+        if others:
+            raise UsageError(f"--report takes no {' and no '.join(others)}: it only reads and writes its folder")
         from marsupial.cli.comparing import report as write_report
 
         write_report(report)
@@ -93,6 +96,8 @@ def compare(
     limits = limits_of(time_limit)
     chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
     compared = contenders(strategies, planner, chosen)
+    limit = None if (steps, budget) == (None, None) else "--steps" if budget is None else "--budget"
+    warn_of_ignored(strategies, compared, planner, limit)
     teams = (
         numbers(carriers, "--carriers", BOUNDS["carriers"]),
         numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),

@@ -24,7 +24,7 @@ def demo(
     scenario: Annotated[
         str, typer.Option(autocompletion=completing.scenario_or_file, help="Scenario, as `marsupial run` takes it.")
     ] = "office",
-    seed: Seed = 1,
+    seed: Seed = None,
     budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -48,9 +48,10 @@ def demo(
     request = MissionRequest(source=scenario, seed=seed, carriers=2, rovers=2, budget_s=budget, steps=steps)
     summaries: list[Summary] = []
     logs = []
-    for strategy in ("temporal", "heuristic"):
-        log = out / f"{strategy}.jsonl"
-        summary, _ = carry_out(replace(request, strategy=strategy, log=log), again=bool(summaries))
+    baseline = replace(request, strategy="heuristic", budget_s=None, steps=None)  # asks no planner
+    for asked in (request, baseline):
+        log = out / f"{asked.strategy}.jsonl"
+        summary, _ = carry_out(replace(asked, log=log), again=bool(summaries))
         summaries.append(summary)
         logs.append(log)
         if summaries[-1].status == "cancelled":

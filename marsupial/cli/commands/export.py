@@ -22,7 +22,7 @@ def export(
     at: Annotated[float, typer.Option(help="Simulated seconds since the start of the mission.")] = 0.0,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers (scenarios only).")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier (scenarios only).")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Draws the starts (scenarios only).")] = 1,
+    seed: Annotated[int | None, typer.Option(min=0, help="Draws the starts (scenarios only) [default: 1].")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Write the planning problem of one moment.

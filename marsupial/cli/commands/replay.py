@@ -13,6 +13,7 @@ from marsupial.cli.options import Quiet
 from marsupial.errors import UsageError
 
 if TYPE_CHECKING:
+    from marsupial.exports.write import ExportOptions
     from marsupial.model.mission import MissionEvent
 
 TERMINAL_SPEED = 20.0
@@ -48,13 +49,20 @@ def replay(
     """
     if export is None and (at is not None or dark):
         raise UsageError("--at and --dark are for --export")
+    if html is not None and export is None and speed is not None:
+        raise UsageError("--speed: a page has a speed of its own, which is chosen on it")
     if other is not None and (html is None or export is not None):
         raise UsageError("two logs are played on a page only: add --html FILE")
+    if export is not None:
+        from marsupial.exports.write import ExportOptions, check_export
+
+        options = ExportOptions(at_ms=None if at is None else round(1000 * at), speed=speed, dark=dark)
+        check_export(export.suffix, options)
     events = _events(log)
     if html is not None:
         _page(events, None if other is None else _events(other), html)
     if export is not None:
-        _export(events, export, at, speed, dark=dark)
+        _export(events, export, options)
     if html is None and export is None:
         from rich.console import Console
 
@@ -72,17 +80,16 @@ def _page(events: Sequence[MissionEvent], other: Sequence[MissionEvent] | None, 
     say(f"wrote {path}")
 
 
-def _export(events: Sequence[MissionEvent], path: Path, at_s: float | None, speed: float | None, *, dark: bool) -> None:
+def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) -> None:
     from marsupial.cli.display.messages import say
     from marsupial.cli.outputs import write_bytes
-    from marsupial.exports.write import ExportOptions, export_mission
+    from marsupial.exports.write import export_mission
     from marsupial.mission.rebuild import check_moment
 
-    at_ms = None if at_s is None else round(1000 * at_s)
-    if at_ms is not None:
-        check_moment(events, at_ms)
+    if options.at_ms is not None:
+        check_moment(events, options.at_ms)
     say(f"writing {path} ...")
-    data = export_mission(events, path.suffix, ExportOptions(at_ms=at_ms, speed=speed, dark=dark))
+    data = export_mission(events, path.suffix, options)
     write_bytes(path, data)
     say(f"wrote {path} ({len(data) / 1000:.0f} kB)")
 

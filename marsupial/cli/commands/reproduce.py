@@ -12,7 +12,10 @@ from marsupial.cli.options import COMPARE_STEPS, Quiet, RayAddress, RetryFailed,
 
 
 def reproduce(
-    paper: Annotated[str, typer.Argument(help="Which paper: wurm2010, wurm2008, alkhawaldah or mei.")],
+    paper: Annotated[
+        str,
+        typer.Argument(autocompletion=completing.paper, help="Which paper: wurm2010, wurm2008, alkhawaldah or mei."),
+    ],
     out: Annotated[Path, typer.Option(help="Folder to write to; a comparison in it is resumed.")],
     runs: Annotated[
         int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: as below].")
@@ -50,24 +53,27 @@ def reproduce(
 
     Example: marsupial reproduce wurm2010 --out wurm2010
     """
-    from marsupial.bench.compare.statements import ExperimentTerms
-    from marsupial.bench.papers.catalogue import PAPERS, paper_names
-    from marsupial.bench.papers.wurm2008 import MAPS
-    from marsupial.cli import comparing
+    from marsupial.bench.papers.catalogue import PAPERS, experiment
     from marsupial.errors import UsageError
-    from marsupial.model.planning import Budget
-    from marsupial.planning.engines import mission_engine
     from marsupial.wording import unknown_name
 
-    if paper not in paper_names():
-        raise UsageError(unknown_name("paper", paper, paper_names()))
+    whole = experiment(paper) if paper in PAPERS else None
+    if whole is None:
+        raise UsageError(unknown_name("paper", paper, PAPERS))
+    from marsupial.bench.compare.statements import ExperimentTerms
+    from marsupial.bench.papers import wurm2008
+    from marsupial.cli import comparing
+    from marsupial.model.planning import Budget
+    from marsupial.planning.engines import mission_engine
+
+    if maps is not None and paper != wurm2008.NAME:
+        raise UsageError(f"--maps: {paper} is carried out on maps of its own; only {wurm2008.NAME} takes others")
     budget = Budget(steps=steps)
-    experiment = PAPERS[paper]
-    planner = planner or experiment.planner
+    planner = planner or whole.planner
     mission_engine(planner, budget)  # refuses what can't be used before anything is started
-    parts = {name: PAPERS[part] for name, part in experiment.parts.items()}
-    for folder, part in {"": experiment, **parts}.items():
-        asked = runs if part is experiment else None
-        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or MAPS)
+    parts = {folder: found for folder, name in whole.parts.items() if (found := experiment(name)) is not None}
+    for folder, part in {"": whole, **parts}.items():
+        asked = runs if part is whole else None
+        terms = ExperimentTerms(runs=asked or part.runs, planner=planner, budget=budget, maps=maps or wurm2008.MAPS)
         comparison = part.comparison(terms)
         comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

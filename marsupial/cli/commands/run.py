@@ -28,7 +28,7 @@ def run(
     planner: Planner = None,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
-    seed: Seed = 1,
+    seed: Seed = None,
     budget: PlanningBudget = None,
     steps: Annotated[int | None, typer.Option(help="Steps for each planning instead: reproducible.")] = None,
     log: Annotated[Path | None, typer.Option(help="Write the mission log there.")] = None,

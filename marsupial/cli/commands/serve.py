@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from marsupial.cli.options import options_given
 from marsupial.errors import EngineUnavailable, UsageError
 
 if TYPE_CHECKING:
@@ -78,6 +79,9 @@ def run(
     from marsupial_service.server import serve as run_server
 
     if openapi:
+        others = options_given(context, "openapi")
+        if others:
+            raise UsageError(f"--openapi takes no {' and no '.join(others)}: it only prints a document")
         print_text(kept_text())
         return
     if log_level.lower() not in ("debug", "info", "warning", "error"):
