@@ -7,6 +7,8 @@ files are read as they are.
 from marsupial import __version__
 
 project = "marsupial"
+author = "marsupial contributors"
+copyright = f"{author}, Apache License 2.0"
 release = version = __version__
 root_doc = "docs/index"
 include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/**", "pddl/README.md"]
