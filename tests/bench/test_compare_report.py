@@ -136,9 +136,18 @@ def test_several_contenders_are_each_compared_with_the_last() -> None:
     outcome = with_times({GREEDY: [90] * 5, anytime: [120] * 5, HEURISTIC: [100] * 5})
     rows = headline_table(outcome).rows
     assert [[cell.text for cell in row[1:]] for row in rows if row[2].text == "time"] == [
-        ["temporal (greedy)", "time", "+10.0 %", "1 of 1", "0 of 1", "5/0/0"],
-        ["temporal (anytime)", "time", "-20.0 %", "0 of 1", "1 of 1", "0/5/0"],
+        ["temporal (greedy)", "time", "+10.0 ± 0.0 %", "1 of 1", "0 of 1", "5/0/0"],
+        ["temporal (anytime)", "time", "-20.0 ± 0.0 %", "0 of 1", "1 of 1", "0/5/0"],
     ]
+
+
+def test_fewer_than_five_pairs_have_no_interval_and_no_gain_of_quality() -> None:
+    few, enough = (outcome_of(lobby(runs=runs)) for runs in (4, 5))
+    (time, quality), (_, better) = ([row[3].text for row in headline_table(found).rows] for found in (few, enough))
+    assert re.fullmatch(r"[+]\d+[.]\d %", time)
+    assert quality == "–"
+    assert "±" in better
+    assert "| – | – | 4/0/0" in markdown(measure_table(few, QUALITY, "lobby"))
 
 
 def test_coverage_stays_where_it_was_when_a_mission_has_ended() -> None:

@@ -179,12 +179,13 @@ class ComparisonOutcome:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tally:
-    """Pairings counted: cells whose interval is all on one side, the mean gain of all pairs, and pairs."""
+    """Pairings counted: cells whose interval is all on one side, the mean gain of all pairs with half its interval."""
 
     cells: int
     ahead: int
     behind: int
     gain: float | None
+    half: float | None
     wins: int
     losses: int
     ties: int
@@ -193,12 +194,14 @@ class Tally:
 def tally(pairings: Sequence[Pairing]) -> Tally:
     """Count pairings; every pair counts the same in `gain`, as it does among those won and lost."""
     gains = [gain for pairing in pairings for gain in pairing.gains]
+    found = estimate(gains, FEWEST_PAIRS)
     signs = [pairing.ahead.sign for pairing in pairings if pairing.ahead is not None]
     return Tally(
         cells=len(pairings),
         ahead=signs.count(1),
         behind=signs.count(-1),
-        gain=fmean(gains) if gains else None,
+        gain=None if found is None else found.mean,
+        half=None if found is None else found.half,
         wins=sum(pairing.wins for pairing in pairings),
         losses=sum(pairing.losses for pairing in pairings),
         ties=sum(pairing.ties for pairing in pairings),

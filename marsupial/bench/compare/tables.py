@@ -13,9 +13,10 @@ from marsupial.bench.compare.cells import (
     TIME,
     ComparisonOutcome,
     Pairing,
+    Tally,
     tally,
 )
-from marsupial.bench.compare.statistics import Estimate
+from marsupial.bench.compare.statistics import FEWEST_PAIRS, Estimate
 from marsupial.library.metrics import Metric
 
 GOOD, BAD = "good", "bad"
@@ -88,7 +89,8 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
     table = ReportTable(
         title="In short",
         caption=f"Against {outcome.base}, over all team sizes. Gains are means over pairs of 1 - time / base's time "
-        f"and of Q / base's Q - 1; {BETTER}; pairs are missions with the same map, team and starts.",
+        f"and of Q / base's Q - 1, ± half of the 95 % interval from {FEWEST_PAIRS} pairs on; {BETTER}; "
+        "pairs are missions with the same map, team and starts.",
         heads=("scenario", "contender", "metric", "gain", "better", "worse", "won/lost/tied"),
     )
     for scenario in outcome.scenarios:
@@ -99,7 +101,7 @@ def headline_table(outcome: ComparisonOutcome) -> ReportTable:
                     scenario,
                     str(rival),
                     "time" if measure is TIME else "Q",
-                    percent(found.gain),
+                    _gain_text(found, measure),
                     f"{found.ahead} of {found.cells}",
                     f"{found.behind} of {found.cells}",
                     f"{found.wins}/{found.losses}/{found.ties}",
@@ -207,6 +209,13 @@ def percent(share: float | None) -> str:
     return NOTHING if share is None else f"{100 * share:+.1f} %"
 
 
+def _gain_text(found: Tally, measure: Metric) -> str:
+    """Return a mean gain with half of its interval; that of quality, which is the more easily misread, not without."""
+    if found.gain is None or (found.half is None and measure is QUALITY):
+        return NOTHING
+    return percent(found.gain) if found.half is None else f"{100 * found.gain:+.1f} ± {100 * found.half:.1f} %"
+
+
 def interval_text(found: Estimate | None, digits: int) -> str:
     """Return a mean difference and the ends of its interval."""
     if found is None:
@@ -218,9 +227,10 @@ def interval_text(found: Estimate | None, digits: int) -> str:
 def _pair_cells(pairing: Pairing, measure: Metric) -> list[TableCell]:
     sign = 0 if pairing.ahead is None else pairing.ahead.sign
     mark = {1: GOOD, 0: "", -1: BAD}[sign]
+    untold = measure is QUALITY and (pairing.ahead is None or pairing.ahead.half is None)
     return [
-        TableCell(percent(pairing.gain), mark),
-        TableCell(interval_text(pairing.ahead, measure.digits), mark),
+        TableCell(NOTHING if untold else percent(pairing.gain), mark),
+        TableCell(NOTHING if untold else interval_text(pairing.ahead, measure.digits), mark),
         TableCell(f"{pairing.wins}/{pairing.losses}/{pairing.ties}"),
     ]
 
