@@ -149,8 +149,8 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
 
 def _warn_of_ignored(request: MissionRequest) -> None:
     """Warn of options that a strategy makes nothing of."""
-    given = {"--budget": request.budget_s, "--steps": request.steps}
-    ignored = {} if takes_budget(request.strategy) else given
+    given: dict[str, object] = {"--budget": request.budget_s, "--steps": request.steps}
+    ignored: dict[str, object] = {} if takes_budget(request.strategy) else given
     if not asks_planner(request.strategy):
         ignored = {"--planner": request.planner, **ignored}
     said = [f"{option} {value}" for option, value in ignored.items() if value is not None]

@@ -276,11 +276,11 @@ def _noise_warnings(grid: Grid, kinds: Sequence[RobotType], reach: tuple[TypeRea
         gain_m2 = after.area_m2 - before.area_m2
         if gain_m2 > NOISY_GAIN * before.area_m2:
             them = "1 speck of obstacle, smaller" if number == 1 else f"{number} specks of obstacle, each smaller"
-            keep, it = ("keeps", "it is noise") if number == 1 else ("keep", "they are noise")
+            keep, it, away = ("keeps", "it is", "it") if number == 1 else ("keep", "they are", "them")
             found.append(
                 f"{them} than {smallest.name}, {keep} {before.type} (radius {before.radius_m:g} m) out of "
-                f"{gain_m2:.4g} m2, so that it reaches {before.area_m2:.4g} m2 at most: if {it}, `marsupial map FILE "
-                "--clean OUT` writes the map without"
+                f"{gain_m2:.4g} m2, so that it reaches {before.area_m2:.4g} m2 at most: if {it} noise, "
+                f"`marsupial map FILE --clean OUT` writes the map without {away}"
             )
     return found
 

@@ -8,9 +8,9 @@ const OWN_MAP = "";
 const SPEEDS = [[1, "real time"], [5, "5 times"], [10, "10 times"], [30, "30 times"], [100, "100 times"], ["", "as fast as it can be planned"]];
 const SPEED = 10;
 
-/** The field that a JSON pointer into the request means. */
+/** The field that a JSON pointer into the request means; what is said of a map as a whole stands below all fields. */
 const FIELDS = [
-  ["/map/yaml", "yaml"], ["/map/image_base64", "image"], ["/map/name", "yaml"], ["/map", "yaml"], ["/scenario", "scenario"],
+  ["/map/yaml", "yaml"], ["/map/image_base64", "image"], ["/map/name", "yaml"], ["/scenario", "scenario"],
   ["/carriers", "carriers"], ["/rovers", "rovers"], ["/strategy", "strategy"], ["/planner", "planner"], ["/seed", "seed"],
   ["/budget", "budget"], ["/speed", "speed"],
 ];

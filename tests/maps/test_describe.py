@@ -203,7 +203,7 @@ def test_noise_that_keeps_a_type_out_of_nearly_all_is_named_with_what_to_do() ->
     nowhere, carriers = describe(replace(free, cells=cells), (CARRIER, ROVER)).warnings
     assert nowhere == "carrier (radius 0.5 m) can stand nowhere on this map"
     assert carriers.startswith("100 specks of obstacle, each smaller than rover, keep carrier (radius 0.5 m) out of ")
-    assert carriers.endswith("`marsupial map FILE --clean OUT` writes the map without")
+    assert carriers.endswith("`marsupial map FILE --clean OUT` writes the map without them")
 
 
 def test_a_type_that_fits_nowhere_is_named() -> None:

@@ -164,6 +164,22 @@ def test_what_is_wrong_with_a_map_stands_beside_the_field_that_was_meant(
     assert browser.text(".view > header h1") == "room"
 
 
+def test_what_is_odd_about_a_map_without_room_is_a_warning_and_no_fault_of_the_yaml(
+    browser: Browser, house: Server, tmp_path: Path
+) -> None:
+    yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
+    yaml.write_text(YAML)
+    Image.new("L", (48, 36), 0).save(image)
+    browser.open(f"{house.url}/")
+    choose(browser, scenario="")
+    browser.find("#start-yaml").send_keys(str(yaml))
+    browser.find("#start-image").send_keys(str(image))
+    browser.click("form.start button.first")
+    browser.wait("document.querySelector('form.start > [role=alert]').textContent.includes('warning: ')")
+    assert browser.text("form.start > [role=alert]").startswith("no room")
+    assert not browser.value("document.querySelector('#start-yaml').hasAttribute('aria-invalid')")
+
+
 def test_an_image_that_the_yaml_does_not_name_is_refused_beside_its_field(
     browser: Browser, house: Server, tmp_path: Path
 ) -> None:

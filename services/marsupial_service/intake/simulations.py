@@ -96,14 +96,14 @@ def _bare(asked: MapSimulationBody, grid: Grid, limits: ServiceLimits) -> Scenar
 
 
 def _placed(asked: Asked, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
-    """Return where the robots start; where there is no room, what is odd about the map is told first: it may be why."""
+    """Return where the robots start; where there is no room, oddities of the map are told too: they may be why."""
     try:
         return place_team(scenario, asked.seed)
     except ScenarioError as error:
         first = any(problem.path.startswith("team[0]") for problem in error.problems)
         where = "carriers" if not first else "map" if isinstance(asked, MapSimulationBody) else "scenario"
         said = Problem(where, "; ".join(problem.message for problem in error.problems))
-        raise InputError([*(Problem("map", text) for text in warnings), said]) from error
+        raise InputError([said, *(Problem("map", f"warning: {text}") for text in warnings)]) from error
 
 
 def _brief(

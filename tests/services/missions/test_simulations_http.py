@@ -90,6 +90,15 @@ def test_a_map_is_warned_of_as_run_warns_of_its_files(http: httpx.Client, tmp_pa
     http.post(mission["links"]["cancel"])
 
 
+def test_where_no_robot_can_stand_what_is_odd_about_the_map_is_a_warning_after_that(http: httpx.Client) -> None:
+    refused = problem(http.post("/v1/simulations", json=on_map(image=picture(free=0))), 422, "invalid")
+    first, *others = refused["errors"]
+    assert "no room" in refused["detail"]
+    assert "no room" in first["detail"]
+    assert others
+    assert all(one["detail"].startswith("warning: ") and one["pointer"] == "/map" for one in others)
+
+
 @pytest.mark.parametrize(("chosen", "accepted"), [("room.png", True), ("room.pgm", True), ("mended.png", False)])
 def test_the_image_has_to_be_the_one_that_the_yaml_names(http: httpx.Client, chosen: str, accepted: bool) -> None:
     body = on_map(YAML.replace("room.png", "maps/room.png"))
