@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Improved
+from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.engine import Exact, unsupported
@@ -19,6 +20,9 @@ from marsupial.planning.race import Clock
 
 MOST_TARGETS = 12
 """Up to here, where there are any targets, branch and bound is worth its core; local search has one thread then."""
+
+MOST_ROVERS = 10
+"""Up to here it is where all rovers have to end aboard as well; otherwise up to as many as it takes."""
 
 HEAD_START_S = 0.01
 """How long local search runs alone: it has a plan by then, and branch and bound takes over better ones as they come."""
@@ -54,4 +58,7 @@ def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
 
 
 def _is_small(situation: Situation) -> bool:
+    goal, rovers = situation.goal, len(situation.of_role(Role.ROVER))
+    if (goal.recover_rovers or goal.return_home) and rovers > MOST_ROVERS:
+        return False
     return 0 < len(situation.targets) <= MOST_TARGETS and unsupported(situation) is None

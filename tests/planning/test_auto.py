@@ -81,8 +81,15 @@ def test_more_steps_never_give_a_longer_plan() -> None:
     assert spans == sorted(spans, reverse=True)
 
 
-def test_two_targets_are_planned_to_proven_optimality_for_eight_carriers_with_three_rovers_each() -> None:
-    floor = Floor(seed=3, carriers=8, rovers=3, targets=2, rooms=2, recover=True, homes=True)
+@pytest.mark.parametrize(
+    "floor",
+    [
+        Floor(seed=3, carriers=8, rovers=3, targets=2, rooms=2, recover=True, homes=True),
+        Floor(seed=0, carriers=8, rovers=3, targets=3, rooms=2, doors=2, scattered=True),
+        Floor(seed=0, carriers=8, rovers=3, targets=4, rooms=1),
+    ],
+)
+def test_few_targets_are_planned_to_proven_optimality_for_eight_carriers_with_three_rovers_each(floor: Floor) -> None:
     *_, end = auto().solve(floor.situation(), Budget(steps=8))
     assert isinstance(end, Finished)
     assert end.outcome is Outcome.OPTIMAL

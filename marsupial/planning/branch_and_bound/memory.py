@@ -11,22 +11,36 @@ from marsupial.planning.branch_and_bound.tables import Tables
 
 BUCKET = 16
 CODE_BITS, SET_BITS = 6, 12
-MAX_CARRIERS, MAX_ROVERS, MAX_CODES, MAX_TARGETS = 8, 10, 1 << CODE_BITS, SET_BITS
+CODES = 10
+"""How many of them there are in a word."""
+
+MAX_CARRIERS, MAX_ROVERS, MAX_CODES, MAX_TARGETS = 8, 24, 1 << CODE_BITS, SET_BITS
+
+
+def entry_size(robots: int, carriers: int) -> int:
+    """Return how many numbers an entry has for so many robots, the carriers among them."""
+    return _words(robots, carriers) + robots + 2
 
 
 @inlined
-def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, key: int) -> bool:
+def _words(robots: int, carriers: int) -> int:
+    return 1 + max(1, -(-(robots - carriers) // CODES))
+
+
+@inlined
+def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, key: int, steps: int) -> bool:
     """Return whether a state is no better than one in memory; if it is, put it there.
 
     Parameters
     ----------
     memory
-        (entries, 2 + robots + 1): two words that tell where all robots are and what is left, when the robots are ready,
-        and the key of the last event. 0 words: free.
+        (entries, `entry_size`): words that tell where all robots are and what is left, when the robots are ready, the
+        key of the last event, and how many events led there if that counts (`steps`). 0 words: free.
     order
-        (2, robots + 3), scratch: robots in canonical order; the new entry.
+        (2, `entry_size`), scratch: robots in canonical order; the new entry.
     """
     robots, carriers = len(state), tables.carriers
+    words = _words(robots, carriers)
     ranks, entry = order[0], order[1]
     for r in range(carriers):
         _place(tables, ranks, state, 0, r, carriers)
@@ -34,16 +48,16 @@ def remember(tables: Tables, memory: Ints, order: Ints, state: Ints, left: int, 
     for i in range(carriers):
         c = ranks[i]
         entry[0] |= state[c, col.WHERE] << (SET_BITS + 1 + CODE_BITS * i)
-        entry[2 + i] = state[c, col.SINCE]
+        entry[words + i] = state[c, col.SINCE]
     for r in range(carriers, robots):
         _place(tables, ranks, state, carriers, r, carriers)
-    entry[1] = 1
+    entry[1:words] = 1
     for i in range(carriers, robots):
-        v = ranks[i]
-        entry[1] = entry[1] << CODE_BITS | _code(tables, ranks, state, v)
-        entry[2 + i] = 0 if state[v, col.ON] >= 0 else state[v, col.SINCE]
-    entry[2 + robots] = key
-    return _enter(memory, entry)
+        v, word = ranks[i], 1 + (i - carriers) // CODES
+        entry[word] = entry[word] << CODE_BITS | _code(tables, ranks, state, v)
+        entry[words + i] = 0 if state[v, col.ON] >= 0 else state[v, col.SINCE]
+    entry[words + robots], entry[words + robots + 1] = key, steps
+    return _enter(memory, entry, words)
 
 
 @inlined
@@ -84,16 +98,18 @@ def _cargo(tables: Tables, state: Ints, c: int) -> int:
     cargo = 0
     for v in range(tables.carriers, len(state)):
         if state[v, col.ON] == c:
-            cargo += 1 << 3 * (tables.traits[v, col.TWIN] - tables.carriers)
+            cargo += 1 << 3 * min(tables.traits[v, col.TWIN] - tables.carriers, 20)
     return cargo
 
 
 @inlined
-def _enter(memory: Ints, entry: Ints) -> bool:
+def _enter(memory: Ints, entry: Ints, words: int) -> bool:
     width = memory.shape[1]
-    x = np.uint64(entry[0]) * np.uint64(0x9E3779B97F4A7C15) ^ np.uint64(entry[1]) * np.uint64(0xC2B2AE3D27D4EB4F)
-    x ^= x >> np.uint64(29)
-    x *= np.uint64(0xBF58476D1CE4E5B9)
+    x = np.uint64(entry[0]) * np.uint64(0x9E3779B97F4A7C15)
+    for k in range(1, words):
+        x ^= np.uint64(entry[k]) * np.uint64(0xC2B2AE3D27D4EB4F)
+        x ^= x >> np.uint64(29)
+        x *= np.uint64(0xBF58476D1CE4E5B9)
     x ^= x >> np.uint64(32)
     first = int(x % np.uint64(len(memory) // BUCKET)) * BUCKET
     free = -1
@@ -103,10 +119,12 @@ def _enter(memory: Ints, entry: Ints) -> bool:
             if free < 0:
                 free = i
             break
-        if row[0] != entry[0] or row[1] != entry[1]:
+        same = better = worse = True
+        for k in range(words):
+            same = same and row[k] == entry[k]
+        if not same:
             continue
-        better = worse = True
-        for k in range(2, width):
+        for k in range(words, width):
             if row[k] > entry[k]:
                 better = False
             elif row[k] < entry[k]:

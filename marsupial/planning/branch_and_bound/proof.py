@@ -17,6 +17,7 @@ from marsupial.model.plan import EPSILON_MS, Plan
 from marsupial.model.planning import Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.branch_and_bound import columns as col
+from marsupial.planning.branch_and_bound.memory import entry_size
 from marsupial.planning.branch_and_bound.plans import plan_found
 from marsupial.planning.branch_and_bound.search import advance, root_bound_ms, search_of
 from marsupial.planning.branch_and_bound.tables import Tables, tables_of, timeless
@@ -140,7 +141,7 @@ class Sweep:
     """A search for plans that end before `below_ms`, in steps. If it ends, none ends before the last one it found."""
 
     def __init__(self, tables: Tables, below_ms: int, *, keyed: bool = True) -> None:
-        entries = MEMORY_BYTES // (8 * (len(tables.traits) + 3))
+        entries = MEMORY_BYTES // (8 * entry_size(len(tables.traits), tables.carriers))
         self._tables, self._search = tables, search_of(tables, below_ms + EPSILON_MS, entries, keyed=keyed)
         self.below_ms = below_ms
         self.goes_on = True

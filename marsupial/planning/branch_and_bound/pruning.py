@@ -1,4 +1,4 @@
-"""Whether a state can lead to a plan in time, as far as relaxations tell."""
+"""Whether a state can lead to a plan in time, as far as relaxations tell, and to one without a step too many."""
 
 from __future__ import annotations
 
@@ -31,7 +31,56 @@ def may_lead_on(tables: Tables, search: Search, level: int) -> bool:
             parts[r, col.FROM] = state[c, col.SINCE]
     if cover(tables.book, parts, search.scratch, left, search.tallies[col.LIMIT], TRIES) == NO:
         return False
+    if not tables.recover and search.tallies[col.KEYED] and not _all_serve(tables, search, level):
+        return False
     return _can_run_errands(tables, search, level)
+
+
+@inlined
+def _all_serve(tables: Tables, search: Search, level: int) -> bool:
+    """Say whether every rover that was set down or picked up may have been for the sake of a target that is left.
+
+    One that was set down for the first time may also have made room aboard, if another one could still board in time.
+    """
+    path, left = search.path, search.levels[level, col.LEFT]
+    rest = left
+    for v in range(tables.carriers, len(search.states[level])):
+        count, c = 0, -1
+        for i in range(1, level + 1):
+            if path[i, col.ROVER] == v:
+                count, c = count + 1, path[i, col.CARRIER]
+        if not count or (count == 1 and tables.beginning[v, col.ON] >= 0 and _may_board(tables, search, level, c)):
+            continue
+        if not rest or not _may_explore(tables, search, search.parts[v, col.ROW], search.parts[v, col.FROM], left):
+            return False
+        rest &= rest - 1
+    return True
+
+
+@inlined
+def _may_board(tables: Tables, search: Search, level: int, c: int) -> bool:
+    """Say whether some rover could board a carrier and then explore a target in time."""
+    state, left = search.states[level], search.levels[level, col.LEFT]
+    kind = tables.traits[c, col.KIND]
+    for v in range(tables.carriers, len(state)):
+        if tables.traits[v, col.TWIN] != v:
+            continue
+        for m in range(len(tables.meetings)):
+            aboard = state[c, col.SINCE] + tables.tour[kind, state[c, col.WHERE], 0, m] + tables.traits[v, col.DOCKS]
+            if _may_explore(tables, search, carried_row(tables, v, kind, tables.meetings[m]), aboard, left):
+                return True
+    return False
+
+
+@inlined
+def _may_explore(tables: Tables, search: Search, row: int, begins: int, targets: int) -> bool:
+    """Say whether a robot with that row of the book, ready at `begins`, is in time for one of a set of targets."""
+    while targets:
+        bit = targets & -targets
+        if begins + tables.book[row, bit] < search.tallies[col.LIMIT]:
+            return True
+        targets ^= bit
+    return False
 
 
 @inlined

@@ -17,10 +17,17 @@ What is left out, and why no shorter plan is lost:
 - A set that could be larger without its step ending later: a robot that has explored more has less to do.
 - A state no better than one met before: the same robots (or ones like them) at the same places, the same targets left,
   no robot ready earlier, and a key no lower.
+- Steps for nothing, where rovers may end on the ground: of plans as short those with the fewest steps are enough. In
+  these whoever is picked up is set down again and explores something then, or is picked up again; so does whoever is
+  set down, unless that made room for a rover that is picked up later. So there are never more such rovers than targets
+  left, and each of them is in time for one of these. There a state is no better than one met before only if that one
+  was reached by no more steps.
 
 These do not lose a plan in turns. Call a state that is entered and the steps from it to a plan shorter than all that
 are found a way out, its times being delayed to those of the last step where they are earlier. Compare ways out by the
-multiset of their steps' keys and of their state's key. Were there any, take a least one. Its first step is not listed
+number of their steps and of those that led to their state (where rovers may end on the ground), then by the multiset of
+their steps' keys and of their state's key. Were there any, take a least one: it is a plan without a step for nothing,
+since there is a way out from the first state for every plan. Its first step is not listed
 because it would be delayed: then it could come before some last steps, which gives a way out in which this key is
 replaced with lower ones. Or its set could be larger, or its state is no better than one entered: then that one has a
 way out with keys no higher and one step less. Or its state is entered: then there is one step less as well.
@@ -35,7 +42,7 @@ from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.branching import branch
 from marsupial.planning.branch_and_bound.cover import YES, cover
 from marsupial.planning.branch_and_bound.errands import BITS
-from marsupial.planning.branch_and_bound.memory import BUCKET, remember
+from marsupial.planning.branch_and_bound.memory import BUCKET, entry_size, remember
 from marsupial.planning.branch_and_bound.pruning import may_lead_on
 from marsupial.planning.branch_and_bound.tables import Tables, done_row
 from marsupial.planning.branch_and_bound.tree import Search
@@ -44,6 +51,7 @@ from marsupial.planning.branch_and_bound.tree import Search
 def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -> Search:
     """Return a search for plans shorter than `limit` ms, epsilon included, that remembers so many states."""
     robots, targets = len(tables.traits), len(tables.targets)
+    entry = entry_size(robots, tables.carriers)
     tallies = np.zeros(8, dtype=np.int64)
     tallies[col.LIMIT] = limit
     tallies[col.KEYED] = keyed
@@ -60,8 +68,8 @@ def search_of(tables: Tables, limit: int, entries: int, *, keyed: bool = True) -
         tallies=tallies,
         jobs=np.zeros((3, robots + 2 * BITS), dtype=np.int64),
         loads=np.zeros((3, tables.carriers), dtype=np.int64),
-        memory=np.zeros((entries, robots + 3), dtype=np.int64),
-        order=np.zeros((2, robots + 3), dtype=np.int64),
+        memory=np.zeros((entries, entry), dtype=np.int64),
+        order=np.zeros((2, entry), dtype=np.int64),
     )
     search.states[0] = tables.beginning
     search.levels[0, col.LEFT] = (1 << targets) - 1
@@ -157,9 +165,9 @@ def _enter(tables: Tables, search: Search, level: int) -> None:
     if not may_lead_on(tables, search, level):
         tallies[col.BOUND] += 1
         return
-    if remember(
-        tables, search.memory, search.order, search.states[level], levels[level, col.LEFT], levels[level, col.KEY]
-    ):
+    left, key = levels[level, col.LEFT], levels[level, col.KEY]
+    steps = 0 if tables.recover or not tallies[col.KEYED] else level
+    if remember(tables, search.memory, search.order, search.states[level], left, key, steps):
         tallies[col.SEEN] += 1
         return
     _complete(tables, search, level)

@@ -29,6 +29,7 @@ from situations import (
     two_rooms,
 )
 
+from marsupial.bench.suite.floors import Floor
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.robots import Role
@@ -228,6 +229,14 @@ def test_where_the_best_plan_is_seen_by_eye_it_is_found(situation: Situation, be
 def test_two_carriers_with_two_rovers_are_proven(seed: int, recover: bool) -> None:
     situation = replace(many_rooms(2, 2, 8, 4, seed=seed), goal=SituationGoal(recover_rovers=recover))
     plans, finished = solve(situation, Budget(steps=2000))
+    assert finished.outcome is Outcome.OPTIMAL
+    assert check(situation, plans[-1]).valid
+
+
+@pytest.mark.parametrize("targets", [2, 3, 4])
+def test_few_targets_in_one_room_are_proven_for_eight_carriers_with_three_rovers_each(targets: int) -> None:
+    situation = Floor(seed=0, carriers=8, rovers=3, targets=targets, rooms=1).situation()
+    plans, finished = solve(situation, Budget(steps=1))
     assert finished.outcome is Outcome.OPTIMAL
     assert check(situation, plans[-1]).valid
 
