@@ -20,7 +20,7 @@ from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, same_targets, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
-from marsupial.mission.patience import Patience, Rounds
+from marsupial.mission.patience import Patience, Rounds, why_stalled
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, Mask
@@ -205,7 +205,7 @@ class Mission:
         if self._replanning.exploration_ms is not None and self._satisfied(survey):
             return Status.COMPLETE, self._replanning.explored + wishes(self._order.goal)
         if self._rounds.begin(self._world.now_ms) > MAX_FRUITLESS:
-            return Status.STALLED, "replanning over and over takes nobody anywhere"
+            return Status.STALLED, why_stalled(survey, self._world, "replanning over and over takes nobody anywhere")
         return self._follow(triggers, survey, self._decide(survey))
 
     def _decide(self, survey: Survey) -> Decision:
@@ -241,7 +241,8 @@ class Mission:
         else:
             self._adopt(triggers, survey, decision.plan)
         if stalled:
-            return Status.STALLED, decision.report.detail or "the strategy knows nothing to do"
+            told = decision.report.detail or "the strategy knows nothing to do"
+            return Status.STALLED, why_stalled(survey, self._world, told)
         return None
 
     def _adopt_late(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:

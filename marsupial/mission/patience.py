@@ -1,4 +1,4 @@
-"""When a mission had better wait than be over, and when it goes round in circles.
+"""When a mission had better wait than be over, when it goes round in circles, and why it gets no farther.
 
 Where others make the map it may come late, or have a robot stand in an obstacle for a while: then nothing can be
 reached, which is no reason to call the mission complete. And a team that reports robot by robot may ask for many plans
@@ -11,10 +11,12 @@ from collections.abc import Mapping
 
 from marsupial.formats.scenario.team import standing_fault
 from marsupial.maps.footprint import fits
+from marsupial.maps.survey import Survey
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import Cause, Status, Trigger, Triggers
 from marsupial.model.robots import RobotType
 from marsupial.model.world import News, RobotReport, World
+from marsupial.planning.reachability import obstacles
 
 WAIT_MS = 60_000
 """How long, in mission time, a mission that has begun waits for robots that can't stand where they are."""
@@ -117,6 +119,13 @@ class Patience:
             if robot.cell is not None
         )
         return "; ".join(faults)
+
+
+def why_stalled(survey: Survey, world: World, told: str) -> str:
+    """Return what keeps the team from its goal, or else what is `told`; and who is lost."""
+    lost = [robot.name for robot in world.robots() if robot.lost]
+    causes = [*obstacles(survey.situation)] or [told]
+    return "; ".join(causes + ([f"lost: {', '.join(lost)}"] if lost else []))
 
 
 class Rounds:

@@ -7,7 +7,7 @@ can't be reached at all. Whether all rovers can end aboard is a matching of rove
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from marsupial.arrays import Flags
 from marsupial.model.robots import Role
 from marsupial.model.situation import RobotState, Situation
+from marsupial.wording import counted
 
 
 def reach(situation: Situation) -> dict[str, Flags]:
@@ -45,20 +46,45 @@ def hopeless_targets(situation: Situation, reached: Mapping[str, Flags]) -> dict
 
 def impossible(situation: Situation) -> str | None:
     """Return a sentence that proves that no plan reaches the goal, or None where there may be one."""
+    return next(obstacles(situation), None)
+
+
+def obstacles(situation: Situation) -> Iterator[str]:
+    """Yield sentences, each of which proves that no plan reaches the goal; there may be obstacles beside them."""
     reached = reach(situation)
-    hopeless = hopeless_targets(situation, reached)
-    if hopeless:
-        return next(iter(hopeless.values()))
+    yield from hopeless_targets(situation, reached).values()
     goal = situation.goal
     if goal.recover_rovers or goal.return_home:
-        carriers = situation.of_role(Role.CARRIER)
-        places = [situation.type_of(carrier.name).capacity for carrier in carriers]
-        if -1 in matching(_boards(situation, reached), places):
-            return "the carriers have no places for all rovers that each rover could get to"
+        yield from _seatless(situation, reached)
     for robot in situation.of_role(Role.CARRIER) if goal.return_home else ():
         if robot.home is not None and not reached[robot.name][situation.place_index[robot.home]]:
-            return f"{robot.name} has no path to its home {robot.home}"
-    return _dead_end(situation, reached)
+            yield f"{robot.name} has no path to its home {robot.home}"
+    dead_end = _dead_end(situation, reached)
+    if dead_end is not None:
+        yield dead_end
+
+
+def _seatless(situation: Situation, reached: Mapping[str, Flags]) -> Iterator[str]:
+    """Yield which rovers can't all end aboard, and why; those that are aboard keep their places if they can."""
+    carriers = situation.of_role(Role.CARRIER)
+    places = [situation.type_of(carrier.name).capacity for carrier in carriers]
+    boards = sorted(
+        zip(situation.of_role(Role.ROVER), _boards(situation, reached), strict=True),
+        key=lambda pair: pair[0].carrier is None,
+    )
+    seats = matching([options for _, options in boards], places)
+    without: dict[str, list[str]] = {}
+    for (rover, options), seat in zip(boards, seats, strict=True):
+        if seat < 0:
+            able = [carriers[k].name for k in options if places[k]]
+            if able:
+                total = counted(sum(places[k] for k in options), "place")
+                why = f"of the carriers only {', '.join(able)} can get there, with {total} in all"
+            else:
+                why = f"no carrier with places {'can get there' if any(places) else 'is left'}"
+            without.setdefault(why, []).append(rover.name)
+    for why, names in without.items():
+        yield f"no place aboard for {', '.join(names)}: {why}"
 
 
 def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[int]:

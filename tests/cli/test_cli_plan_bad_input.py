@@ -91,7 +91,7 @@ def test_rovers_that_no_carrier_has_places_for_are_proven_not_to_come_aboard(
 ) -> None:
     situation = replace(in_flight(), goal=SituationGoal(recover_rovers=True))
     assert plan(tmp_path, situation_to_json(situation)) == 4
-    assert "no places for all rovers" in capsys.readouterr().err
+    assert "no place aboard for r2: no carrier with places can get there" in capsys.readouterr().err
 
 
 def test_a_carrier_that_gets_stuck_is_no_plan(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

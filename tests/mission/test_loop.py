@@ -32,6 +32,7 @@ from marsupial.model.mission import (
     DriveEnded,
     DriveStarted,
     MissionEnded,
+    PlacedRobot,
     Planned,
     RobotLost,
     Status,
@@ -165,7 +166,35 @@ def test_a_rover_that_nobody_can_fetch_stalls_the_mission() -> None:
     grid = drawn_grid("#######", "#..#,,#", "#######")
     ended, _ = fly(grid, [carrier_at(1, 1), rover_at(4, 1)], greedy_strategy())
     assert (ended.status, ended.coverage) == (Status.STALLED, 1.0)
-    assert "rover" in ended.reason
+    assert "r1" in ended.reason
+
+
+@pytest.mark.parametrize("goal", [HOME, Goal(recover_rovers=True)])
+@pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
+@pytest.mark.parametrize(
+    ("lines", "team", "capacity", "failures", "reason"),
+    [
+        (ANNEX, (rover_at(4, 3, 1), rover_at(5, 3, 2)), 1, {}, "only c1 can get there, with 1 place in all"),
+        (ANNEX, (rover_at(4, 3, 1),), 0, {}, "no carrier with places is left"),
+        (ANNEX, (rover_on("c1"),), 1, {"c1": 14_000}, "no carrier with places is left; lost: c1"),
+        (("#######", "#..#,,#", "#######"), (rover_at(4, 1),), 1, {}, "no carrier with places can get there"),
+    ],
+)  # fmt: skip
+def test_a_mission_that_leaves_a_rover_behind_says_which_and_why(
+    goal: Goal,
+    strategy: Callable[[], Temporal | Heuristic],
+    lines: tuple[str, ...],
+    team: tuple[PlacedRobot, ...],
+    capacity: int,
+    failures: dict[str, int],
+    reason: str,
+) -> None:
+    grid = drawn_grid(*lines)
+    carrier = carrier_at(2, len(lines) - 2)
+    ended, _ = fly(grid, [carrier, *team], strategy(), goal=goal, kinds=kinds_of(capacity=capacity), failures=failures)
+    assert ended.status is Status.STALLED
+    assert ended.reason.endswith(reason)
+    assert "no place aboard for" in ended.reason
 
 
 @pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])

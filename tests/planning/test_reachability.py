@@ -7,16 +7,19 @@ from situations import (
     SOLVABLE,
     bring_them_home,
     carrier,
+    door,
     full_carrier,
     hall,
     one_room,
     out_of_reach,
     relay,
+    room,
+    rover,
     situation_of,
 )
 
 from marsupial.model.situation import UNREACHABLE, SituationGoal
-from marsupial.planning.reachability import hopeless_targets, impossible, matching, reach
+from marsupial.planning.reachability import hopeless_targets, impossible, matching, obstacles, reach
 
 
 def places_of(name: str, robot: str) -> set[str]:
@@ -60,7 +63,21 @@ def test_the_wrong_rover_alone_can_not_help() -> None:
 
 def test_one_carrier_with_one_place_can_not_take_two_rovers_home() -> None:
     situation = bring_them_home().restricted(robots=frozenset({"c1", "r1", "r2"}))
-    assert impossible(situation) == "the carriers have no places for all rovers that each rover could get to"
+    assert impossible(situation) == "no place aboard for r2: of the carriers only c1 can get there, with 1 place in all"
+
+
+def test_every_obstacle_is_named_and_rovers_that_are_aboard_keep_their_places() -> None:
+    spots = {"c1_start": hall(0), "r1_start": room(0, 1), "r3_start": room(9, 2)}
+    team = [carrier(home="h1"), rover(1), rover(2, "c1"), rover(3)]
+    goal = SituationGoal(recover_rovers=True, return_home=True)
+    situation = situation_of(team, {}, {"m1": door(1, 1)}, spots, homes={"h1": hall(0, 5)}, goal=goal)
+    assert [*obstacles(situation)] == [
+        "no place aboard for r1: of the carriers only c1 can get there, with 1 place in all",
+        "no place aboard for r3: no carrier with places can get there",
+        "c1 has no path to its home h1",
+    ]
+    situation = situation.restricted(robots=frozenset({"r1", "r3"}))
+    assert [*obstacles(situation)] == ["no place aboard for r1, r3: no carrier with places is left"]
 
 
 def test_a_target_nobody_comes_back_from_can_not_be_explored_where_all_have_to_come_back() -> None:

@@ -256,7 +256,7 @@ def test_too_few_places_for_the_rovers_are_proven() -> None:
     )
     finished = solve(situation)[1]
     assert finished.outcome is Outcome.UNSOLVABLE
-    assert finished.detail == "the carriers have no places for all rovers that each rover could get to"
+    assert finished.detail == "no place aboard for r2: of the carriers only c1 can get there, with 1 place in all"
 
 
 def test_a_home_without_a_path_is_proven() -> None:
