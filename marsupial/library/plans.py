@@ -18,7 +18,7 @@ from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning import checker
 from marsupial.planning.checker import Verdict
-from marsupial.planning.engines import engine
+from marsupial.planning.engines import engine_of
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode
@@ -134,8 +134,7 @@ def plan(
         If the planner or budget can't be used as asked; when the first plan is asked for.
     """
     limit = budget_of(budget if steps is None else None, steps)
-    asked = planner_argument(planner)
-    found = engine(asked) if isinstance(asked, str) else asked
+    found = engine_of(planner_argument(planner))
     wanted = situation_of(situation)
     if isinstance(planner, str) and found.info.missing is None:
         prepare_planner(planner)()

@@ -23,6 +23,7 @@ from marsupial.planning.external.decompose import PartSize
 from marsupial.planning.external.decomposed import Decomposed
 from marsupial.planning.external.tamer import load_tamer, tamer
 from marsupial.planning.names import OWN, engine_names
+from marsupial.planning.punctual import punctual
 from marsupial.wording import unknown_name
 
 
@@ -90,18 +91,25 @@ def engine(name: str) -> Engine:
     """
     if name.startswith(PREFIX):
         return External(name)
-    found = ENGINES[name]() if name in ENGINES else extension_engine(name, ENGINES)
+    if name in ENGINES:
+        return ENGINES[name]()
+    found = extension_engine(name, ENGINES)
     if found is None:
         raise UsageError(
             f"{unknown_name('planner', name, engine_names())}, and '{PREFIX}<command> {{domain}} {{problem}}'"
         )
-    return found
+    return punctual(found)
+
+
+def engine_of(planner: str | Engine) -> Engine:
+    """Return the engine of a name, or the one that is given, which is then cut off when its budget is up."""
+    return engine(planner) if isinstance(planner, str) else punctual(planner)
 
 
 def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
     """Return the engine as missions use it: able to keep a budget of that kind, and splitting what is too big for it.
 
-    An engine instead of a name is taken as it is, if it can keep such a budget.
+    An engine instead of a name is taken if it can keep such a budget.
 
     Raises
     ------
@@ -110,7 +118,7 @@ def mission_engine(planner: str | Engine, budget: Budget) -> Engine:
     EngineUnavailable
         If it is not installed here.
     """
-    found = engine(planner) if isinstance(planner, str) else planner
+    found = engine_of(planner)
     name = found.info.name
     if found.info.missing is not None:
         raise EngineUnavailable(f"planner {name}: {found.info.missing}")

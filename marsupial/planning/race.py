@@ -65,7 +65,12 @@ class Race:
             return None
         return name, event
 
-    def stop(self) -> None:
+    @property
+    def alive(self) -> bool:
+        """Whether an engine has not ended yet, though it may have been stopped."""
+        return any(thread.is_alive() for thread in self._threads.values())
+
+    def stop(self, patience_s: float = PATIENCE_S) -> None:
         """Stop every engine and wait for them, though not for ever."""
         with self._lock:
             self._stopped = True
@@ -75,7 +80,7 @@ class Race:
         with suppress(queue.Empty):
             while True:
                 self._events.get_nowait()[2].set()
-        until = time.monotonic() + PATIENCE_S
+        until = time.monotonic() + patience_s
         for thread in self._threads.values():
             thread.join(max(0.0, until - time.monotonic()))
 
