@@ -27,7 +27,7 @@ from marsupial.model.scenario import Scenario
 
 
 def scenario(name_or_path: str | PathLike[str], carriers: int | None = None, rovers: int | None = None) -> Scenario:
-    """Return a scenario as ``marsupial run`` takes it; what is odd about its map is warned of.
+    """Return a scenario as ``marsupial run`` takes it; what is odd about its map and starts is warned of.
 
     Parameters
     ----------
@@ -72,12 +72,13 @@ class LoadedScenario:
     reading: MapReading | None = None
 
     def warnings(self) -> list[str]:
-        """Return what is odd about the map, each with the name of the file; the whole map is looked at for that."""
+        """Return what is odd about map and starts, with the name of the file; the whole map is looked at for that."""
         if self.source in SCENARIOS:
             return []
         from marsupial.maps.describe import describe  # imports numba
 
-        found = describe(self.scenario.grid, self.scenario.robot_types, reading=self.reading)
+        one = self.scenario
+        found = describe(one.grid, one.robot_types, reading=self.reading, team=one.team)
         return [f"{self.source}: {text}" for text in found.warnings]
 
 

@@ -7,7 +7,7 @@ of every class, the free space that is connected to the border, the reach of eac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +15,9 @@ import numpy as np
 from marsupial.maps.footprint import Footprint, disc, footprint_of
 from marsupial.maps.reach import parts
 from marsupial.maps.specks import find_specks, painted, without_specks
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Grid, Mask
+from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid, Mask
 from marsupial.model.mapreading import LegendEntry, MapReading
-from marsupial.model.robots import RobotType, Role, default_types
+from marsupial.model.robots import RobotType, Role, TeamMember, default_types
 from marsupial.wording import counted
 
 USUAL_RESOLUTION_M = (0.005, 1.0)
@@ -108,7 +108,9 @@ class MapDescription:
     warnings: tuple[str, ...]
 
 
-def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | None = None) -> MapDescription:
+def describe(
+    grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | None = None, team: Sequence[TeamMember] = ()
+) -> MapDescription:
     """Describe a map for the given robot types.
 
     Parameters
@@ -119,6 +121,8 @@ def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | No
         How the file was understood; None for a grid that comes from no file.
     kinds
         Where there are none, the default types say whether there is a leak.
+    team
+        The robots whose starts are looked at.
     """
     counts = np.bincount(grid.cells.ravel(), minlength=256)
     names = {terrain.code: terrain.name for terrain in grid.terrains}
@@ -136,6 +140,7 @@ def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | No
         *_reach_warnings(grid, kinds, reach, masks),
         *_noise_warnings(grid, kinds, reach),
         *_speck_warnings(grid, kinds, reach, footprints),  # changes the masks
+        *_start_warnings(grid, team),
     ]
     return MapDescription(
         format="" if reading is None else reading.format,
@@ -154,6 +159,17 @@ def describe(grid: Grid, kinds: Sequence[RobotType], *, reading: MapReading | No
         legend=() if reading is None else reading.legend,
         warnings=tuple(warnings),
     )
+
+
+def _start_warnings(grid: Grid, team: Sequence[TeamMember]) -> Iterator[str]:
+    starting: dict[Cell, list[str]] = {}
+    for member in team:
+        if member.start is not None:
+            starting.setdefault(member.start, []).append(member.name)
+    for cell, names in starting.items():
+        if len(names) > 1:
+            x_m, y_m = grid.centre_m(cell)
+            yield f"{', '.join(names)} start on the same cell, at [{x_m:g}, {y_m:g}] m: no two robots can stand there"
 
 
 def _share(grid: Grid, name: str, code: int, cells: int) -> TerrainShare:

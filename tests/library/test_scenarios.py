@@ -5,11 +5,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+from marsupial.cli.main import main
 from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.scenario import write_scenario
 from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.scenarios import load_scenario
 from marsupial.maps.describe import describe
+from marsupial.model.grid import Cell
 
 SQUARE = "type octile\nheight 4\nwidth 4\nmap\n....\n....\n....\n....\n"
 
@@ -60,6 +62,26 @@ def test_what_is_odd_about_a_map_is_told_be_it_bare_or_in_a_scenario_file(tmp_pa
     loaded = load_scenario(str(path))
     assert loaded.scenario.grid.resolution_m == 0.5
     assert not any("scale" in text for text in loaded.warnings())
+
+
+def test_robots_that_start_on_the_same_cell_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "mine.yaml"
+    write_scenario(builtin_scenario("lobby"), path)
+    x_m, y_m = builtin_scenario("lobby").grid.centre_m(Cell(20, 20))
+    starts = {"a": x_m, "b": x_m + 0.01, "c": x_m + 1}
+    team = [{"name": name, "type": "carrier", "start": [x, y_m]} for name, x in starts.items()]
+    team += [{"name": "r", "type": "rover", "carrier": "a"}, {"name": "s", "type": "rover", "carrier": "b"}]
+    path.write_text(yaml.safe_dump(yaml.safe_load(path.read_text()) | {"team": team}))
+    told = f"a, b start on the same cell, at [{x_m:g}, {y_m:g}] m: no two robots can stand there"
+    assert load_scenario(str(path)).warnings() == [f"{path}: {told}"]
+    assert main(["map", str(path)]) == 0
+    assert capsys.readouterr().err.count(told) == 1
+
+
+def test_robots_on_cells_of_their_own_and_drawn_starts_are_not_odd(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    write_scenario(builtin_scenario("lobby", 2, 2), path)
+    assert load_scenario(str(path)).warnings() == []
 
 
 def test_a_name_that_is_nearly_right_is_suggested() -> None:

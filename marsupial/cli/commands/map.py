@@ -51,7 +51,7 @@ def describe_map(
     from marsupial.maps.describe import describe
 
     grid, kinds, reading, scenario = _understood(file)
-    description = describe(grid, kinds, reading=reading)
+    description = describe(grid, kinds, reading=reading, team=() if scenario is None else scenario.team)
     picture = picture and not json
     if picture or out is not None:
         classes = map_classes(grid, kinds)
