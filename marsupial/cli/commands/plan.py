@@ -25,7 +25,8 @@ def plan(
 
     Improving plans are told on stderr as they come; the best goes to stdout, or the file named, in IPC format. Last
     comes how good it is: the makespan is optimal, or no plan ends before a lower bound, and the gap is what the
-    makespan has above it, as a share of the makespan.
+    makespan has above it, as a share of the makespan. All of that is to 1 ms,
+    with 1 ms between the actions of a robot.
 
     Example: marsupial export lobby -o moment
 

@@ -4,7 +4,7 @@ It begins with the plan that it is given, or that of a short annealing, and sear
 none (`marsupial.planning.branch_and_bound.search`), from above and from below
 (`marsupial.planning.branch_and_bound.proof`). Where neither list scheduling nor annealing has a plan, it first looks
 for any at all, as if nothing took time: if there is none, that is proven. Where the budget is too small for a proof,
-there is a bound.
+there is a bound. Proofs and bounds hold to 1 ms, and with 1 ms between the actions of a robot (`EPSILON_MS`).
 """
 
 from __future__ import annotations
