@@ -14,6 +14,7 @@ import os
 import pickle
 import signal
 import socket
+import sys
 import threading
 import time
 from collections.abc import Coroutine, Mapping
@@ -37,6 +38,9 @@ how it is. Asked for room it answers with `channel.START` once there is some, is
 that is begun."""
 
 _LOOK_S = 1.0
+_SILENCE_S = 90.0
+"""After how long without an answer the connection is given up; Ray itself does so after a minute, nearly always."""
+
 _THREADS = 70
 _LEAVE_S = 2.0
 
@@ -49,7 +53,10 @@ def main(fd: int, asker: int, address: str, *packages: str) -> None:
     with socket.socket(fileno=fd) as line:
         reach(cluster)
         with connected(cluster) as ray:
-            asyncio.run(_serve(ray, line, asker, cluster, packages))
+            try:
+                asyncio.run(_serve(ray, line, asker, cluster, packages))
+            except Exception as error:  # its last words; another gateway may do better
+                print(str(error) or type(error).__name__, file=sys.stderr, flush=True)
             hurry = threading.Timer(_LEAVE_S, os._exit, (0,))
             hurry.daemon = True
             hurry.start()
@@ -83,6 +90,7 @@ class Gateway:
         self._threads = ThreadPoolExecutor(_THREADS)
         self._line = line
         self._seen_s = time.monotonic()
+        self._node: str = ray.get_runtime_context().get_node_id()
         self._tasks: set[asyncio.Task[Any]] = set()
 
     def accept(self) -> None:
@@ -103,7 +111,7 @@ class Gateway:
             self.preload += [one for one in pickle.loads(payload) if one not in self.preload]
             for link in self.links.values():
                 link.load()
-        return json.dumps({"trouble": self._trouble()}).encode()
+        return json.dumps(self._trouble()).encode()
 
     def go(self, work: Coroutine[Any, Any, Any]) -> None:
         """Run a coroutine beside all others."""
@@ -116,10 +124,20 @@ class Gateway:
         return await asyncio.get_running_loop().run_in_executor(self._threads, function, *arguments)
 
     async def look(self) -> None:
-        """Have an outpost on every node that has processors, and none on those that are gone."""
-        nodes = await self.call(self.ray.nodes)
+        """Have an outpost on every node that has processors, and none on those that are gone.
+
+        Raises
+        ------
+        ConnectionError
+            If the cluster is there but can't be used over this connection any more: the node that it leads to is dead.
+        TimeoutError
+            If nobody answers.
+        """
+        nodes = [node for node in await asyncio.wait_for(self.call(self.ray.nodes), _SILENCE_S) if node["Alive"]]
         self._seen_s = time.monotonic()
-        alive = {node["NodeID"] for node in nodes if node["Alive"] and node["Resources"].get("CPU", 0) > 0}
+        if all(node["NodeID"] != self._node for node in nodes):
+            raise ConnectionError("the Ray node that the server was connected to is dead")
+        alive = {node["NodeID"] for node in nodes if node["Resources"].get("CPU", 0) > 0}
         for gone in self.links.keys() - alive:
             self.links.pop(gone).lose("the node is gone")
         for new in alive - self.links.keys():
@@ -130,14 +148,14 @@ class Gateway:
         """Return the links to outposts that take jobs, by the node."""
         return {node: link for node, link in self.links.items() if link.ready}
 
-    def _trouble(self) -> str | None:
-        silent_s = time.monotonic() - self._seen_s
-        if silent_s > LEASE_S:
-            return f"the head of the cluster has not answered for {silent_s:.0f} s"
+    def _trouble(self) -> tuple[str, str] | None:
+        """Return why nothing can be run, if that is so, and what is known of it besides."""
+        if time.monotonic() - self._seen_s > LEASE_S:
+            return "the head of the cluster does not answer", ""
         if self.ready():
             return None
         faults = sorted({link.fault for link in self.links.values() if link.fault})
-        return "; ".join(faults) or "no node of the cluster is ready to work"
+        return "no node of the cluster is ready to work", "; ".join(faults)
 
 
 class _Answer:

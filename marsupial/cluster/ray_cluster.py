@@ -41,6 +41,9 @@ OLDEST = (2, 52)
 _TO_GET_IT = "to get it: pip install 'marsupial[ray]', in a checkout pip install '.[ray]'"
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
+_HEAD_S = 10
+"""After how long without its head a cluster of our own is given up: nobody starts that head again."""
+
 _TOKENS = ("RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
 _TRY = "import sys, ray; ray.init(address=sys.argv[1], logging_level='DEBUG', log_to_driver=False); ray.shutdown()"
 _UNAUTHENTICATED = ("InvalidAuthToken", "AuthenticationError", "missing authentication token")
@@ -168,6 +171,8 @@ def _settle(cluster: Cluster) -> None:
     settings.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     if cluster.here:
         settings.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Ray then uses 127.0.0.1, on any system
+    if cluster.address == LOCAL:
+        settings.setdefault("RAY_gcs_rpc_server_reconnect_timeout_s", str(_HEAD_S))
     if cluster.address == LOCAL and "RAY_AUTH_MODE" not in settings and not any(name in settings for name in _TOKENS):
         settings["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
     has_token = any(settings.get(name) for name in _TOKENS) or (Path.home() / ".ray" / "auth_token").is_file()

@@ -25,6 +25,7 @@ _ANSWER_S = 15.0
 _LOOK_S = 1.0
 _RETRY_S = 2.0
 _POLL_S = 0.2
+_LOST = "the connection to the cluster was lost"
 
 
 class ClusterRunner:
@@ -37,7 +38,7 @@ class ClusterRunner:
     packages
         Of ours, which have to be the same on all nodes.
     warn
-        Is told in words when the cluster can't be used.
+        Is told in words when the cluster can't be used, with what Ray says of it.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class ClusterRunner:
         self._warn = warn
         self._preload: dict[bytes, None] = {}
         self._gateway: Launcher | None = None
-        self._trouble: str | None = "the cluster is not connected yet"
+        self._trouble: tuple[str, str] | None = ("the cluster is not connected yet", "")
         self._ended = threading.Event()
         self._lock = threading.Lock()
         self._keeping = threading.Thread(target=self._keep, name="cluster", daemon=True)
@@ -70,8 +71,8 @@ class ClusterRunner:
         return _Room(self, cpus)
 
     def trouble(self) -> str | None:
-        """Return why the cluster can't be used, if that is so."""
-        return self._trouble
+        """Return why the cluster can't be used, if that is so: in words of ours, without addresses or files."""
+        return None if self._trouble is None else self._trouble[0]
 
     def shutdown(self) -> None:
         """End all runs and the connection."""
@@ -95,19 +96,26 @@ class ClusterRunner:
     def _keep(self) -> None:
         """Keep a gateway running."""
         while not self.ended:
-            found = self._gateway = Launcher(gateway.__name__, *self._words)
+            try:
+                self._follow()
+            except Exception as error:  # it can't even be started: no memory, no more processes or files
+                self._tell(_LOST, str(error))
+            self._ended.wait(_RETRY_S)
+
+    def _follow(self) -> None:
+        """Start a gateway, and ask how it is until it is lost."""
+        found = self._gateway = Launcher(gateway.__name__, *self._words)
+        try:
             self._have_loaded()
             patience_s = _START_S
             while found.usable() and self._asked(patience_s) and not self._ended.wait(_LOOK_S):
                 patience_s = _ANSWER_S
+            if not self.ended:
+                words = found.last_words().strip().rpartition("\n")[2]
+                self._tell(_LOST, "it does not answer" if found.usable() else words)
+        finally:
             self._gateway = None
-            if self.ended:
-                found.close()
-                return
-            said = "it does not answer" if found.usable() else found.last_words().strip().rpartition("\n")[2]
-            self._tell(f"the connection to the cluster was lost: {said}")
             found.close()
-            self._ended.wait(_RETRY_S)
 
     def _asked(self, patience_s: float) -> bool:
         """Ask the gateway how it is; say whether it answers."""
@@ -118,16 +126,22 @@ class ClusterRunner:
             frame = channel.receive_frame(patience_s)
         except TimeoutError:
             frame = None
-        channel.close()
+        finally:
+            channel.close()
         if frame is None:
             return False
-        self._tell(json.loads(frame[1])["trouble"])
+        found = json.loads(frame[1])
+        if found is None:
+            self._trouble = None
+        else:
+            self._tell(*found)
         return True
 
-    def _tell(self, trouble: str | None) -> None:
-        if trouble != self._trouble and trouble is not None:
-            self._warn(trouble)
-        self._trouble = trouble
+    def _tell(self, trouble: str, reason: str) -> None:
+        """Enter that the cluster can't be used; it is said once."""
+        if self._trouble != (trouble, reason):
+            self._warn(f"{trouble}: {reason}" if reason else trouble)
+        self._trouble = (trouble, reason)
 
 
 class _Room:

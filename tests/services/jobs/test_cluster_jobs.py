@@ -5,16 +5,19 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import psutil
 import pytest
 from job_house import ended, open_jobs, planned, request, submit, told
 from launcher_tree import is_alive, is_gone
-from ray_nodes import Nodes, needs_ray
+from patience import HANG_S
+from ray_nodes import Nodes, needs_ray, settings_in
 from strange_tasks import Waits, pid_in
 
+from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.cluster.runner import ClusterRunner
 from marsupial_service.jobs.records import JobOutcome
 
@@ -49,6 +52,41 @@ def test_a_job_goes_on_elsewhere_when_what_runs_it_is_killed(
             second = await pid_in(tmp_path)
             assert is_gone(first)
             assert second != first
+            (tmp_path / "go").touch()
+            done = await ended(jobs, job)
+            assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)
+
+    asyncio.run(run())
+
+
+@pytest.fixture
+def own_cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[ClusterRunner]:
+    """What runs jobs on a cluster of its own, as `serve --ray local` does."""
+    with TemporaryDirectory(prefix="ray-", dir="/tmp") as folder:  # paths of sockets must be short
+        for name, value in settings_in(Path(folder)).items():
+            monkeypatch.setenv(name, value)
+        runner = ClusterRunner(usable(cluster_at("local")), ("marsupial", "marsupial_service"))
+        yield runner
+        runner.shutdown()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lost", [["raylet"], ["gcs_server"], ["raylet", "gcs_server", "python"]])
+def test_a_cluster_of_its_own_is_started_again_when_it_is_lost_and_jobs_go_on_there(
+    tmp_path: Path, own_cluster: ClusterRunner, lost: list[str]
+) -> None:
+    async def run() -> None:
+        async with open_jobs(tmp_path, own_cluster) as jobs:
+            job = await submit(jobs, request(Waits(tmp_path)))
+            first = await pid_in(tmp_path)
+            (tmp_path / "pid").unlink()
+            before = psutil.Process().children(recursive=True)
+            for process in before:
+                if process.name() in lost:
+                    process.kill()
+            second = await pid_in(tmp_path)
+            assert second != first
+            assert psutil.wait_procs(before, HANG_S)[1] == []
             (tmp_path / "go").touch()
             done = await ended(jobs, job)
             assert (done.outcome, done.attempts) == (JobOutcome.SATISFICING, 2)

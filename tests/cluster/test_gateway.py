@@ -1,0 +1,69 @@
+"""The gateway ends when its connection is of no more use, so that its server starts another; Ray is played."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+from typing import Any
+
+import pytest
+
+from marsupial.cluster import gateway as module
+from marsupial.cluster.gateway import STATE, Gateway
+from marsupial.cluster.make import Terms
+
+
+class Ray:
+    """A cluster of a node without processors, to which the gateway is connected, and others."""
+
+    def __init__(self, *others: str) -> None:
+        self.alive = {"own": True, **dict.fromkeys(others, True)}
+
+    def get_runtime_context(self) -> Ray:
+        return self
+
+    def get_node_id(self) -> str:
+        return "own"
+
+    def nodes(self) -> list[dict[str, Any]]:
+        return [{"NodeID": name, "Alive": alive, "Resources": {}} for name, alive in self.alive.items()]
+
+
+def looking(ray: Ray) -> Gateway:
+    """Return a gateway that nobody asks anything."""
+    with socket.socket() as line:
+        return Gateway(ray, line, Terms(make={}, token=False))
+
+
+def test_a_gateway_goes_on_while_its_node_lives_and_ends_when_that_is_dead_or_forgotten() -> None:
+    async def run() -> None:
+        ray = Ray("other")
+        gateway = looking(ray)
+        ray.alive["other"] = False
+        await gateway.look()
+        assert json.loads(gateway.answer(STATE, b""))[0] == "no node of the cluster is ready to work"
+        ray.alive = {"own": False, "other": True}
+        with pytest.raises(ConnectionError, match="the Ray node that the server was connected to is dead"):
+            await gateway.look()
+        del ray.alive["own"]
+        with pytest.raises(ConnectionError):
+            await gateway.look()
+
+    asyncio.run(run())
+
+
+def test_a_gateway_gives_up_a_head_that_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_SILENCE_S", 0.01)
+
+    async def run() -> None:
+        gateway = looking(Ray())
+
+        async def never(*_: object) -> None:
+            await asyncio.Event().wait()
+
+        monkeypatch.setattr(gateway, "call", never)
+        with pytest.raises(TimeoutError):
+            await gateway.look()
+
+    asyncio.run(run())
