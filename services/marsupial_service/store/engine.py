@@ -73,6 +73,8 @@ class Engine(Protocol):
     interferences
         What it raises where another server was in the way, or this one too slow: nothing was committed, and the
         transaction may be tried again.
+    breaks
+        What it raises where the connection was lost.
     """
 
     place: str
@@ -85,6 +87,7 @@ class Engine(Protocol):
     errors: tuple[type[Exception], ...]
     refusals: tuple[type[Exception], ...]
     interferences: tuple[type[Exception], ...]
+    breaks: tuple[type[Exception], ...]
 
     def writer(self) -> Connection:
         """Connect to write; the tables are there and of this version. Raises StoreError."""

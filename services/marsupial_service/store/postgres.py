@@ -6,8 +6,9 @@ that another has taken over is refused by the term of the entry (`marsupial_serv
 
 A transaction takes several round trips, so a server can freeze in the middle of one while it holds locks that others
 need. Only the database can end that: each connection asks it to end the session when the next statement does not come
-within `_IDLE_S`, and to give up waiting for a lock after `_LOCK_S`. Whoever finds its session ended has committed
-nothing, and writes again over a new connection.
+within `_IDLE_S`, and to give up waiting for a lock after `_LOCK_S`. That does not count while a statement or its rows are
+on their way: a session that is stuck there, and that another one waits for, is ended by any server that sees it. Whoever
+finds its session ended before the commit has stored nothing, and writes again over a new connection.
 """
 
 from __future__ import annotations
@@ -36,6 +37,9 @@ LEASE_S = 10.0
 """A server that has not been heard of for so long is dead to the others."""
 
 _BEAT_S = 2.0
+_LOOK_S = 0.5
+"""How often a server looks for sessions that hold others up."""
+
 _LISTEN_S = 0.3
 _RETRY_S = 1.0
 _CONNECT_S = 5
@@ -49,7 +53,7 @@ _LOCK_S = 4
 _SILENCE_S = 5
 """After how long without an answer from the network either side gives a connection up."""
 
-_CHANNEL = "marsupial"
+_CHANNEL = _NAME = "marsupial"
 _LONGEST_NEWS = 7000
 _PREPARING = 20100717
 
@@ -70,6 +74,14 @@ _BEAT = (
 _SINCE_S = "greatest(beat_s, extract(epoch FROM pg_postmaster_start_time()))"
 _DEAD = f"{_SINCE_S} < extract(epoch FROM clock_timestamp()) - {LEASE_S}"
 """Nobody could be heard of while the database was away."""
+
+_END_STUCK = f"""
+SELECT pg_terminate_backend(pid) FROM pg_stat_activity AS holder
+WHERE datname = current_database() AND usename = current_user AND application_name LIKE '{_NAME} %'
+    AND state = 'active' AND wait_event_type = 'Client' AND query_start < clock_timestamp() - interval '{_IDLE_S} s'
+    AND EXISTS (SELECT FROM pg_locks WHERE NOT granted AND holder.pid = ANY(pg_blocking_pids(pg_locks.pid)))
+"""
+"""Ends sessions that wait for their client amid a statement or its rows, while others wait for their locks."""
 
 log = logging.getLogger("marsupial.store")
 
@@ -122,6 +134,7 @@ class Postgres:
         sqlstates.LockNotAvailable,
         sqlstates.IdleInTransactionSessionTimeout,
     )
+    breaks: tuple[type[Exception], ...] = (psycopg.OperationalError,)
     errors: tuple[type[Exception], ...] = (psycopg.Error,)
     refusals: tuple[type[Exception], ...] = (psycopg.IntegrityError, psycopg.ProgrammingError, psycopg.DataError)
 
@@ -228,7 +241,7 @@ class Postgres:
             keepalives_count=_SILENCE_S - 2,
             tcp_user_timeout=1000 * _SILENCE_S,
             options=" ".join(f"-c {name}={value}" for name, value in settings.items()),
-            application_name=f"marsupial {self.server[:8]}",
+            application_name=f"{_NAME} {self.server[:8]}",
         )
 
     def _prepare(self, connection: psycopg.Connection[Row]) -> None:
@@ -262,11 +275,14 @@ class Postgres:
                     connection.execute(f"LISTEN {_CHANNEL}")
                     heard(None)
                     outage.over()
-                    beat_s = -math.inf
+                    beat_s = look_s = -math.inf
                     while not self._ended.is_set():
                         if time.monotonic() - beat_s > _BEAT_S:
                             beat_s = time.monotonic()
                             connection.execute(_BEAT.encode(), (self.server,))
+                        if time.monotonic() - look_s > _LOOK_S:
+                            look_s = time.monotonic()
+                            connection.execute(_END_STUCK.encode())
                         for letter in connection.notifies(timeout=_LISTEN_S):
                             sender, *topics = letter.payload.split(" ")
                             if sender != self.server:

@@ -38,6 +38,7 @@ class Sqlite:
     row_lock = skip_locked = ""
     live = "SELECT id FROM servers"
     interferences: tuple[type[Exception], ...] = ()  # there are no other servers
+    breaks: tuple[type[Exception], ...] = ()
     errors: tuple[type[Exception], ...] = (sqlite3.Error,)
     refusals: tuple[type[Exception], ...] = (sqlite3.IntegrityError, sqlite3.ProgrammingError)
 

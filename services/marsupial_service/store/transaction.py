@@ -20,10 +20,10 @@ class Transaction:
         Called if nothing of the transaction is stored.
     server
         The name of the server whose write it is.
-    is_begun
-        Whether it was begun.
     is_broken
         Whether it could not even be taken back: its connection is of no more use.
+    is_lost
+        Whether that was so before its commit was asked for, so that nothing of it is stored.
     """
 
     def __init__(self, engine: Engine, connection: Connection) -> None:
@@ -35,27 +35,30 @@ class Transaction:
         self.live = engine.live
         self.news: set[str] = set()
         self.undone: list[Callable[[], None]] = []
-        self.is_begun = self.is_broken = False
+        self.is_broken = self.is_lost = False
 
     @contextmanager
     def committed(self, before_commit: Callable[[], None] = lambda: None) -> Iterator[None]:
         """Begin it before a block, and commit it after, telling the news; what is raised takes all of it back."""
         engine, connection = self._engine, self._connection
+        is_begun = is_ending = False
         try:
             connection.execute(engine.begin)
-            self.is_begun = True
+            is_begun = True
             yield
             if self.news:
                 engine.tell(connection, frozenset(self.news))
             before_commit()
+            is_ending = True
             connection.execute("COMMIT")
-        except BaseException:
+        except BaseException as error:
             for undone in self.undone:
                 undone()
             try:
                 connection.execute("ROLLBACK")
             except engine.errors:  # none was begun, or the connection is gone
                 self.is_broken = True
+                self.is_lost = not is_begun or (isinstance(error, engine.breaks) and not is_ending)
             raise
 
     def execute(self, sql: str, values: Iterable[Any] = ()) -> Rows:

@@ -124,7 +124,7 @@ class Writer:
         except BaseException as error:
             if transaction is not None and transaction.is_broken:
                 self._disconnect()
-                if not (transaction.is_begun or is_new):  # the database may have been away
+                if transaction.is_lost and not is_new:  # the database was away, or has ended the session
                     return self._done(group, last_try)
             if isinstance(error, self._engine.interferences) and not last_try:
                 return False

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from typing import Any
 
+import psycopg
 import pytest
 from databases import PostgresServer
 from patience import HANG_S
@@ -66,6 +68,45 @@ def test_locks_of_a_frozen_server_are_released_and_it_writes_once_when_it_wakes(
     freeze.wake()
     stuck.result(HANG_S)
     assert served(healthy) == {"both": 2, "frozen": 1}
+
+
+MEGABYTES = 40
+AMID = {
+    "a statement": (b"SELECT length($1::bytea)", [bytes(MEGABYTES << 20)]),
+    "its rows": (b"SELECT repeat('x', 1 << 20) FROM generate_series(1, $1::int)", [str(MEGABYTES).encode()]),
+}
+
+
+@pytest.mark.parametrize("amid", AMID)
+def test_a_server_that_froze_amid_a_statement_or_its_rows_is_ended_when_another_waits(
+    servers: tuple[Store, Store], amid: str
+) -> None:
+    frozen, healthy = servers
+    freeze = Freeze()
+    sql, values = AMID[amid]
+
+    def halfway(tx: Transaction) -> None:
+        tx.lock("shared")
+        if not freeze.reached.is_set():
+            wire: Any = tx._connection._connection.pgconn  # type: ignore[attr-defined]
+            wire.nonblocking = 1
+            wire.send_query_params(sql, values)
+            wire.flush()  # as much as fits between the two; the rest is not sent, nor the answer read
+            freeze()
+            raise psycopg.OperationalError("the connection is closed")
+        insert(tx, "frozen")
+
+    def beside(tx: Transaction) -> None:
+        tx.lock("shared")
+        insert(tx, "healthy")
+
+    stuck = frozen.write(halfway)
+    assert freeze.reached.wait(HANG_S)
+    healthy.write(beside).result(HANG_S)
+    assert served(healthy) == {"healthy": 1}
+    freeze.wake()
+    stuck.result(HANG_S)
+    assert served(healthy) == {"healthy": 1, "frozen": 1}
 
 
 def test_a_read_that_was_frozen_is_read_again(servers: tuple[Store, Store], postgres: PostgresServer) -> None:
