@@ -196,6 +196,6 @@ _PROBLEMS: dict[type[Exception], Callable[[Request, Any], HttpProblem]] = {
     StoreFull: lambda _, error: _later("store-full", str(error), RETRY_AFTER_S),
     TooMany: lambda _, error: _later("too-many", str(error), error.retry_after_s),
     KeyReused: lambda _, error: HttpProblem("key-reused", "send another key, or the same request"),
-    StoreError: lambda _, error: _later("not-ready", str(error), _STORE_RETRY_S),
+    StoreError: lambda _, error: _later("not-ready", error.told, _STORE_RETRY_S),
 }
 """What each exception becomes."""

@@ -60,7 +60,13 @@ def test_pages_of_another_origin_change_nothing(http: httpx.Client) -> None:
             refused = http.request(method, "/v1/missions/none/cancel", headers={"origin": origin})
             problem(refused, 403, "cross-origin")
         assert http.get("/v1/limits", headers={"origin": origin}).status_code == 200
+    for site in ("cross-site", "same-site"):
+        answer = http.post("/v1/missions/none/cancel", headers={"sec-fetch-site": site})
+        problem(answer, 403, "cross-origin")
+        assert http.get("/v1/limits", headers={"sec-fetch-site": site}).status_code == 200
     own = str(http.base_url).rstrip("/")
+    page = {"origin": own, "sec-fetch-site": "same-origin"}
+    problem(http.post("/v1/missions/none/cancel", headers=page), 404, "not-found")
     problem(http.post("/v1/missions/none/cancel", headers={"origin": own}), 404, "not-found")
     problem(http.post("/v1/missions/none/cancel"), 404, "not-found")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -28,6 +29,9 @@ _ROOM_S = 5.0
 
 _MOST = 16
 """At a time. Their threads are their own: while processes are still being made ready, others have work to do."""
+
+
+log = logging.getLogger("marsupial.service")
 
 
 class Supervised:
@@ -66,7 +70,7 @@ class Supervised:
         try:
             run = processes.run(job)
         except InternalError as error:
-            raise _not_now(str(error)) from error
+            raise _no_start(error) from error
         with self._lock:
             self._runs.add(run)
             if self._leaving:
@@ -102,7 +106,7 @@ def _event_in(room: Room, job: Job) -> Message | Ended:
     try:
         run = room.run(job)
     except InternalError as error:
-        raise _not_now(str(error)) from error
+        raise _no_start(error) from error
     with closing(run):
         return next(run)
 
@@ -113,8 +117,14 @@ def _value_in(event: Message | Ended) -> object:
     if event.ending in (Ending.TIMEOUT, Ending.MEMORY):
         raise HttpProblem("too-large", f"it takes more than the service allows: {event.detail}")
     if event.ending is Ending.CRASHED:
-        raise HttpProblem("internal", f"the process for it ended: {event.detail}")
+        log.error("a process crashed", extra={"reason": event.detail, "output": event.output})
+        raise HttpProblem("internal", "the process for it crashed; the log says why")
     raise _not_now("the process for it was ended")
+
+
+def _no_start(error: InternalError) -> HttpProblem:
+    log.error("a process can't be started", extra={"reason": str(error)})
+    return _not_now("no process can be started; the log says why")
 
 
 def _not_now(said: str) -> HttpProblem:

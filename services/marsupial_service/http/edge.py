@@ -23,6 +23,7 @@ log = logging.getLogger("marsupial.service")
 
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 _READING = frozenset({"GET", "HEAD", "OPTIONS"})
+_OUR_SITE = frozenset({"same-origin", "none"})
 _GONE = 499
 
 
@@ -67,7 +68,8 @@ class Edge:
         if not _names_this_machine(host):
             return HttpProblem("misdirected", "without keys the service answers to localhost only")
         origins = headers.getlist("origin")
-        if method not in _READING and any(_authority(origin) != host.lower() for origin in origins):
+        elsewhere = any(_authority(origin) != host.lower() for origin in origins)
+        if method not in _READING and (elsewhere or headers.get("sec-fetch-site", "none") not in _OUR_SITE):
             said = "without keys, pages of another origin than the service's own can't change anything"
             return HttpProblem("cross-origin", said)
         return None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 import sqlite3
 import time
 from functools import partial
@@ -20,7 +22,7 @@ from marsupial_service.jobs.warm import plan_tiny
 from marsupial_service.routes.parameters import Service
 from marsupial_service.schemas import answers
 from marsupial_service.state import State
-from marsupial_service.store import Transaction
+from marsupial_service.store import StoreError, Transaction
 
 router = APIRouter(route_class=Route, tags=["operations"])
 admin = APIRouter(route_class=AdminRoute, tags=["operations"])
@@ -29,6 +31,10 @@ FRESH_S = 2.0
 """How long a check of readiness is believed: a stranger may ask, and it costs a process."""
 
 _READY_S = 20.0
+_STORE_S = 5.0
+"""How long the store may take: a disk that hangs, or a lock, is waited for no longer."""
+
+log = logging.getLogger("marsupial.service")
 
 
 @router.get("/healthz", response_model=answers.HealthAnswer, responses=errors(key=False))
@@ -68,17 +74,25 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
             return f"planning has to wait: {trouble}"
         value_of = state.supervised.value_of if state.runner is LOCAL else partial(value_on, state.runner)
         planned = await value_of(plan_tiny, None, seconds=_READY_S, memory_bytes=limits.memory_bytes)
-    except Exception as error:
-        waits = isinstance(error, HttpProblem) and error.kind == "not-ready"
-        return f"planning {'has to wait' if waits else 'fails'}: {error}"
+    except HttpProblem as error:
+        return f"planning {'has to wait' if error.kind == 'not-ready' else 'fails'}: {error}"
+    except Exception:
+        log.exception("the check of readiness fails")
+        return "planning fails; the log says why"
     if planned is not True:
         return "planning gives no valid plan"
     took_ms = round(1000 * (time.monotonic() - begun), 1)
     try:
-        await state.running().write(_write_something)
-        await state.running().metrics()
-    except Exception as error:
-        return f"the store can't be used: {error}"
+        async with asyncio.timeout(_STORE_S):
+            await state.running().write(_write_something)
+            await state.running().metrics()
+    except TimeoutError:
+        return f"the store does not answer within {_STORE_S:g} s"
+    except StoreError as error:
+        return error.told
+    except Exception:
+        log.exception("the check of readiness fails")
+        return "the store can't be used; the log says why"
     return answers.ReadyAnswer(planned_in_ms=took_ms, sqlite=sqlite3.sqlite_version, version=version("marsupial"))
 
 

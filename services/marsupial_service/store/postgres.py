@@ -6,9 +6,9 @@ that another has taken over is refused by the term of the entry (`marsupial_serv
 
 A transaction takes several round trips, so a server can freeze in the middle of one while it holds locks that others
 need. Only the database can end that: each connection asks it to end the session when the next statement does not come
-within `_IDLE_S`, and to give up waiting for a lock after `_LOCK_S`. That does not count while a statement or its rows are
-on their way: a session that is stuck there, and that another one waits for, is ended by any server that sees it. Whoever
-finds its session ended before the commit has stored nothing, and writes again over a new connection.
+within `_IDLE_S`, and to give up waiting for a lock after `_LOCK_S`. That does not count while a statement or its rows
+are on their way: a session that is stuck there, and that another one waits for, is ended by any server that sees it.
+Whoever finds its session ended before the commit has stored nothing, and writes again over a new connection.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class Store:
         try:
             return self._readers.submit(self._read, read)
         except RuntimeError as error:
-            raise StoreError("the store is closed") from error
+            raise StoreError("the store is closed", "the service is ending") from error
 
     def settle(self) -> bool:
         """Give back what commits have left behind on the disk; say whether that was done, or somebody is in the way."""
@@ -98,7 +98,7 @@ class Store:
         except self._engine.errors as error:
             self._forget()
             self._outage.met(str(error))
-            raise StoreError(f"nothing can be read: {error}") from error
+            raise StoreError(f"nothing can be read: {error}", "nothing can be read; the log says why") from error
         self._outage.over()
         return found
 

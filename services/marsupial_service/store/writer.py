@@ -81,7 +81,7 @@ class Writer:
         errand = _Errand(write)
         with self._lock:
             if self._closed:
-                raise StoreError("the store is closed")
+                raise StoreError("the store is closed", "the service is ending")
             self._errands.put(errand)
         return errand.future
 
@@ -148,6 +148,6 @@ class Writer:
     def _fail(self, group: list[_Errand], error: BaseException) -> None:
         self._outage.met(str(error))
         for errand in group:
-            told = StoreError(f"nothing was stored: {error}")
+            told = StoreError(f"nothing was stored: {error}", "nothing was stored; the log says why")
             told.__cause__ = error
             errand.future.set_exception(told)

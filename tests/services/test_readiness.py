@@ -1,0 +1,58 @@
+"""`/readyz` says whether the store takes writes, within seconds, and tells strangers nothing about the machine."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import httpx
+import psycopg
+from databases import PostgresServer
+from patience import until
+from servers import Server
+from service_house import client, problem
+
+from marsupial_service.store.sqlite import FILE
+
+
+def refused(http: httpx.Client) -> str:
+    """Wait until the service is not ready, and return what it says."""
+    until(lambda: http.get("/readyz").status_code != 200, "a store that can't be written")
+    answer = http.get("/readyz")
+    assert int(answer.headers["retry-after"]) > 0
+    detail: str = problem(answer, 503, "not-ready")["detail"]
+    return detail
+
+
+def test_a_service_whose_database_is_locked_is_not_ready_until_it_can_write_again(tmp_path: Path) -> None:
+    with Server(tmp_path) as server, client(server) as http:
+        until(lambda: http.get("/readyz").status_code == 200, server.log)
+        with closing(sqlite3.connect(tmp_path / FILE, isolation_level=None)) as other:
+            other.execute("BEGIN IMMEDIATE")
+            assert refused(http) == "the store does not answer within 5 s"
+            assert http.get("/v1/jobs").status_code == 200
+        until(lambda: http.get("/readyz").status_code == 200, server.log)
+
+
+def test_a_service_whose_database_is_read_only_is_not_ready_and_says_so_without_addresses(
+    tmp_path: Path, postgres: PostgresServer
+) -> None:
+    url = postgres.database()
+    sql = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = %s"
+
+    def allow_writes(allowed: str) -> None:
+        name = psycopg.conninfo.conninfo_to_dict(url)["dbname"]
+        with psycopg.connect(postgres.url(), autocommit=True) as connection:
+            connection.execute(f"ALTER DATABASE {name} SET default_transaction_read_only = {allowed}".encode())
+            connection.execute(sql, (name,))
+
+    with Server(tmp_path, "--store", url) as server, client(server) as http:
+        until(lambda: http.get("/readyz").status_code == 200, server.log)
+        allow_writes("on")
+        assert refused(http) == "nothing was stored; the log says why"
+        answer = problem(http.post("/v1/jobs", json=http.get("/v1/demo-data/office-2x2").json()), 503, "not-ready")
+        assert answer["detail"] == "nothing was stored; the log says why"
+        assert "read-only transaction" in server.log
+        allow_writes("off")
+        until(lambda: http.get("/readyz").status_code == 200, server.log)
