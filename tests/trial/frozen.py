@@ -5,7 +5,8 @@ reaches it through a proxy, which reads the statements that pass. Whenever one p
 and it is one that was not tried yet, the proxy hands it on and then swallows every byte in both directions: to the
 database and to the other server this is a server that froze, or whose network is gone, while it holds what it has
 locked. The second server meanwhile creates a job every 0.1 s; how long the slowest of them takes is the row of the
-table. Then the proxy breaks all connections, the first server connects again, and the next statement is tried.
+table. Then the proxy breaks all connections, the first server connects again, which is a transaction too, and the next
+statement is tried. Jobs and missions of all kinds, their removal and checks of readiness go through the first server.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from databases import PostgresServer
 from talk import ACCEPTED, BROKEN, Talk
@@ -157,6 +159,33 @@ class Prober:
                 self.failures.append(f"status {status}")
 
 
+class Visitor:
+    """Begins simulated missions, pauses, resumes and cancels some of them, and asks whether the server is ready."""
+
+    def __init__(self, port: int) -> None:
+        self._port = port
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self) -> None:
+        while True:
+            with suppress(*BROKEN):
+                self._ask("GET", "/readyz")
+                wanted = {"scenario": "lobby", "planner": "greedy", "speed": random.choice([20.0, 1000.0])}
+                begun = self._ask("POST", "/v1/simulations", wanted)
+                for wish in random.choice([(), ("pause", "resume"), ("cancel",), ("pause", "resume", "cancel")]):
+                    time.sleep(_PAUSE_S)
+                    self._ask("POST", f"/v1/missions/{begun.get('id')}/{wish}")
+            time.sleep(1.0)
+
+    def _ask(self, method: str, path: str, body: object = None) -> dict[str, Any]:
+        talk = Talk(self._port)
+        try:
+            found: dict[str, Any] = talk.ask(method, path, body).document
+            return found
+        finally:
+            talk.close()
+
+
 def table(seconds: float) -> list[tuple[str, float, str]]:
     """Return each statement tried, how long the slowest job beside it took in s, and what failed."""
     rows: list[tuple[str, float, str]] = []
@@ -170,7 +199,8 @@ def table(seconds: float) -> list[tuple[str, float, str]]:
         direct = database.database()
         proxy = Proxy(folder / "proxy", folder / "database")
         through = direct.replace(str(folder / "database"), str(folder / "proxy"))
-        options = ("--limit", "queue=100000", "--limit", "key_queue=100000")
+        limits = ("queue=100000", "kept_jobs=20", "kept_missions=3", "simulations=20")
+        options = [word for limit in limits for word in ("--limit", limit)]
         houses = [House(folder / f"server{i}", *options, "--store", url) for i, url in enumerate((through, direct))]
         try:
             for house in houses:
@@ -179,6 +209,7 @@ def table(seconds: float) -> list[tuple[str, float, str]]:
             ports = [house.port for house in houses[:1]]
             crowd = Crowd(ports, Promises(), random.Random(1))
             Explorer(ports, Journeys(), lambda _: None, 0)
+            Visitor(ports[0])
             prober = Prober(houses[1].port)
             until_s = time.monotonic() + seconds
             while time.monotonic() < until_s:
@@ -210,7 +241,6 @@ def _freeze(proxy: Proxy, prober: Prober) -> list[tuple[str, float, str]]:
     row = (" ".join(proxy.tried[-1].split()), slowest, ", ".join(sorted(set(prober.failures[failed:]))))
     print(f"{row[1]:6.2f} s  {row[2]:24s}{row[0][:100]}", flush=True)
     proxy.free()
-    time.sleep(1.5)  # the first server connects again
     return [row]
 
 

@@ -287,8 +287,8 @@ class Postgres:
                             sender, *topics = letter.payload.split(" ")
                             if sender != self.server:
                                 heard(frozenset(topics))
-            except (psycopg.Error, StoreError) as error:  # what is missed meanwhile is heard of after the next LISTEN
-                outage.met(_said(error))
+            except Exception as error:  # whatever it is, others must not take this server for dead
+                outage.met(_said(error))  # what is missed meanwhile is heard of after the next LISTEN
                 self._ended.wait(_RETRY_S)
 
 

@@ -7,6 +7,7 @@ the disk fails, the whole group is taken back and every caller in it is told.
 
 from __future__ import annotations
 
+import logging
 import queue
 import threading
 import time
@@ -26,6 +27,8 @@ _LARGEST_GROUP = 256
 _MOST_TRIES = 20
 _TRYING_S = 8.0
 """How long a write that others are in the way of is tried again: by then a client wants to be told."""
+
+log = logging.getLogger("marsupial.store")
 
 
 class _Errand:
@@ -72,7 +75,7 @@ class Writer:
         self._errands: queue.SimpleQueue[_Errand | None] = queue.SimpleQueue()
         self._outage = Outage("the store can't be written")
         self._lock = threading.Lock()
-        self._closed = False
+        self._closed = self._untold = False
         self._thread = threading.Thread(target=self._run, name="store-writer")
         self._thread.start()
 
@@ -133,11 +136,20 @@ class Writer:
         self._points.reach(failpoints.AFTER_COMMIT)
         for errand in group:
             errand.tell()
-        if self._outage.over():
-            self._tell(None)  # what failed last may be stored all the same
+        if self._outage.over() or self._untold:
+            self._spread(None)  # what failed last may be stored all the same
         elif transaction.news:
-            self._tell(frozenset(transaction.news))
+            self._spread(frozenset(transaction.news))
         return True
+
+    def _spread(self, topics: frozenset[str] | None) -> None:
+        """Tell news; whatever a listener raises, this thread goes on, and tells again after the next commit."""
+        self._untold = True
+        try:
+            self._tell(topics)
+            self._untold = False
+        except Exception:
+            log.exception("news of a commit can't be told")
 
     def _disconnect(self) -> None:
         if self._connection is not None:

@@ -92,6 +92,24 @@ def test_a_write_that_refuses_takes_back_its_own_changes_only(store: Store) -> N
     assert names(store) == ["a", "b", "c"]
 
 
+def test_a_listener_that_fails_is_told_again_and_stops_no_writes(place: str) -> None:
+    store, told = open_store(place), list[frozenset[str] | None]()
+    try:
+
+        def listener(topics: frozenset[str] | None) -> None:
+            told.append(topics)
+            if topics is not None and "bad" in topics:
+                raise ValueError("a listener failed")
+
+        store.listen(listener)
+        store.write(lambda tx: tx.news.add("bad")).result(HANG_S)
+        store.write(lambda tx: tx.news.add("good")).result(HANG_S)
+        store.write(lambda tx: None).result(HANG_S)
+        assert None in told[told.index(frozenset({"bad"})) :]
+    finally:
+        store.close()
+
+
 def test_on_a_full_disk_a_write_fails_clearly_and_leaves_nothing_of_itself(store: Store) -> None:
     store.write(adding("before")).result()
     pages = store.write(lambda tx: tx.execute("PRAGMA page_count").fetchone()[0]).result()
