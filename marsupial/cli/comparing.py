@@ -1,17 +1,15 @@
-"""The work of `marsupial compare` and `marsupial reproduce`: cases of a comparison, missions, documents."""
+"""The work of `marsupial compare` and `marsupial reproduce`: missions and documents."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
-from marsupial.bench.compare.plan import Case, Comparison, prepared
+from marsupial.bench.compare.plan import Comparison
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.rows import CRASHED, ERROR
@@ -22,59 +20,14 @@ from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.tables import print_table
 from marsupial.cli.interrupt import Interrupted
-from marsupial.cli.missions import warn_of
 from marsupial.cli.outputs import make_folder, writing
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import replace_file
 from marsupial.library.first_use import prepare_mission
-from marsupial.library.scenarios import load_scenario
-from marsupial.model.robots import Role
-from marsupial.model.scenario import MissionLimits, Scenario, has_fixed_starts
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import check_suits
 from marsupial.strategies.registry import strategy as made
-
-MOST_CASES = 10_000
-
-
-def cases(
-    sources: Sequence[str], carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
-) -> dict[Case, Scenario]:
-    """Return the scenarios that these options name, by case; None takes the team or limits that a scenario has."""
-    if len(sources) * len(carriers or (0,)) * len(rovers or (0,)) > MOST_CASES:
-        raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
-    found: dict[Case, Scenario] = {}
-    for source in dict.fromkeys(sources):
-        of_source = _cases_of(source, carriers, rovers, limits)
-        if not found.keys().isdisjoint(of_source):  # several files called map.yaml
-            of_source = {replace(case, scenario=source): scenario for case, scenario in of_source.items()}
-        found |= of_source
-    return found
-
-
-def _cases_of(
-    source: str, carriers: Sequence[int] | None, rovers: Sequence[int] | None, limits: MissionLimits | None
-) -> dict[Case, Scenario]:
-    found: dict[Case, Scenario] = {}
-    grid = None
-    for carrier_count in carriers or (None,):
-        for rover_count in rovers or (None,):
-            loaded = load_scenario(source, carrier_count, rover_count)
-            if grid is None:
-                warn_of(loaded)
-                grid = loaded.scenario.grid  # one for all teams: it travels to each worker once
-            scenario = prepared(replace(loaded.scenario, grid=grid))
-            found[_case(scenario)] = scenario if limits is None else replace(scenario, limits=limits)
-    if any(map(has_fixed_starts, found.values())):
-        warn(f"{source}: all starts are fixed: every run of it is the same mission")
-    return found
-
-
-def _case(scenario: Scenario) -> Case:
-    roles = [scenario.type_of(member).role for member in scenario.team]
-    count = roles.count(Role.CARRIER)
-    return Case(scenario.name, count, round(roles.count(Role.ROVER) / count))
 
 
 def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Runner:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from marsupial.cli.missions import DEFAULT_SEED, warn_of
 from marsupial.errors import UsageError
@@ -12,12 +13,13 @@ from marsupial.formats.files import file_fault
 from marsupial.formats.loglines import FORMAT
 from marsupial.formats.missionlog import read_log
 from marsupial.generators.builtin import SCENARIOS
-from marsupial.library.missions import simulate
 from marsupial.library.recording import Recorder
 from marsupial.library.scenarios import load_scenario
-from marsupial.mission.rebuild import Moment, moment_at
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Budget
+
+if TYPE_CHECKING:
+    from marsupial.mission.rebuild import Moment
 
 BUDGET = Budget(steps=4)
 """For the greedy planner on the way: small, and the same on every machine."""
@@ -30,10 +32,13 @@ def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | N
     at_ms = round(1000 * at_s)
     if not _is_log(source):
         events = _events_up_to(at_ms, source, carriers, rovers, DEFAULT_SEED if seed is None else seed)
-        return moment_at(events, at_ms)
-    if (carriers, rovers, seed) != (None, None, None):
+    elif (carriers, rovers, seed) != (None, None, None):
         raise UsageError("--carriers, --rovers and --seed are for scenarios: the mission of a log is what it is")
-    return moment_at(read_log(source).events, at_ms)
+    else:
+        events = read_log(source).events
+    from marsupial.mission.rebuild import moment_at  # compiled code takes long to import: only now is it needed
+
+    return moment_at(events, at_ms)
 
 
 def _is_log(source: str) -> bool:
@@ -52,6 +57,8 @@ def _events_up_to(
     """Run a scenario until something happens after `at_ms`, or to its end."""
     loaded = load_scenario(source, carriers, rovers)
     warn_of(loaded)
+    from marsupial.library.missions import simulate
+
     recorder = Recorder()
     simulate(
         loaded.scenario,

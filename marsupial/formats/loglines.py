@@ -20,7 +20,6 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from marsupial.errors import LogError, Problem
-from marsupial.formats import strips
 from marsupial.formats.triggers import read_triggers, trigger_text
 from marsupial.model import mission as m
 from marsupial.model.bounds import MOST
@@ -111,6 +110,8 @@ class LogEncoder:
         self._before = {}
 
     def _looks(self, seen: Sequence[m.Revealed | m.Changed], **head: int) -> str:
+        from marsupial.formats import strips  # compiled code takes long to import, and wrong logs don't need it
+
         first_ms = seen[0].t_ms
         looks = [(one.robot, one.t_ms - first_ms, strips.text_of(one.runs, self._width)) for one in seen]
         return _json({"event": _TAGS[type(seen[0])], **head, "t_ms": first_ms, "looks": looks})
@@ -197,6 +198,8 @@ class LogDecoder:
         if self._frame is None:
             problems.append(Problem("event", "the first event must be the mission"))
             return ()
+        from marsupial.formats import strips
+
         (width, height), seen = self._frame, []
         for i, (robot, after_ms, text) in enumerate(line.looks):
             try:

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from patience import HANG_S
 
-from marsupial.cli import comparing
+from marsupial.cli.cases import cases_of
 from marsupial.cli.main import main
 from marsupial.formats.missionlog import read_log
 from marsupial.formats.scenario.write import write_scenario
@@ -320,7 +320,7 @@ def test_what_map_warns_of_is_warned_of_once_by_all_that_load_it(
     assert len(warned) == 3
     name, *options = (str(tmp_path / "out") if word == "OUT" else word for word in command)
     if name == "compare":
-        comparing.cases([str(path)], (1, 2), None, None)
+        cases_of([str(path)], (1, 2), None, None)
     else:
         main([name, str(path), *options])
     told = capsys.readouterr().err.splitlines()

@@ -75,6 +75,7 @@ def compare(
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
     """
     from marsupial.bench.compare.plan import Comparison
+    from marsupial.cli.cases import cases_of
     from marsupial.cli.contenders import contenders, numbers, warn_of_ignored
     from marsupial.cli.missions import limits_of, routed
     from marsupial.errors import UsageError
@@ -102,9 +103,8 @@ def compare(
         numbers(carriers, "--carriers", BOUNDS["carriers"]),
         numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
     )
+    cases = {case: routed(scenario, routes) for case, scenario in cases_of(scenarios, *teams, limits).items()}
     from marsupial.cli import comparing  # takes a second: only now is it clear that it is needed
 
-    cases = comparing.cases(scenarios, *teams, limits)
-    cases = {case: routed(scenario, routes) for case, scenario in cases.items()}
     comparison = Comparison(contenders=compared, scenarios=cases, runs=runs, budget=chosen)
     comparing.carry_out(comparison, out, workers=workers, ray=ray, retry_failed=retry_failed)

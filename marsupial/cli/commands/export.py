@@ -37,9 +37,10 @@ def export(
     from marsupial.cli.display.messages import say
     from marsupial.cli.moments import moment_of
     from marsupial.cli.outputs import make_folder, write_file
-    from marsupial.library.situations import situation_files
 
     moment = moment_of(source, at, carriers=carriers, rovers=rovers, seed=seed)
+    from marsupial.library.situations import situation_files
+
     files = situation_files(moment.survey().situation, f"{moment.mission.scenario}-{moment.t_ms}")
     make_folder(output)
     for name, text in files.items():

@@ -45,12 +45,12 @@ def describe_map(
 
     Example: marsupial map office --out office_map.png
     """
-    from marsupial.cli.display.messages import warn
+    grid, kinds, reading, scenario = _understood(file)
+    from marsupial.cli.display.messages import warn  # compiled code takes long to import: only now is it needed
     from marsupial.cli.display.tables import print_json
     from marsupial.exports.mapclasses import map_classes
     from marsupial.maps.describe import describe
 
-    grid, kinds, reading, scenario = _understood(file)
     description = describe(grid, kinds, reading=reading, team=() if scenario is None else scenario.team)
     picture = picture and not json
     if picture or out is not None:
