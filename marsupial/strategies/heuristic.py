@@ -36,6 +36,7 @@ from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, RobotState
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.matching import least_assignment
 from marsupial.strategies.rules import decide_by
 
 _FAR = 1e12
@@ -149,14 +150,12 @@ def _cheapest_pair(
     """Return the cheapest pair of the optimal assignment of carriers to targets, hopeless pairs left out."""
     if not targets:
         return None
-    from scipy.optimize import linear_sum_assignment  # takes a third of a second, and `temporal` seldom needs it
-
     cost = np.full((len(carriers), len(targets)), _FAR)
     for i, carrier in enumerate(carriers):
         for j, target in enumerate(targets):
             if target in direct[carrier] and (carrier, target) not in hopeless:
                 cost[i, j] = draft.timeline.ready_ms[carrier] + direct[carrier][target]
-    rows, columns = linear_sum_assignment(cost)
+    rows, columns = least_assignment(cost)
     best = min(zip(cost[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
     return (carriers[best[1]], targets[best[2]]) if best[0] < _FAR else None
 

@@ -13,7 +13,6 @@ from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from marsupial.arrays import Floats
 from marsupial.model.plan import ActionName, Plan
@@ -23,6 +22,7 @@ from marsupial.planning.list_scheduling.detours import Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.list_scheduling.transports import transport
+from marsupial.planning.matching import least_assignment
 
 LOYALTY_MS = 2000
 """How much sooner the target that a robot was to explore so far counts as, so that plans do not flap."""
@@ -135,7 +135,7 @@ class Outlook:
         choices = [[self._cost(option) for option in mine] for mine in options]
         best = [np.argmin(mine, axis=0) for mine in choices]
         costs = np.array([np.min(mine, axis=0) for mine in choices])
-        rows, columns = linear_sum_assignment(costs)
+        rows, columns = least_assignment(costs)
         pairs = sorted(zip(costs[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
         return [(options[i][best[i][target]], target) for cost, i, target in pairs if cost < _IMPOSSIBLE / 2]
 

@@ -20,6 +20,7 @@ import numpy as np
 from marsupial.model.plan import Plan
 from marsupial.model.robots import Role
 from marsupial.model.situation import RobotState, Situation
+from marsupial.planning.matching import least_assignment
 
 NEVER = 1 << 50
 """Time in ms that stands for not at all; many of them can be added."""
@@ -183,8 +184,6 @@ def _seats(
     aboard: dict[str, list[RobotState]],
 ) -> dict[str, str]:
     """Return, per rover on the ground, the carrier that brings it back: as soon as possible in sum, within capacity."""
-    from scipy.optimize import linear_sum_assignment  # takes a third of a second
-
     seats = [
         carrier
         for carrier in carriers
@@ -193,7 +192,7 @@ def _seats(
     if not seats or not out:
         return {}
     cost = np.array([[times.boarded(rover, seat).min(initial=NEVER) for seat in seats] for rover in out])
-    rows, columns = linear_sum_assignment(cost)
+    rows, columns = least_assignment(cost)
     return {out[i].name: seats[j].name for i, j in zip(rows, columns, strict=True) if cost[i, j] < NEVER}
 
 

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
 from marsupial.maps.segmentation import segment
+from marsupial.planning.matching import least_assignment
 from marsupial.strategies.frontier.view import FrontierView
 
 
@@ -80,7 +80,7 @@ def assignment(costs: Floats) -> Ints:
     copies = -(-rows // columns)
     layered = np.concatenate([costs + more * copy for copy in range(copies)], axis=1)
     layered[~np.isfinite(layered)] = more * rows * (copies + 1)
-    found = linear_sum_assignment(layered)[1] % columns
+    found = least_assignment(layered)[1] % columns
     return np.where(finite[np.arange(rows), found], found, -1).astype(np.int64)
 
 
