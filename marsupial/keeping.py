@@ -32,6 +32,7 @@ from numba import config
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.compiler import CompileResult
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 _LOG = logging.getLogger(__name__)
@@ -117,7 +118,7 @@ class _Code(NullCache):
         return path
 
     def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        target_context.refresh()
+        rtsys.initialize(target_context)  # all that code needs to run; what compiling needs takes long to import
         ahead = _Ahead.folder is not None
         for load in (self._load_precompiled,) if ahead else (self._kept.load_overload, self._load_precompiled):
             try:
@@ -208,16 +209,24 @@ def _file_name(function: Callable[..., object], signature: Any, processor: Proce
     return f"{function.__name__}-{hashlib.sha256(repr(depends).encode()).hexdigest()[:32]}.code"
 
 
+class _Kept(FunctionCache):
+    """numba's keeper of code, but that it does not import all that compiling needs before it looks."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
+        found: CompileResult | None = self._load_overload(sig, target_context)
+        return found
+
+
 def _kept(function: Callable[..., object]) -> Any:
-    """Return numba's keeper of code, with a folder that can be written to; one that keeps nothing if there is none."""
+    """Return what keeps code in a folder that can be written to; what keeps nothing if there is none."""
     try:
-        return FunctionCache(function)
+        return _Kept(function)
     except RuntimeError:  # there is no folder to keep it in
         folder = _temporary_folder()
     if folder is None:
         return NullCache()
     os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
-    return FunctionCache(function)
+    return _Kept(function)
 
 
 @cache

@@ -12,7 +12,7 @@ from marsupial.arrays import Ints, Ints32
 from marsupial.maps.footprint import standable
 from marsupial.model.grid import Grid, Mask
 from marsupial.model.robots import RobotType
-from marsupial.native import native
+from marsupial.native import inlined, native
 
 __all__ = ["groups", "largest_reach", "parts", "standable"]
 
@@ -88,7 +88,7 @@ def _group(cells: Ints, height: int, width: int, found: Ints, ends: Ints) -> int
             head += 1
             for v in range(max(y - 1, 0), min(y + 2, height)):
                 for u in range(max(x - 1, 0), min(x + 2, width)):
-                    near = np.searchsorted(cells, v * width + u)
+                    near = _position(cells, v * width + u)
                     if near < cells.size and left[near] and cells[near] == v * width + u:
                         left[near] = False
                         found[tail] = cells[near]
@@ -96,6 +96,19 @@ def _group(cells: Ints, height: int, width: int, found: Ints, ends: Ints) -> int
         ends[count] = tail
         count += 1
     return count
+
+
+@inlined
+def _position(cells: Ints, cell: int) -> int:
+    """Return where a cell is among ascending ones, or would be; numba's `searchsorted` takes long to load."""
+    low, high = 0, cells.size
+    while low < high:
+        middle = (low + high) // 2
+        if cells[middle] < cell:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @native

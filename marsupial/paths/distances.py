@@ -172,10 +172,11 @@ def _enter(table: Floats, doubtful: Flags, parts: Ints32, source: int, wanted: I
     """
     joined = np.zeros(len(parts), dtype=np.bool_)
     apart = np.zeros(len(parts), dtype=np.bool_)
+    divided = False
     for i, cell in enumerate(wanted):
         table[source, cell] = table[cell, source] = found[i]
         if np.isinf(found[i]):
-            apart[parts[cell]] = True
+            apart[parts[cell]] = divided = True
         else:
             joined[parts[cell]] = True
     for cell in range(len(parts)):
@@ -183,7 +184,7 @@ def _enter(table: Floats, doubtful: Flags, parts: Ints32, source: int, wanted: I
             parts[cell] = parts[source]
     doubtful[source] = False
     doubtful[:, source] = False
-    if apart.any():
+    if divided:
         for a in range(len(parts)):
             for b in range(len(parts)):
                 if parts[a] == parts[source] and apart[parts[b]]:

@@ -128,6 +128,22 @@ LIGHT = (
     ["reproduce", "nonsense", "--out", "nowhere"],
     ["run", "office", "--planner", "nonsense"],
     ["run", "nonsense"],
+    ["map", "--help"],
+    ["map", "nonsense"],
+    ["plan", "--help"],
+    ["plan", "nonsense"],
+    ["replay", "nonsense"],
+    ["export", "--help"],
+    ["export", "nonsense", "-o", "nowhere"],
+    ["validate", "--help"],
+    ["reproduce", "--help"],
+    ["demo", "--help"],
+    ["serve", "--help"],
+    ["ros", "--help"],
+    ["bench", "--help"],
+    ["bench", "nonsense"],
+    *(["bench", name, "--help"] for name in BENCHES),
+    *(["bench", name, "--nonsense"] for name in BENCHES),
     ["compare", "office", "--out", "nowhere", "--strategies", "nonsense"],
 )
 
@@ -143,6 +159,17 @@ def test_help_lists_and_mistyped_names_import_no_compiler_and_no_solver() -> Non
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     said = done.stdout.splitlines()
     assert [line for arguments in LIGHT for line in said if line == f"{arguments} []"] == [f"{one} []" for one in LIGHT]
+
+
+def test_a_mission_that_asks_no_planner_imports_no_solver_and_nothing_that_only_compiling_needs() -> None:
+    heavy = ("scipy.linalg", "scipy.optimize", "scipy.sparse", "scipy.ndimage", "numba.np.arraymath", "matplotlib")
+    code = (
+        "import sys, marsupial.cli.main as m; m.main(['run', 'lobby', '--strategy', 'heuristic']); "
+        f"print([name for name in {heavy} if name in sys.modules])"
+    )
+    command = [sys.executable, "-c", code]
+    said = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in ("compiled", "loaded")]
+    assert said[1].splitlines()[-1] == "[]"
 
 
 def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
