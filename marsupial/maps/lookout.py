@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
+from marsupial.arrays import Ints
 from marsupial.maps.survey import Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.model.frames import FrameShift
@@ -37,6 +40,7 @@ class Lookout:
         self._looked_ms = -LOOK_MS
         self.exploration_ms: int | None = None
         self._analysed: tuple[Territory, Surveyor] | None = self._analysis()
+        self._coming: dict[str, list[Ints]] = {}
 
     def _analysis(self) -> tuple[Territory, Surveyor]:
         """Return the analysis of the map as it is, from nothing."""
@@ -44,9 +48,16 @@ class Lookout:
         return territory, Surveyor(territory, self._homes, self._goal)
 
     def _current(self) -> tuple[Territory, Surveyor]:
-        """Return the analysis, which grows with the map; where known cells have changed it is made anew when needed."""
+        """Return the analysis, which grows with the map; where known cells have changed it is made anew when needed.
+
+        What each robot has seen since the last time is taken in at once: robots see a few cells more at every step.
+        """
         if self._analysed is None:
             self._analysed = self._analysis()
+        else:
+            for parts in self._coming.values():
+                self._analysed[0].reveal(np.concatenate(parts))
+        self._coming.clear()
         return self._analysed
 
     @property
@@ -72,15 +83,14 @@ class Lookout:
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def take_in(self, news: News) -> None:
-        """Enter the cells that were revealed in the map; what has been worked out of a map that changed is dropped."""
+        """Note the cells that were revealed in the map; what has been worked out of a map that changed is dropped."""
         if news.moved is not None:
             self._move(news.moved)
         if news.moved is not None or news.changed:
             self._analysed = None
             self._fresh = True
-        for _, indices in news.revealed:
-            if self._analysed is not None:
-                self._analysed[0].reveal(indices)
+        for name, indices in news.revealed:
+            self._coming.setdefault(name, []).append(indices)
             self._fresh = True
 
     def _move(self, shift: FrameShift) -> None:

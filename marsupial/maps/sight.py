@@ -79,6 +79,7 @@ class Sight:
             seen=np.empty(cells.size, dtype=np.int64),
         )
         self._shape = cells.shape
+        self._farthest = -1.0
         self._stamp = 0
 
     def visible(self, cell: Cell, range_cells: float) -> Ints:
@@ -86,9 +87,10 @@ class Sight:
 
         The result is a view that the next call overwrites.
         """
-        rows, columns = (int(min(2 * range_cells + 1, side)) for side in self._shape)
-        if rows > self._view.stamps.shape[0] or columns > self._view.stamps.shape[1]:
-            self._view = self._view._replace(stamps=np.zeros((rows, columns), dtype=np.int32))
+        if range_cells > self._farthest:
+            self._farthest = range_cells
+            window = [int(min(2 * range_cells + 1, side)) for side in self._shape]
+            self._view = self._view._replace(stamps=np.zeros(window, dtype=np.int32))
         self._stamp += 1
         seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
         return seen
