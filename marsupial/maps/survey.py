@@ -162,8 +162,13 @@ class Surveyor:
         now_ms: int,
         keep: Iterable[MapMeeting] = (),
         targets: Sequence[Target] | None = None,
+        *,
+        returning: bool = False,
     ) -> Survey:
-        """Return the situation of `robots`; lost ones are left out. `targets` stand for those there are, if given."""
+        """Return the situation of `robots`; lost ones are left out. `targets` stand for those there are, if given.
+
+        If the team is `returning`, what the mission asks for at its end is asked for, whatever is left to explore.
+        """
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
         self._look(where)
@@ -172,7 +177,7 @@ class Surveyor:
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
         headings = {f"s_{robot.name}": robot.heading for robot in active}
-        situation = self._situation(states, targets, meetings, poses, headings)
+        situation = self._situation(states, targets, meetings, poses, headings, returning)
         return Survey(
             situation=situation,
             targets=targets,
@@ -249,13 +254,14 @@ class Surveyor:
         meetings: Meetings,
         poses: Poses,
         headings: Mapping[str, int | None],
+        returning: bool,
     ) -> Situation:
         kinds = tuple(planning_type(kind) for kind in self._territory.kinds.values())
         homes = tuple(state.home for state in states if state.home is not None)
         names = [state.place for state in states if state.place is not None]
         names += [target.name for target in targets] + [point.name for point in meetings.points] + list(homes)
         goal = SituationGoal()
-        if not any(len(frontier.cells) for frontier in self._frontiers.values()):
+        if returning or not any(len(frontier.cells) for frontier in self._frontiers.values()):
             goal = SituationGoal(
                 recover_rovers=self._goal.recover_rovers or self._goal.return_home,
                 return_home=self._goal.return_home,

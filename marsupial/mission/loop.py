@@ -13,15 +13,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from marsupial.arrays import Bytes, Ints
 from marsupial.maps.footprint import fits
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, same_targets, shifted
+from marsupial.mission.energy import energy_j
 from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
 from marsupial.mission.patience import Patience, Rounds, why_stalled
+from marsupial.mission.recall import Recall, WayBack
 from marsupial.mission.replanning import OnNews, Replanning
+from marsupial.mission.runs import runs_of
+from marsupial.mission.steady import SteadyWorld
+from marsupial.mission.wishes import homes_of, missing, wishes
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, Mask
 from marsupial.model.mission import (
@@ -37,12 +41,11 @@ from marsupial.model.mission import (
     Triggers,
 )
 from marsupial.model.plan import Action, Plan
-from marsupial.model.robots import RobotType, Role
+from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.situation import SituationGoal
 from marsupial.model.strategy import Briefing, Decision, Strategy, checked_decision
-from marsupial.model.world import News, RobotReport, World
-from marsupial.native import native
+from marsupial.model.world import News, World
 from marsupial.planning.checker import check
 
 MAX_FRUITLESS = 5
@@ -92,7 +95,8 @@ class Mission:
         observer: Observer,
         replanning: Replanning | None = None,
     ) -> None:
-        self._world = world
+        self._told = world
+        self._world = world = SteadyWorld(world, kinds)
         self._kinds = kinds
         self._strategy = strategy
         self._order = order
@@ -103,11 +107,13 @@ class Mission:
         circumstances = world, kinds, self._homes, order.goal
         with self._analysis():
             self._replanning = replanning or own(*circumstances) or OnNews(*circumstances)
-        self._executor = Executor(world, self._replanning.route, observer)
+        self._executor = Executor(world, lambda *way: self._replanning.route(*way), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None
         self._revision = 0
         self._rounds = Rounds()
+        self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None: called back
+        self._planning_ms = 0
         self._patience = Patience(world, kinds, observer) if order.waits else None
         self._coming: tuple[Action, ...] = ()
         self._refused = 0
@@ -124,17 +130,43 @@ class Mission:
                 ended = self._replan_in_time(triggers)
                 if ended is not None:
                     return self._end(*ended)
+            if self._called_back():
+                triggers = (Trigger(Cause.CALLED_BACK),)
+                continue
             blocked = self._executor.start_due()
             if blocked:
                 triggers = (Trigger(Cause.WAY_BLOCKED, blocked),)
                 continue
             if self._world.now_ms >= self._order.limits.time_ms:
-                return self._end(Status.TIME_LIMIT, f"time limit of {self._world.now_ms / 1000:g} s reached")
+                return self._end(*self._out_of_time())
             triggers = self._overtaken() or self._look()
+
+    def _called_back(self) -> bool:
+        """Say whether the team is to get back from now on, as the time left is only just enough for that."""
+        if self._recall is None or self._replanning.exploration_ms is not None:
+            return False
+        with self._analysis():
+            if not self._recall.due(self._homes, self._executor, self._planning_ms):
+                return False
+            self._replanning = WayBack(self._world, self._kinds, self._homes, self._order.goal)
+        self._recall = None
+        return True
+
+    def _out_of_time(self, why: str = "") -> tuple[Status, str]:
+        """Return how the mission ends now that there is no time to explore on; `why` nothing more can be done."""
+        left = missing(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.docking)
+        limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
+        if self._world.now_ms >= self._order.limits.time_ms:
+            return Status.TIME_LIMIT, f"{limit} reached{': ' * bool(left)}{', '.join(left)}"
+        if left:
+            return Status.TIME_LIMIT, f"called back before the {limit}, but {', '.join(left)}: {why}"
+        return Status.TIME_LIMIT, f"called back before the {limit}{wishes(self._order.goal)}"
 
     def _look(self) -> Triggers:
         """Wait for something to happen; return what asks for a new plan."""
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
+        if self._recall is not None:
+            until = min(until, max(self._world.now_ms, self._recall.wake_ms))
         if self._patience is not None and self._patience.waits:
             wake_ms = self._patience.wake_ms
         if wake_ms is not None:
@@ -160,9 +192,9 @@ class Mission:
             self._move(news.moved)
         with self._analysis():
             self._replanning.take_in(news)
-        for kind, seen in ((Revealed, news.revealed), (Changed, news.changed)):
+        for kind, seen in ((Revealed, self._world.told.revealed), (Changed, self._world.told.changed)):
             for name, indices in seen:
-                runs = runs_of(indices, self._world.grid.cells.ravel())
+                runs = runs_of(indices, self._told.grid.cells.ravel())
                 self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
         self._rounds.hear(news)
         self._executor.failed(name for name, _ in news.failed)
@@ -194,16 +226,31 @@ class Mission:
     def _replan_in_time(self, triggers: Triggers) -> tuple[Status, str] | None:
         """Replan, unless nobody can stand where he is; return how the mission ends if it does."""
         if self._patience is None:
-            return self._replan(triggers)
-        return self._patience.over(self._replan(triggers)) if self._patience.ready() else None
+            return self._replan_on(triggers)
+        return self._patience.over(self._replan_on(triggers)) if self._patience.ready() else None
+
+    def _replan_on(self, triggers: Triggers) -> tuple[Status, str] | None:
+        """Replan; where the mission would be over, once more without taking what flickers for obstacles."""
+        ended = self._replan(triggers)
+        while ended is not None and ended[0] is not Status.FAILED:
+            news = self._world.release()
+            if news is None:
+                break
+            with self._analysis():
+                self._replanning.take_in(news)
+            ended = self._replan(triggers)
+        return ended
 
     def _replan(self, triggers: Triggers) -> tuple[Status, str] | None:
         """Make a new plan and follow it; return how the mission ends if it does."""
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
-        if self._replanning.exploration_ms is not None and self._satisfied(survey):
-            return Status.COMPLETE, self._replanning.explored + wishes(self._order.goal)
+        if self._satisfied(survey):
+            if self._recall is None:
+                return self._out_of_time()
+            if self._replanning.exploration_ms is not None:
+                return Status.COMPLETE, self._replanning.explored + wishes(self._order.goal)
         if self._rounds.begin(self._world.now_ms) > MAX_FRUITLESS:
             return Status.STALLED, why_stalled(survey, self._world, "replanning over and over takes nobody anywhere")
         return self._follow(triggers, survey, self._decide(survey))
@@ -226,6 +273,8 @@ class Mission:
         )
         checked_decision(self._strategy.name, decision)
         self._observer.planned(decision.report)
+        if self._order.planning_time is PlanningTime.CHARGED:
+            self._planning_ms = round(decision.report.wall_s * 1000)
         return decision
 
     def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
@@ -241,8 +290,8 @@ class Mission:
         else:
             self._adopt(triggers, survey, decision.plan)
         if stalled:
-            told = decision.report.detail or "the strategy knows nothing to do"
-            return Status.STALLED, why_stalled(survey, self._world, told)
+            why = why_stalled(survey, self._world, decision.report.detail or "the strategy knows nothing to do")
+            return self._out_of_time(why) if self._recall is None else (Status.STALLED, why)
         return None
 
     def _adopt_late(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:
@@ -318,16 +367,12 @@ class Mission:
         """Say whether the mission's wishes beyond exploring are met and nothing runs any more."""
         if self._executor.running:
             return False
-        goal = survey.situation.goal
-        robots = [robot for robot in self._world.robots() if not robot.lost]
-        home = all(r.cell == self._homes[r.name] for r in robots if r.name in self._homes and r.cell is not None)
-        aboard = all(r.carrier is not None for r in robots if self._kinds[r.type].role is Role.ROVER)
-        return (aboard or not goal.recover_rovers) and (home or not goal.return_home)
+        return not missing(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
 
     def _end(self, status: Status, reason: str) -> MissionEnded:
         robots = self._world.robots()
-        area = self._world.grid.cell_area_m2
-        known = self._world.grid.cells != UNKNOWN
+        area = self._told.grid.cell_area_m2
+        known = self._told.grid.cells != UNKNOWN
         reachable = known if self._reachable is None else self._reachable
         ended = MissionEnded(
             t_ms=self._world.now_ms,
@@ -344,54 +389,8 @@ class Mission:
             plans_valid=self._revision,
             plans_invalid=self._refused,
             aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.docking),
-            remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}"),
+            remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}")
+            + self._world.remaining(),
         )
         self._observer.event(ended)
         return ended
-
-
-def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:
-    """Return the cell of each carrier."""
-    return {r.name: r.cell for r in robots if r.cell is not None and kinds[r.type].role is Role.CARRIER}
-
-
-def wishes(goal: Goal) -> str:
-    """Return what else a complete mission has done, to be added to its reason."""
-    if goal.return_home:
-        return ", the team is home"
-    return ", all rovers are aboard" if goal.recover_rovers else ""
-
-
-def energy_j(world: World, kinds: Mapping[str, RobotType]) -> tuple[tuple[str, float], ...]:
-    """Return the energy in J that each robot has used so far."""
-
-    def used(robot: RobotReport) -> float:
-        energy, driving_s = kinds[robot.type].energy, world.driving_ms(robot.name) / 1000
-        made = world.manoeuvres(robot.name)
-        timed = energy.idle_w * (world.now_ms / 1000) + energy.drive_w * driving_s
-        driven = energy.metre_j * world.distance_m(robot.name) + energy.stop_j * made.stops
-        turned = sum(joules * times for joules, times in zip(energy.turn_j, made.turns, strict=True))
-        return round(timed + driven + turned, 3)
-
-    return tuple((robot.name, used(robot)) for robot in world.robots())
-
-
-def runs_of(indices: Ints, cells: Bytes) -> tuple[int, ...]:
-    """Return sorted row-major indices as flat runs (start, length, code) of equal neighbouring cells."""
-    runs = np.empty((len(indices), 3), dtype=np.int64)
-    count = _runs(indices, cells, runs)
-    return tuple(runs[:count].ravel().tolist())
-
-
-@native
-def _runs(indices: Ints, cells: Bytes, runs: Ints) -> int:
-    """Enter the runs (n, 3) of sorted row-major indices; return how many there are."""
-    count = 0
-    for index in indices:
-        last = runs[count - 1]
-        if count and index == last[0] + last[1] and cells[index] == last[2]:
-            last[1] += 1
-        else:
-            runs[count, 0], runs[count, 1], runs[count, 2] = index, 1, cells[index]
-            count += 1
-    return count

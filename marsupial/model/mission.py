@@ -149,6 +149,7 @@ class Cause(StrEnum):
     CARRIED_OUT = "plan carried out"
     OVERTAKEN = "plan overtaken"  # by what happened while it was being made
     EXPLORED = "explored"  # all there is to see has been seen
+    CALLED_BACK = "called back"  # the time left is only just enough to get back
     OTHER = "other"  # a text in a log that is none of ours
 
 

@@ -18,7 +18,7 @@ from marsupial.formats.mapfiles.filter_masks import FilterMasks, painted
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
 from marsupial.maps.footprint import standable
-from marsupial.mission.loop import runs_of
+from marsupial.mission.runs import runs_of
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
 from marsupial.model.robots import RobotType

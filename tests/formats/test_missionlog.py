@@ -19,7 +19,7 @@ from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines
 from marsupial.formats.missionlog import LogWriter, parse_log, read_log
 from marsupial.formats.strips import runs_in
 from marsupial.formats.triggers import read_triggers
-from marsupial.mission.loop import runs_of
+from marsupial.mission.runs import runs_of
 from marsupial.model.grid import UNKNOWN, Cell, Terrain
 from marsupial.model.mission import (
     ActionEnd,

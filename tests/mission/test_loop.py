@@ -23,7 +23,9 @@ from small_missions import (
 
 from marsupial.formats.triggers import trigger_text
 from marsupial.maps.lookout import LOOK_MS
-from marsupial.mission.loop import MAX_FRUITLESS, energy_j, runs_of
+from marsupial.mission.energy import energy_j
+from marsupial.mission.loop import MAX_FRUITLESS
+from marsupial.mission.runs import runs_of
 from marsupial.model.grid import Cell
 from marsupial.model.mission import (
     ActionEnd,

@@ -21,8 +21,8 @@ import numpy as np
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
-from marsupial.mission.loop import runs_of
 from marsupial.mission.placement import place_team
+from marsupial.mission.runs import runs_of
 from marsupial.model.planning import Budget
 from marsupial.model.robots import uniform_team
 from marsupial.model.scenario import PlanningTime, Scenario

@@ -79,7 +79,8 @@ class Clairvoyant:
         """Return the one plan or, once all has been seen, a plan that brings the rovers back."""
         began = perf_counter() - self._search_s
         plan, detail = Plan(actions=()), ""
-        if not self._left:
+        goal = briefing.situation.goal
+        if not self._left or goal.recover_rovers or goal.return_home:
             plan, _ = serve(briefing.situation)
             detail = "" if plan.actions else "not every rover can be brought back"
         elif self._exploring:

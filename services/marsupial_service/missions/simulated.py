@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from marsupial.mission.loop import runs_of
+from marsupial.mission.runs import runs_of
 from marsupial.model.grid import Cell, Grid
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.robots import RobotType

@@ -1,0 +1,44 @@
+"""What a mission asks for besides exploring: rovers aboard, carriers at home. Is it so, and what of it is not?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Set
+
+from marsupial.model.grid import Cell
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Goal
+from marsupial.model.situation import SituationGoal
+from marsupial.model.world import RobotReport
+
+
+def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:
+    """Return the cell of each carrier."""
+    return {r.name: r.cell for r in robots if r.cell is not None and kinds[r.type].role is Role.CARRIER}
+
+
+def wishes(goal: Goal) -> str:
+    """Return what else a complete mission has done, to be added to its reason."""
+    if goal.return_home:
+        return ", the team is home"
+    return ", all rovers are aboard" if goal.recover_rovers else ""
+
+
+def missing(
+    goal: Goal | SituationGoal,
+    robots: Iterable[RobotReport],
+    kinds: Mapping[str, RobotType],
+    homes: Mapping[str, Cell],
+    docking: Set[str] = frozenset(),
+) -> list[str]:
+    """Return what is not as asked, in words; `docking` are rovers that are not aboard yet."""
+    recover = goal.recover_rovers or goal.return_home
+    found = []
+    for robot in robots:
+        if robot.lost:
+            continue
+        if kinds[robot.type].role is Role.ROVER:
+            if recover and (robot.carrier is None or robot.name in docking):
+                found.append(f"{robot.name} is not aboard")
+        elif goal.return_home and robot.name in homes and robot.cell not in (homes[robot.name], None):
+            found.append(f"{robot.name} is not home")
+    return found

@@ -1,0 +1,77 @@
+"""A simulated world whose map flickers: cells that are known become something else, again and again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from marsupial.arrays import Ints
+from marsupial.model.grid import UNKNOWN, Cell, Grid
+from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType
+from marsupial.model.world import News
+from marsupial.sim.world import SimulatedWorld
+
+REPORT_MS = 1000
+"""The world reports at least so often."""
+
+Blinks = Callable[["FlickeringWorld", int], Mapping[Cell, int]]
+"""Says, for each report by its number, what is reported of cells instead of what is there."""
+
+
+class FlickeringWorld(SimulatedWorld):
+    """What `blinks` says of known cells is reported, and what is there as soon as it says nothing of them any more.
+
+    Cells that it says are unknown stay so until a robot sees them again if `forgets`.
+    """
+
+    def __init__(
+        self,
+        truth: Grid,
+        kinds: Mapping[str, RobotType],
+        robots: Sequence[PlacedRobot],
+        blinks: Blinks,
+        *,
+        forgets: bool = False,
+    ) -> None:
+        super().__init__(truth, kinds, robots)
+        self._blinks = blinks
+        self._forgets = forgets
+        self._reports = 0
+        self._said: dict[int, int] = {}
+
+    def advance(self, until_ms: int) -> News:
+        """Go on to the next report."""
+        news = super().advance(min(until_ms, (self._now_ms // REPORT_MS + 1) * REPORT_MS))
+        due = self._now_ms // REPORT_MS
+        if due == self._reports:
+            return news
+        self._reports = due
+        return self._blink(news, {c.y * self.grid.width + c.x: code for c, code in self._blinks(self, due).items()})
+
+    def _blink(self, news: News, said: dict[int, int]) -> News:
+        known, truth = self._known.reshape(-1), self._truth.cells.ravel()
+        before = known.copy()
+        for index in self._said.keys() - said.keys():
+            if not self._forgets or self._said[index] != UNKNOWN:
+                known[index] = truth[index]
+        self._said = {index: code for index, code in said.items() if before[index] != UNKNOWN or index in self._said}
+        for index, code in self._said.items():
+            known[index] = code
+        if self._forgets and any(code == UNKNOWN for code in self._said.values()):
+            self._sensed.clear()
+        first = next(iter(self._robots))
+        new, seen = np.flatnonzero((before == UNKNOWN) & (known != UNKNOWN)), [i for _, i in news.revealed]
+        changed = np.setdiff1d(np.flatnonzero((before != UNKNOWN) & (before != known)), _joined(seen))
+        revealed = tuple((name, cells[known[cells] != UNKNOWN]) for name, cells in news.revealed)
+        return replace(
+            news,
+            revealed=tuple(one for one in (*revealed, (first, new)) if len(one[1])),
+            changed=((first, changed),) if len(changed) else (),
+        )
+
+
+def _joined(parts: Sequence[Ints]) -> Ints:
+    return np.concatenate([np.empty(0, dtype=np.int64), *parts])
