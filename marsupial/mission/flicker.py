@@ -4,8 +4,8 @@ Maps that others make change: a door closes, a box is moved, a part is drawn ane
 and found, or are ground and obstacle by turns, over and over, for no reason in the world: the frame of a door seen from
 two sides, ground that a scan just misses. As news they would keep a team busy for ever. So changes are counted:
 
-- Cells that have been lost often, and those close by, count as what they were when they were last known; so do those
-  that are lost though a robot has gone and stood beside them.
+- Cells that have been lost often, and those close by, count as what they were when they were last known. To be lost
+  still when a robot has stood beside counts as being lost once more.
 - Cells that become something else again and again count as obstacles, until they have been the same for a while. Where
   a robot stands is ground all the same.
 
@@ -100,10 +100,8 @@ class Flicker:
         return self._settle(np.union1d(seen, self._watched), now_ms, under)
 
     def looked_at(self, cells: Ints) -> None:
-        """Take in that a robot has been beside cells: those that are lost all the same count as they last were."""
-        lost = cells[(self._told.ravel()[cells] == UNKNOWN) & (self._last.ravel()[cells] != UNKNOWN)]
-        self._lasting.ravel()[lost] = True
-        self._watch(lost)
+        """Take in that a robot has been beside cells: where they are lost all the same, that counts as being lost."""
+        self._lose(cells[(self.cells.ravel()[cells] == UNKNOWN) & (self._last.ravel()[cells] != UNKNOWN)])
 
     def release(self, now_ms: int, under: Ints) -> tuple[Ints, Ints]:
         """Let what counts as an obstacle, and is told to be none, be what it is told; return what `take_in` does."""

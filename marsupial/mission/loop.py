@@ -113,7 +113,7 @@ class Mission:
         self._revision = 0
         self._rounds = Rounds()
         self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None: called back
-        self._planning_ms = 0
+        self._planning_ms = self._busy_ms = 0
         self._patience = Patience(world, kinds, observer) if order.waits else None
         self._coming: tuple[Action, ...] = ()
         self._refused = 0
@@ -165,8 +165,8 @@ class Mission:
     def _look(self) -> Triggers:
         """Wait for something to happen; return what asks for a new plan."""
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
-        if self._recall is not None:
-            until = min(until, max(self._world.now_ms, self._recall.wake_ms))
+        if self._recall is not None and self._replanning.exploration_ms is None:
+            until = min(until, max(self._world.now_ms, self._recall.wake_ms(self._busy_ms)))
         if self._patience is not None and self._patience.waits:
             wake_ms = self._patience.wake_ms
         if wake_ms is not None:
@@ -320,6 +320,7 @@ class Mission:
         self._followed = survey
         self._replanning.follow(survey)
         plan = shifted(plan, now)
+        self._busy_ms = plan.makespan_ms
         self._observer.event(
             Planned(
                 t_ms=now,

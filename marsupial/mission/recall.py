@@ -2,7 +2,7 @@
 
 How long it takes to get back is found as anything else is planned: by list scheduling, for the moment's survey with
 nothing left to explore. That is done seldom. A team gets back the way it came in the time that it took, so nothing
-need be found out before half of the time is over; and who drives on for a second is at most two seconds further from
+need be found out before about half of the time is over; and who drives on for a second is at most two seconds further from
 being back, so after an answer the next one can wait for a third of what is left to spare.
 """
 
@@ -47,15 +47,16 @@ class Recall:
         rovers = [robot for robot in team if kinds[robot.type].role is Role.ROVER]
         self._asked = goal.return_home or (goal.recover_rovers and bool(rovers))
         together = all(rover.carrier is not None for rover in rovers)
-        docking_ms = sum(kinds[rover.type].dock_ms for rover in rovers)
-        self._first_ms = max(0, limit_ms - docking_ms) // 2 if together else 0
+        handling_ms = sum(kinds[rover.type].dock_ms + kinds[rover.type].undock_ms for rover in rovers)
+        way_ms = max(0, limit_ms - handling_ms - SPARE_MS - STEP_MS)  # there and back
+        self._first_ms = round(way_ms / (2 + SPARE_SHARE)) if together else 0
         self._next_ms = self._first_ms if self._asked else limit_ms
         self._known_out: frozenset[str] = frozenset()
 
-    @property
-    def wake_ms(self) -> int:
-        """When to ask next, at the latest."""
-        return self._next_ms
+    def wake_ms(self, busy_ms: int) -> int:
+        """Return when to ask next, at the latest, if the team is busy with what it does until `busy_ms`."""
+        quiet = self._world.now_ms < self._first_ms and busy_ms <= self._next_ms
+        return self._limit_ms if quiet else self._next_ms
 
     def due(self, homes: Mapping[str, Cell], work: PlanProgress, planning_ms: int) -> bool:
         """Say whether the team has to turn back now, if making a plan takes so long."""

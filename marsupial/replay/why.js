@@ -38,7 +38,7 @@ function because(mission, plan, cause, names) {
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
     lost: `${labels} was lost`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
     "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
-    explored: "all there is to see has been seen", "called back": "the time left is only just enough to get back",
+    explored: "all there is to see has been seen",
   };
   return told[cause] ?? (labels ? `${cause}: ${labels}` : cause);
 }

@@ -221,7 +221,7 @@ def test_a_mission_ends_exactly_at_its_time_limit() -> None:
 
 def test_a_rover_that_is_still_docking_at_the_time_limit_is_not_aboard() -> None:
     team = [carrier_at(1, 1), rover_at(2, 1)]
-    ended, events = fly(drawn_grid(*CORRIDOR), team, greedy_strategy(), time_ms=12_000)
+    ended, events = fly(drawn_grid(*CORRIDOR), team, greedy_strategy(), time_ms=9_000)
     assert events.of(ActionStarted)[-1].action.name is ActionName.DOCK
     assert (ended.status, ended.aboard, ended.retrievals) == (Status.TIME_LIMIT, (), 0)
 

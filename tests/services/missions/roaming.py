@@ -65,6 +65,7 @@ class RoamingTeam:
         self.truth, self.corner = truth, corner
         self.slam = truth.copy()
         self.ledger = Ledger(brief)
+        self.last = self.ledger.cells.copy()
         self.robots = {robot.name: Rover(robot.cell) for robot in brief.robots}
         self.kinds = {robot.name: next(k for k in brief.kinds if k.name == robot.type) for robot in brief.robots}
         self.handovers: dict[int, tuple[str, str, Cell | None]] = {}
@@ -98,13 +99,20 @@ class RoamingTeam:
             if robot.drive is not None and not robot.stopped:
                 yield name, robot
 
-    def barred(self, name: str) -> bool:
+    def tell(self, report: Report) -> None:
+        """Take in what is reported."""
+        before = self.ledger.frame
+        self.ledger.take(report, b"")
+        told = self.ledger.cells
+        self.last = np.where(told == UNKNOWN, laid_out(self.last, before, self.ledger.frame), told)
+
+    def barred(self, name: str, *, lost: bool = True) -> bool:
         """Say whether a robot drives to where it can't stand, by what was reported, beyond its next cell.
 
-        Both cells beside a diagonal step count.
+        Both cells beside a diagonal step count; cells that are `lost` bar it, or else count as what they were.
         """
         frame, way = self.ledger.frame, self.robots[name].way[1:]
-        grid = frame.grid(self.brief.grid, self.ledger.cells)
+        grid = frame.grid(self.brief.grid, self.ledger.cells if lost else self.last)
         corners = [(a.x, b.y) for a, b in pairwise(way)] + [(b.x, a.y) for a, b in pairwise(way)]
         ahead = [Cell(x, y) for x, y in {*way[1:], *corners} - set(way[:1])]
         return not fits(grid, self.kinds[name], *(Cell(x - frame.x, y - frame.y) for x, y in ahead))

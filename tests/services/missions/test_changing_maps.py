@@ -27,7 +27,7 @@ def fly(team: RoamingTeam, most: int = 150) -> tuple[list[Report | Wish], list[T
             going = {name for name, _ in team.driving()}
             report = team.report()
             team.ledger.check(report)
-            team.ledger.take(report, b"")
+            team.tell(report)
             barred = {name for name, _ in team.driving() if name in going and team.barred(name)}
             inputs.append(report if len(turns) < most else Wish.CANCEL)
             turns.append(hosted.turn(Due(input=inputs[-1])))
@@ -38,8 +38,11 @@ def fly(team: RoamingTeam, most: int = 150) -> tuple[list[Report | Wish], list[T
 
 
 def look_at(team: RoamingTeam, turn: Turn, going: set[str], barred: set[str]) -> None:
-    """Nobody goes on to where it can't stand; without a new plan only those are stopped who would."""
-    assert not [name for name, _ in team.driving() if team.barred(name)]
+    """Nobody goes on to where it can't stand; without a new plan only those are stopped who would.
+
+    Cells that are lost over and over bar nobody, if they did not before.
+    """
+    assert not [name for name, _ in team.driving() if team.barred(name, lost=False)]
     stopped = {name for name in going if team.robots[name].stopped}
     planned = any(e.type is EventType.LOG and e.data.startswith('{"event":"plan"') for e in turn.events)
     assert planned or stopped <= barred
