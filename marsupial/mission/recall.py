@@ -2,8 +2,8 @@
 
 How long it takes to get back is found as anything else is planned: by list scheduling, for the moment's survey with
 nothing left to explore. That is done seldom. A team gets back the way it came in the time that it took, so nothing
-need be found out before about half of the time is over; and who drives on for a second is at most two seconds further from
-being back, so after an answer the next one can wait for a third of what is left to spare.
+need be found out before about half of the time is over; and who drives on for a second is at most two seconds further
+from being back, so after an answer the next one can wait for a third of what is left to spare.
 """
 
 from __future__ import annotations
@@ -76,8 +76,10 @@ class Recall:
         return spare_ms <= 0
 
     def _out(self, work: PlanProgress) -> frozenset[str]:
-        """Return the rovers that are out, or are to be set down by the plan that is followed."""
-        planned = {action.robot for action in work.remainder() if action.name is ActionName.UNDOCK}
+        """Return the rovers that are out, or are to be set down now by the plan that is followed."""
+        soon_ms = self._world.now_ms + STEP_MS
+        undocks = (action for action in work.remainder() if action.name is ActionName.UNDOCK)
+        planned = {action.robot for action in undocks if action.start_ms <= soon_ms}
         rovers = (r for r in self._world.robots() if self._kinds[r.type].role is Role.ROVER and not r.lost)
         return frozenset(rover.name for rover in rovers if rover.carrier is None or rover.name in planned)
 
