@@ -182,7 +182,8 @@ def test_a_strategy_goes_by_its_former_name_with_a_notice(capsys: pytest.Capture
 
 def test_a_mission_that_runs_out_of_time_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:
     code, summary, _ = run_json(capsys, "lobby", *QUICK, "--time-limit", "5")
-    assert (code, summary["status"], summary["mission_time_s"]) == (5, "time_limit", 5.0)
+    assert (code, summary["status"]) == (5, "time_limit")
+    assert summary["mission_time_s"] <= 5.0
     assert summary["remaining"]
     assert all(frontier["reason"] for frontier in summary["remaining"])
 
