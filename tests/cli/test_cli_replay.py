@@ -10,7 +10,7 @@ from marsupial.cli.main import main
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("logs") / "lobby.jsonl"
-    assert main(["run", "lobby", "--strategy", "heuristic", "--time-limit", "20", "--log", str(path)]) == 5
+    assert main(["run", "lobby", "--strategy", "heuristic", "--time-limit", "40", "--log", str(path)]) == 5
     return path
 
 
@@ -67,7 +67,7 @@ def test_what_can_not_be_exported_is_a_wrong_usage(
     assert main(["replay", str(log), "--export", str(tmp_path / "lobby.avi")]) == 2
     assert "can't write .avi; there are .gif, .mp4, .svg" in capsys.readouterr().err
     assert main(["replay", str(log), "--export", str(tmp_path / "lobby.svg"), "--at", "4000"]) == 2
-    assert "there is nothing at 4000 s: the mission goes from 0 s to 20 s" in capsys.readouterr().err
+    assert "there is nothing at 4000 s: the mission goes from 0 s to 28.311 s" in capsys.readouterr().err
     assert main(["replay", str(log), "--at", "10"]) == 2
     assert list(tmp_path.iterdir()) == []
 
