@@ -119,7 +119,7 @@ class Conversation:
             response = await self.ask(method, path, body, headers)
             try:
                 return response.json()
-            except ValueError:
+            except (ValueError, RecursionError):
                 await tries.again(Broken(f"{path} is answered by what is no JSON"))
 
     async def frames(self, path: str, after: int = 0) -> AsyncGenerator[tuple[int, httpx2.ServerSentEvent], None]:

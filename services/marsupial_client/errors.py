@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import Any
 
 from marsupial_client.documents import Problem, ProblemDetail
 
@@ -130,10 +131,17 @@ def _problem(status: int, text: str, path: str) -> Problem:
     }
     try:
         told = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return plain
-    fits = isinstance(told, dict) and isinstance(told.get("detail"), str) and told.get("status") == status
-    return {**plain, **told} if fits else plain
+    return {**plain, **told} if _is_problem(told, status) else plain
+
+
+def _is_problem(told: Any, status: int) -> bool:
+    """Say whether an answer is a problem document: proxies answer in JSON too."""
+    if not isinstance(told, dict) or not isinstance(told.get("detail"), str) or told.get("status") != status:
+        return False
+    errors = told.get("errors", [])
+    return isinstance(errors, list) and all(isinstance(e, dict) and isinstance(e.get("detail"), str) for e in errors)
 
 
 def _seconds(retry_after: str | None) -> float | None:

@@ -14,6 +14,7 @@ from typing import Any
 
 from marsupial.errors import InputError, UsageError
 from marsupial.formats.files import read_text, replace_file
+from marsupial.formats.jsonvalues import parse_json
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial_client.mission_documents import Command, Report
 
@@ -105,13 +106,13 @@ class Journal:
             return None
         text = read_text(self.path, InputError, MOST_BYTES)
         try:
-            document = json.loads(text)
+            document = parse_json(text)
             if document.pop("version") != VERSION:
                 raise ValueError("of another version")
             record = Record(**document)
             record.check()
             return record
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise InputError(f"is no state of `marsupial ros` ({error})", source=str(self.path)) from error
 
     def write(self, record: Record) -> None:

@@ -181,6 +181,8 @@ def test_rows_without_a_head_are_left_alone(tmp_path: Path) -> None:
     ("name", "text", "message"),
     [
         ("comparison.json", "{", "no JSON"),
+        ("comparison.json", "[" * 100_000, "no JSON"),
+        ("comparison.json", '{"runs": 1e999}', "no JSON"),
         ("comparison.json", "[]", "is not the head of a comparison"),
         ("comparison.json", '{"format": "marsupial-comparison", "version": 9}', "is of version 9"),
         ("comparison.json", '{"format": "marsupial-comparison", "version": 1}', "is damaged"),

@@ -252,6 +252,8 @@ def test_best_plans_read_back_as_written() -> None:
 def test_what_is_no_file_of_best_plans_is_refused() -> None:
     with pytest.raises(InputError, match="no file of best plans"):
         read_best('{"suite": 1, "best": {"x": {"digest": "0"}}}')
+    with pytest.raises(InputError, match="nested too deep"):
+        read_best("[" * 100_000)
     with pytest.raises(InputError, match="are whole ms"):
         read_best(write_best({"x": replace(BEST["rooms-1x1-3"], makespan_ms=1.5)}))  # type: ignore[arg-type]
     with pytest.raises(InputError, match="suite version 7"):

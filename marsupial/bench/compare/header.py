@@ -15,6 +15,7 @@ from typing import Any
 from marsupial.bench.compare.plan import Case, Comparison, Contender, digest
 from marsupial.cluster.make import LIBRARIES
 from marsupial.errors import InputError, Problem, UsageError
+from marsupial.formats.jsonvalues import JsonFault, parse_json
 
 FORMAT, VERSION = "marsupial-comparison", 1
 
@@ -52,8 +53,8 @@ def parse(text: str, source: str) -> dict[str, Any]:
         If it is none.
     """
     try:
-        header = json.loads(text)
-    except ValueError as error:
+        header = parse_json(text)
+    except JsonFault as error:
         raise InputError("is not the head of a comparison: no JSON", source=source) from error
     if not isinstance(header, dict) or header.get("format") != FORMAT:
         raise InputError("is not the head of a comparison", source=source)

@@ -19,6 +19,7 @@ from typing import Any
 
 from marsupial.bench.suite.catalogue import VERSION
 from marsupial.errors import InputError, InvalidPlanError
+from marsupial.formats.jsonvalues import parse_json
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.situation import situation_to_json
 from marsupial.model.plan import Plan
@@ -76,7 +77,7 @@ def read_best(text: str) -> dict[str, Best]:
         If it is no such file, or of another version of the suite.
     """
     try:
-        data = json.loads(text)
+        data = parse_json(text)
         version, rows = data["suite"], data["best"]
         best = {name: _read(row) for name, row in rows.items()}
     except (ValueError, TypeError, KeyError, AttributeError) as error:

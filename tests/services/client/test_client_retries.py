@@ -156,11 +156,21 @@ def test_every_problem_of_the_service_has_its_exception(kind: str) -> None:
     assert (type(caught.value) is Refused) == (status in (405, 406, 415, 421))
 
 
-@pytest.mark.parametrize("text", ["<html>no</html>", "", "[]", '{"detail": 4}', '{"status": 404}'])
+@pytest.mark.parametrize(
+    "text",
+    ["<html>no</html>", "", "[]", '{"detail": 4}', '{"status": 404}', "[" * 100_000]
+    + [f'{{"status": 404, "detail": "no", "errors": {errors}}}' for errors in ("null", "{}", "[1]", '[{"detail": 1}]')],
+)
 def test_a_refusal_that_is_no_problem_document_is_one_here(text: str) -> None:
     with pytest.raises(NotFound) as caught:
         finish(service(Scripted(httpx2.Response(404, text=text))).ask("GET", "/v1/x"))
     assert (caught.value.type, caught.value.status, caught.value.problem["instance"]) == ("about:blank", 404, "/v1/x")
+
+
+def test_an_answer_that_is_nested_too_deep_is_no_json() -> None:
+    transport = Scripted(httpx2.Response(200, text="[" * 100_000))
+    with pytest.raises(Unreachable, match="is answered by what is no JSON"):
+        finish(service(transport, patience_s=0.0).ask("GET", "/"))
 
 
 def test_one_request_has_one_idempotency_key_and_two_have_two() -> None:

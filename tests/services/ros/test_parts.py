@@ -352,10 +352,12 @@ def test_what_is_no_message_is_told_and_passed_over() -> None:
         "[]",
         '{"op": "publish"}',
         '{"op": "other"}',
+        '{"op": "action_result", "status": 1e999}',
+        "[" * 100_000,
         '{"op": "publish", "topic": "/a", "msg": {}}',
     )
     assert listener.heard == [("/a", {})]
-    assert len([text for text in listener.told if "no message of its protocol" in text]) == 4
+    assert len([text for text in listener.told if "no message of its protocol" in text]) == 6
 
 
 def test_ends_of_goals_and_errors_are_heard() -> None:

@@ -1,0 +1,37 @@
+"""JSON from outside as plain values: with one kind of fault for whatever `json` raises, and finite numbers only."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, NoReturn
+
+
+class JsonFault(ValueError):
+    """Why a text is no JSON that is read here, in one line."""
+
+
+def parse_json(text: str) -> Any:
+    """Return what a JSON text holds.
+
+    Raises
+    ------
+    JsonFault
+        For anything that keeps it from being read: it is none, is nested too deep, or has a number that is not finite
+        or has thousands of digits.
+    """
+    try:
+        return json.loads(text, parse_constant=_no_number, parse_float=_finite)
+    except RecursionError:
+        raise JsonFault("is nested too deep") from None
+    except ValueError as error:
+        raise JsonFault(str(error).partition(";")[0]) from None
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    return value if math.isfinite(value) else _no_number(text)
+
+
+def _no_number(text: str) -> NoReturn:
+    raise ValueError(f"{text[:40]} is no finite number")
