@@ -1,0 +1,208 @@
+"""How readers of files and of command lines are fed bytes, and what they read is written and read again."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache, partial
+from pathlib import Path
+from unittest.mock import patch
+
+from benchmarks.fuzz.examples import ROOT, deploy
+from marsupial.bench.compare import header
+from marsupial.bench.compare.folder import FILES, read_curves, read_rows, read_timings
+from marsupial.bench.suite.best import read_best, write_best
+from marsupial.cli.contenders import contenders, numbers
+from marsupial.errors import InvalidPlanError, MarsupialError
+from marsupial.formats.loglines import log_lines
+from marsupial.formats.mapfiles.images import grey_of, size_of
+from marsupial.formats.mapfiles.movingai import scenario_map
+from marsupial.formats.mapfiles.nav2 import understand_image
+from marsupial.formats.mapfiles.nav2_header import header_of
+from marsupial.formats.mapfiles.nav2_writer import nav2_files
+from marsupial.formats.mapfiles.read import read_map
+from marsupial.formats.missionlog import parse_log
+from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
+from marsupial.formats.pddl.read import read_problem
+from marsupial.formats.pddl.text import check_domain, problem_text
+from marsupial.formats.scenario import is_scenario_file, read_scenario, scenario_text
+from marsupial.formats.situation import situation_from_json, situation_to_json
+from marsupial.formats.strips import runs_in, text_of
+from marsupial.formats.triggers import read_triggers, trigger_text
+from marsupial.generators import canvas
+from marsupial.library.scenarios import scenario as scenario_of
+from marsupial.model.grid import UNKNOWN, Grid
+from marsupial.model.planning import Budget
+from marsupial.planning.engines import engine
+from marsupial.planning.external.commands import External
+from marsupial.planning.external.output import PlanReader, Printed, last_words
+
+MOST_CELLS, MOST_SIDE = 250_000, 300
+"""Of images, and along a side of maps that are made: larger ones take long because they are large."""
+
+
+class Mismatch(Exception):
+    """What was read and written again reads as something else."""
+
+
+def same(first: object, second: object) -> None:
+    """Raise a `Mismatch` unless both are the same."""
+    if first != second:
+        raise Mismatch(f"read again as another one: {str(first)[:300]!r} became {str(second)[:300]!r}")
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder with maps that files may name."""
+    folder = tempfile.TemporaryDirectory(prefix="marsupial-fuzz-")
+    for name in ("workshop.yaml", "workshop.png"):
+        Path(folder.name, name).write_bytes((ROOT / "docs/tutorial" / name).read_bytes())
+    return folder
+
+
+def stored(data: bytes, name: str) -> Path:
+    """Return the path of a file of that name that holds `data`."""
+    path = Path(_folder().name, name)
+    path.write_bytes(data)
+    return path
+
+
+def read_text_of(read: Callable[[str], object], data: bytes) -> object:
+    """Read a text as files are read: what is no UTF-8 never gets to a reader."""
+    with suppress(UnicodeDecodeError):
+        return read(data.decode("utf-8"))
+    return None
+
+
+def scenario(data: bytes) -> None:
+    """Read a scenario file, write it and read it again."""
+    path = stored(data, "scenario.yaml")
+    is_scenario_file(path)
+    with patch.object(canvas, "MOST_CELLS", MOST_SIDE):
+        text = scenario_text(read_scenario(path))
+    same(text, scenario_text(read_scenario(stored(text.encode(), "again.yaml"))))
+
+
+def situation(text: str) -> None:
+    """Read a situation, write it and read it again."""
+    written = situation_to_json(situation_from_json(text))
+    same(written, situation_to_json(situation_from_json(written)))
+
+
+def problem(text: str) -> None:
+    """Read a problem, write it and read it again."""
+    situation = read_problem(text)
+    same(situation_to_json(situation), situation_to_json(read_problem(problem_text(situation))))
+
+
+def plan(text: str) -> None:
+    """Read a plan, write it and read it again."""
+    found = read_plan_text(text, deploy())
+    with suppress(InvalidPlanError):  # PDDL can't say all plans
+        same(found, read_plan_text(write_plan_text(found, deploy()), deploy()))
+
+
+def planner_output(data: bytes) -> None:
+    """Cut plans out of what a planner prints, in two pieces."""
+    printed, reader = Printed(), PlanReader(deploy())
+    for chunk in (data[: len(data) // 2], b"", data[len(data) // 2 :]):
+        list(reader.better([*printed.feed(chunk), *printed.growing(chunk)], complete=True))
+    list(reader.better(printed.rest(), complete=True))
+    last_words(data, printed.tail)
+    assert reader.summary
+
+
+def log(data: bytes) -> None:
+    """Read a mission log, write it and read it again."""
+    lines = list(log_lines(parse_log(data).events))
+    same(lines, list(log_lines(parse_log("\n".join([*lines, ""]).encode()).events)))
+
+
+def strips(text: str) -> None:
+    """Read cells of a map as a log has them, write them and read them again."""
+    width, height = 40, 30
+    runs = runs_in(text, width, height)
+    if max(runs[2::3], default=0) < 256:  # else no cells have them: the reader of logs looks at that
+        same(runs, runs_in(text_of(runs, width), width, height))
+
+
+def map_file(data: bytes, *, name: str) -> None:
+    """Read a file of a kind of map that its name tells."""
+    grid = read_map(stored(data, name)).grid
+    _as_nav2(grid)
+
+
+def _as_nav2(grid: Grid) -> None:
+    """Write a map as nav2's map saver does; what is unknown or an obstacle has to be that again."""
+    pixels, head = nav2_files(grid, Path("map.yaml")).values()
+    cells = understand_image(header_of(head), grey_of(pixels)).grid.cells
+    same(((cells == 0).tobytes(), (cells == UNKNOWN).tobytes()), _solid(grid))
+
+
+def _solid(grid: Grid) -> tuple[bytes, bytes]:
+    return (grid.cells == 0).tobytes(), (grid.cells == UNKNOWN).tobytes()
+
+
+def nav2(data: bytes) -> None:
+    """Read a map's yaml, with the image it names and with one of few pixels."""
+    with suppress(MarsupialError):
+        read_map(stored(data, "map.yaml"))  # with the image it names
+    understand_image(header_of(data), grey_of(b"P5\n2 2\n255\n\0\xcd\xfe\x80"))
+
+
+def image(data: bytes) -> None:
+    """Read an image, and understand it in every mode."""
+    with suppress(MarsupialError):
+        size_of(data)
+    image = grey_of(data, max_cells=MOST_CELLS)
+    for mode in ("trinary", "scale", "raw"):
+        head = f"image: a\nresolution: 0.05\norigin: [0,0,0]\nnegate: 0\nmode: {mode}\n"
+        _as_nav2(understand_image(header_of(f"{head}occupied_thresh: 0.65\nfree_thresh: 0.2".encode()), image).grid)
+
+
+def comparison(data: bytes) -> None:
+    """Read a folder: its head and its files of lines, one after the other, at their first lines."""
+    first = data.partition(b"\n")[0]
+    name = next((name for name, lines in FILES.items() if lines.head.encode().strip() == first.strip()), None)
+    if name is None:
+        same(*2 * [read_text_of(partial(header.parse, source=""), data)])
+        return
+    folder = stored(data, name).parent
+    lines, read = FILES[name], {"rows.csv": read_rows, "timings.csv": read_timings, "coverage.csv": read_curves}[name]
+    records = read(folder)
+    stored((lines.head + "".join(map(lines.encode, records))).encode(), name)
+    same(repr(records), repr(read(folder)))  # NaN is not equal to itself
+
+
+def command_line(text: str) -> None:
+    """Read a text as each option that has a grammar of its own."""
+    for read in (
+        partial(numbers, option="--carriers", at_least=1),
+        partial(contenders, planner="greedy", budget=Budget(steps=1)),
+        External,
+        engine,
+        lambda text: scenario_of(text.replace("/", "|")),
+    ):
+        with suppress(MarsupialError):
+            read(text)
+    same(text, trigger_text(read_triggers(text)))
+
+
+def domain(text: str) -> None:
+    """Read a domain."""
+    check_domain(text)
+
+
+def movingai_problems(data: bytes) -> None:
+    """Read which map path problems are for, and refuse them as a map."""
+    path = stored(data, "grid.map.scen")
+    scenario_map(path)
+    with suppress(MarsupialError):
+        read_map(path)
+
+
+def best(text: str) -> None:
+    """Read best plans of the suite."""
+    written = write_best(read_best(text))
+    same(written, write_best(read_best(written)))

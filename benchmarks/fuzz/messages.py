@@ -1,0 +1,205 @@
+"""How readers of requests, of the service's answers and of messages of ROS are fed bytes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, replace
+from functools import cache
+from typing import Any
+
+import cbor2
+import httpx2
+
+from benchmarks.fuzz.examples import yaml_blocks
+from benchmarks.fuzz.files import MOST_CELLS, stored
+from marsupial.errors import UsageError
+from marsupial_client import Client
+from marsupial_client.core import address
+from marsupial_ros.chart import Chart
+from marsupial_ros.clock import Clock
+from marsupial_ros.hearing import Hearing
+from marsupial_ros.journal import Journal, Record
+from marsupial_ros.rosbridge import Rosbridge
+from marsupial_ros.settings import Settings, read_settings
+from marsupial_ros.transforms import Frames
+from marsupial_service.examples.bodies import EXAMPLES, mission
+from marsupial_service.http.problems import HttpProblem, answer
+from marsupial_service.intake.analyses import ANALYSIS_READING, VALIDATION_READING
+from marsupial_service.intake.jobs import JOB_READING
+from marsupial_service.intake.reading import Reading, read_elsewhere
+from marsupial_service.intake.simulations import SIMULATION_READING
+from marsupial_service.missions.frames import Frame
+from marsupial_service.missions.reading import MISSION_READING, REPORT_READING, brief_of
+from marsupial_service.operations.settings import ServiceLimits, limits_from
+from marsupial_service.routes.parameters import wait_seconds
+from marsupial_service.schemas.missions import MissionBody
+
+LIMITS = ServiceLimits(cells=MOST_CELLS // 10)
+
+# -- the service -----------------------------------------------------------------------------------------------------
+
+
+@cache
+def _given(path: str) -> tuple[Reading[Any, Any], tuple[Any, ...]]:
+    """Return how a body is read, and what it is read with."""
+    if path.endswith("/reports"):
+        brief = brief_of(MissionBody.model_validate(mission()), LIMITS, {})
+        return REPORT_READING, (brief, Frame.of(brief.grid), LIMITS)
+    return {
+        "/v1/jobs": (JOB_READING, (LIMITS, {})),
+        "/v1/analysis": (ANALYSIS_READING, (LIMITS,)),
+        "/v1/validations": (VALIDATION_READING, (LIMITS,)),
+        "/v1/missions": (MISSION_READING, (LIMITS, {})),
+        "/v1/simulations": (SIMULATION_READING, (LIMITS, {})),
+    }[path]
+
+
+def body(data: bytes, *, path: str) -> None:
+    """Read a body, and answer what is wrong with it."""
+    reading, more = _given(path)
+    (found,) = read_elsewhere((data, reading, LIMITS, more))
+    if isinstance(found, HttpProblem):
+        assert answer(found, path).status_code < 500
+
+
+def bodies(path: str) -> list[bytes]:
+    """Return the example of the OpenAPI document."""
+    return [json.dumps(EXAMPLES[path]()).encode()]
+
+
+def operator_words(text: str) -> None:
+    """Read what operators set and what headers of requests say."""
+    name, _, value = text.partition("=")
+    for read in (
+        lambda: limits_from({}, {name: value}),
+        lambda: limits_from({f"MARSUPIAL_{name}": value, "MARSUPIAL_CELLS": value}),
+        lambda: wait_seconds(text, 30.0),
+    ):
+        with suppress(UsageError):
+            read()
+    with suppress(ValueError):
+        address(text)
+
+
+# -- the client ------------------------------------------------------------------------------------------------------
+
+
+def _client(reply: Callable[[httpx2.Request], httpx2.Response]) -> Client:
+    """Return a client that is answered at once, and whose clock stands still: without patience it tries once."""
+    client = Client("http://host", patience_s=0, http=httpx2.Client(transport=httpx2.MockTransport(reply)))
+    client._service.conversation.transport.now = lambda: 0.0  # type: ignore[method-assign]
+    return client
+
+
+def stream(data: bytes) -> None:
+    """Read the events of a mission from a stream."""
+    document = {"id": "m", "n": 0, "links": {"self": "/m", "events": "/m/events"}}
+
+    def reply(request: httpx2.Request) -> httpx2.Response:
+        if request.url.path == "/v1/missions/m":
+            return httpx2.Response(200, json=document)
+        return httpx2.Response(200, content=data, headers={"Content-Type": "text/event-stream"})
+
+    with _client(reply) as client:
+        list(client.mission("m").events())
+
+
+def refusal(data: bytes) -> None:
+    """Read an answer: a line with its status and when to try again, and its text."""
+    first, _, text = data.partition(b"\n")
+    status, _, again = first.partition(b" ")
+    code = int(status) if status.isdigit() and len(status) == 3 else 503
+    headers = {"Retry-After": again.decode("latin-1")} if again.isascii() and again.isalnum() else {}
+    with _client(lambda _: httpx2.Response(max(200, min(code, 599)), content=text, headers=headers)) as client:
+        client.ask("GET", "/v1/jobs")
+
+
+# -- ROS -------------------------------------------------------------------------------------------------------------
+
+
+@cache
+def _ros_settings() -> Settings:
+    return replace(read_settings(stored(ros_settings()[0], "fleet.yaml")), clock="/clock")
+
+
+def settings(data: bytes) -> None:
+    """Read the settings of the bridge."""
+    read_settings(stored(data, "settings.yaml"))
+
+
+def journal(data: bytes) -> None:
+    """Read what a bridge keeps of its mission."""
+    Journal(stored(data, "state.json")).read()
+
+
+def rosbridge(data: bytes, *, packed: bool) -> None:
+    """Read messages as rosbridge sends them: texts, one a line, or one in CBOR after a first map."""
+    known, said, frames = _ros_settings(), list[str](), {"/tf": Frames()}
+    chart = Chart(known.terrains, known.map.masks, known.map.free_thresh, known.map.occupied_thresh)
+    line = Rosbridge("ws://host", [], Hearing(known, frames, chart, Clock(told=True), said.append))
+    for one in [messages(packed=True)[0], data] if packed else data.splitlines():
+        with suppress(UnicodeDecodeError):
+            line._take(one if packed else one.decode())
+        frames["/tf"].find("carrier1/base_link", "map")
+        assert chart.grid is None or chart.grid.cells.size
+
+
+def ros_settings() -> list[bytes]:
+    """Return the example of the documentation."""
+    return yaml_blocks("docs/ros.md")
+
+
+def messages(*, packed: bool) -> list[bytes]:
+    """Return one message of each kind, each a line of one text, or each as CBOR."""
+    at = {"x": 0.5, "y": 1.0, "z": 0.0}
+    turned = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
+    origin = {"position": at, "orientation": turned}
+    info = {"resolution": 0.05, "width": 3, "height": 2, "origin": origin}
+    link = {"header": {"frame_id": "map"}, "child_frame_id": "carrier1/base_link"}
+    told: list[tuple[str, Mapping[str, Any]]] = [
+        ("/map", {"info": info, "data": [0, 100, -1, 0, 0, 50]}),
+        ("/map_updates", {"x": 1, "y": 0, "width": 1, "height": 2, "data": [0, 100]}),
+        ("/tf", {"transforms": [{**link, "transform": {"translation": at, "rotation": turned}}]}),
+        ("/clock", {"clock": {"sec": 12, "nanosec": 500}}),
+    ]
+    sent = [{"op": "publish", "topic": topic, "msg": message} for topic, message in told]
+    sent += [
+        {"op": "action_result", "id": "g", "status": 4, "values": {"success": True}, "result": True},
+        {"op": "status", "level": "error", "msg": "no such topic"},
+        {"op": "fragment", "id": "f", "num": 0, "total": 1, "data": json.dumps({"op": "status", "level": "warning"})},
+    ]
+    if not packed:
+        return [b"\n".join(json.dumps(one).encode() for one in sent)]
+    typed = {"op": "publish", "topic": "/map", "msg": {"info": info, "data": cbor2.CBORTag(72, bytes(6))}}
+    return [cbor2.dumps(one) for one in (*sent, typed)]
+
+
+def events() -> list[bytes]:
+    """Return streams as the service sends them."""
+    return [
+        b'id: 1\nevent: log\ndata: {"event":"mission"}\n\nid: 2\nevent: commands\ndata: {"batch": 1}\n\n'
+        b'id: 3\nevent: end\ndata: {"status": "complete"}\n\n',
+        b": still there\n\n"
+        b"id:7\nevent:state\ndata:{\ndata:}\n\nretry: 10\r\n\r\nevent: news\ndata\n\nid: 8\nevent: end\n\n",
+    ]
+
+
+def answers() -> list[bytes]:
+    """Return answers of the service and of proxies."""
+    problem = {
+        "type": "urn:marsupial:problem:invalid", "title": "no", "status": 422, "detail": "is wrong", "instance": "/v1",
+        "errors": [{"pointer": "/team/0", "detail": "missing"}],
+    }  # fmt: skip
+    return [
+        b"422 0\n" + json.dumps(problem).encode(),
+        b"503 5\n<html>busy</html>",
+        b'200 0\n{"jobs": []}',
+        b'429 9\n{"status": 429, "detail": "wait", "errors": []}',
+    ]
+
+
+def journals() -> list[bytes]:
+    """Return what a bridge keeps of its mission."""
+    return [json.dumps({"version": 1, **asdict(Record(mission="m", frame={"width": 3}))}).encode()]

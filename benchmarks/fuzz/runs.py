@@ -1,0 +1,144 @@
+"""The fuzzer's command: run each family of readers in a process of its own, and keep what is found.
+
+Each finding is an input file called FAMILY.DIGEST; inputs that fail at the same place in the same way are one finding.
+What is new to the coverage of a family is kept as its corpus, which the next run begins with.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import random
+import re
+import sys
+from collections.abc import Sequence
+from hashlib import sha256
+from pathlib import Path
+
+PACKAGES = ("marsupial", "marsupial_service", "marsupial_client", "marsupial_ros")
+
+LEFT_OUT = (
+    "maps", "paths", "planning.branch_and_bound", "planning.list_scheduling", "planning.local_search", "sim", "mission",
+    "generators", "formats.strips", "native", "keeping",
+)  # fmt: skip
+"""Parts of `marsupial` whose coverage says nothing of readers; numba can't compile what is instrumented."""
+
+MOST_FINDINGS = 30
+"""Of a family in one run."""
+
+HANG_S = 300
+"""After so long an execution is given up; what merely takes too long is found by the time of processors it took."""
+
+
+def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
+    """Run one family until its end, which is that of the process; what libFuzzer says goes to a file."""
+    import atheris
+
+    log = os.open(folder / f"{family}.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(log, 2)
+    with atheris.instrument_imports(include=list(PACKAGES), exclude=_left_out()):
+        from benchmarks.fuzz.targets import TARGETS
+    from benchmarks.fuzz.mutations import mutated
+    from benchmarks.fuzz.trying import LONGEST, fault_of
+
+    target, found = TARGETS[family], set[str]()
+    words = target.words.encode().split()
+    corpus, seeds = folder / "corpus" / family, folder / "seeds" / family
+
+    def execute(data: bytes) -> None:
+        fault = fault_of(target, data)
+        kind = None if fault is None else re.sub(r"[\d.]+ ", "", fault.partition(": ")[0])
+        if kind is not None and kind not in found and len(found) < MOST_FINDINGS:
+            found.add(kind)
+            file = folder / f"{family}.{_digest(data)}"
+            file.write_bytes(data)
+            print(f"{family}: {fault}\n    python -m benchmarks fuzz --replay {file}", flush=True)
+
+    def mutate(data: bytes, most: int, seed: int) -> bytes:
+        rng = random.Random(seed)
+        changed = atheris.Mutate(data, most) if rng.random() < 0.4 else mutated(bytes(data), rng, words)
+        return bytes(changed[:most])
+
+    options = [f"-runs={runs}", f"-max_total_time={seconds}", f"-max_len={LONGEST}", f"-seed={seed}"]
+    options += [f"-timeout={HANG_S}", "-rss_limit_mb=8192", "-print_final_stats=1", "-verbosity=1"]
+    options += [f"-artifact_prefix={folder}/{family}."]
+    atheris.Setup([sys.argv[0], *options, str(corpus), str(seeds)], execute, custom_mutator=mutate)
+    atheris.Fuzz()
+
+
+def _left_out() -> list[str]:
+    """Return the names of the modules of `LEFT_OUT`."""
+    root = Path(__file__).parents[2]
+    names = [".".join(path.relative_to(root).with_suffix("").parts) for path in root.glob("marsupial/**/*.py")]
+    parts = tuple(f"marsupial.{part}." for part in LEFT_OUT)
+    return [name.removesuffix(".__init__") for name in names if f"{name}.".startswith(parts)]
+
+
+def replay(file: Path) -> int:
+    """Feed a file to the family that its name begins with; return how many findings that are."""
+    from benchmarks.fuzz.targets import TARGETS
+    from benchmarks.fuzz.trying import fault_of
+
+    family = file.name.partition(".")[0]
+    if family not in TARGETS:
+        print(f"{file}: its name must begin with a family and a dot; there are {', '.join(TARGETS)}")
+        return 2
+    fault = fault_of(TARGETS[family], file.read_bytes())
+    print(f"{family}: {fault or 'no finding'}")
+    return int(fault is not None)
+
+
+def _digest(data: bytes) -> str:
+    return sha256(data).hexdigest()[:12]
+
+
+def _run(family: str, chosen: argparse.Namespace) -> int:
+    """Run a family; print how many executions there were and return the number of findings."""
+    from benchmarks.fuzz.targets import TARGETS
+
+    corpus, seeds = chosen.out / "corpus" / family, chosen.out / "seeds" / family
+    for place in (corpus, seeds):
+        place.mkdir(parents=True, exist_ok=True)
+    for data in TARGETS[family].seeds():
+        (seeds / _digest(data)).write_bytes(data)
+    before = _findings(chosen.out, family)
+    arguments = (family, chosen.out, chosen.runs, chosen.seconds, chosen.seed)
+    process = multiprocessing.get_context("spawn").Process(target=fuzz, args=arguments)
+    process.start()
+    process.join()
+    said = (chosen.out / f"{family}.log").read_text(errors="replace")
+    executed = re.search(r"number_of_executed_units: (\d+)", said)
+    count = len(_findings(chosen.out, family) - before)
+    if executed is None:
+        last = (said.strip().splitlines() or ["nothing"])[-1]
+        print(f"{family}: its process ended ({process.exitcode}), saying: {last}; see {chosen.out / family}.log")
+        count = max(1, count)
+    print(f"{family}: {executed[1] if executed else '?'} executions, {count} findings", flush=True)
+    return count
+
+
+def _findings(folder: Path, family: str) -> set[str]:
+    return {path.name for path in folder.glob(f"{family}.*") if path.suffix != ".log"}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code: 1 if there are findings."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks fuzz", description=__doc__)
+    parser.add_argument("--families", help="families to run, separated by commas (default: all)")
+    parser.add_argument("--seconds", type=int, default=60, help="seconds a family (default %(default)s)")
+    parser.add_argument("--runs", type=int, default=-1, help="executions a family, at most (default: no limit)")
+    parser.add_argument("--seed", type=int, default=1, help="of the mutations (default %(default)s)")
+    parser.add_argument("--out", type=Path, default=Path("out/fuzz"), help="folder (default %(default)s)")
+    parser.add_argument("--replay", type=Path, metavar="FILE", help="run one input again; needs no atheris")
+    chosen = parser.parse_args(arguments)
+    if chosen.replay is not None:
+        return replay(chosen.replay)
+    from benchmarks.fuzz.targets import TARGETS
+
+    families = chosen.families.split(",") if chosen.families else list(TARGETS)
+    unknown = [family for family in families if family not in TARGETS]
+    if unknown:
+        parser.error(f"no family {', '.join(unknown)}; there are {', '.join(TARGETS)}")
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    return int(sum(_run(family, chosen) for family in families) > 0)

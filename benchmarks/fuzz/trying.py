@@ -1,0 +1,49 @@
+"""One execution: feed bytes to a reader, and say what is wrong with how it took them."""
+
+from __future__ import annotations
+
+import resource
+import time
+import traceback
+import warnings
+
+from benchmarks.fuzz.targets import Target
+from marsupial.errors import InternalError
+
+MOST_CPU_S = 5.0
+MOST_BYTES = 500 * 2**20
+"""What reading an input may take: time of processors, and memory beyond all that was taken before."""
+
+LONGEST = 65_536
+"""Bytes of an input."""
+
+
+def fault_of(target: Target, data: bytes) -> str | None:
+    """Return what was wrong with how a reader took `data` in a line, None if it took or refused it as it documents."""
+    began, peak = time.process_time(), _peak_bytes()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            target.read(data)
+    except InternalError as error:
+        return _said(error)
+    except target.refuses:
+        pass
+    except Exception as error:
+        return _said(error)
+    if (taken := time.process_time() - began) > MOST_CPU_S:
+        return f"took {taken:.1f} s"
+    if (grown := _peak_bytes() - peak) > MOST_BYTES:
+        return f"took {grown / 2**20:.0f} MiB"
+    return None
+
+
+def _said(error: Exception) -> str:
+    """Name an exception and the last lines of the project that it came through."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if "site-packages" not in frame.filename]
+    places = [f"{frame.filename.rpartition('/marsupial')[2]}:{frame.lineno}" for frame in frames[-3:]]
+    return f"{type(error).__name__} at {' > '.join(places)}: {' '.join(str(error).split())[:300]}"
+
+
+def _peak_bytes() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
