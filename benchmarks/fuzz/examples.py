@@ -82,7 +82,7 @@ def logs() -> list[bytes]:
     grown = b'{"event":"frame","version":3,"t_ms":0,"width":400,"height":400,"origin_m":[0,0,0],"shift":[1,2]}\n'
     old = b'{"event":"reveal","t_ms":0,"robot":"carrier1","runs":[9,4,1,17,4,1]}\n'
     return [
-        b"".join(lines[:12]),
+        b"".join(lines[:8]),
         b"".join((*lines[:4], ended)),
         head + grown,
         head.replace(b'"version":2', b'"version":1') + old,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
@@ -55,7 +56,8 @@ def same(first: object, second: object) -> None:
 @cache
 def _folder() -> tempfile.TemporaryDirectory[str]:
     """Return a folder with maps that files may name."""
-    folder = tempfile.TemporaryDirectory(prefix="marsupial-fuzz-")
+    fast = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+    folder = tempfile.TemporaryDirectory(prefix="marsupial-fuzz-", dir=fast)
     for name in ("workshop.yaml", "workshop.png"):
         Path(folder.name, name).write_bytes((ROOT / "docs/tutorial" / name).read_bytes())
     return folder

@@ -70,14 +70,17 @@ def _in_json(data: bytes, rng: random.Random, words: Sequence[bytes]) -> bytes:
     at = rng.randrange(len(lines))
     try:
         value = json.loads(lines[at])
-    except (ValueError, RecursionError):
+        places = list(_places(value))
+        inside, key = rng.choice(places)
+        _change(inside, key, rng, [value[name] for value, name in places])
+        text = json.dumps(value, ensure_ascii=rng.random() < 0.5).encode(errors="surrogatepass")
+    except (
+        ValueError,
+        OverflowError,
+        IndexError,
+        RecursionError,
+    ):  # no JSON, without parts, or with too large a number
         return _in_words(data, rng, words)
-    places = list(_places(value))
-    if not places:
-        return _in_words(data, rng, words)
-    inside, key = rng.choice(places)
-    _change(inside, key, rng, [value[name] for value, name in places])
-    text = json.dumps(value, ensure_ascii=rng.random() < 0.5).encode(errors="surrogatepass")
     lines[at] = text + (b"\n" if lines[at].endswith(b"\n") else b"")
     return b"".join(lines)
 

@@ -61,8 +61,8 @@ def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
         return bytes(changed[:most])
 
     options = [f"-runs={runs}", f"-max_total_time={seconds}", f"-max_len={LONGEST}", f"-seed={seed}"]
-    options += [f"-timeout={HANG_S}", "-rss_limit_mb=8192", "-print_final_stats=1", "-verbosity=1"]
-    options += [f"-artifact_prefix={folder}/{family}."]
+    options += [f"-timeout={HANG_S}", f"-report_slow_units={HANG_S}", "-rss_limit_mb=8192"]
+    options += ["-print_final_stats=1", f"-artifact_prefix={folder}/{family}."]
     atheris.Setup([sys.argv[0], *options, str(corpus), str(seeds)], execute, custom_mutator=mutate)
     atheris.Fuzz()
 

@@ -15,25 +15,16 @@ Coordinates are cells (column, row), row 0 at the bottom; times are ms; arrays a
 
 from __future__ import annotations
 
-import heapq
 import json
 import math
-from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.storm.logs import STEPS, Cell, looked_at, route
-
-Document = dict[str, Any]
-CODES = {"#": 0, ".": 1, "~": 2, "m": 3, "g": 4, "?": 0}
-"""Terrain codes of the characters that `worlds` draws; what the map does not know is solid."""
-
-UNKNOWN = 255
-BLOCKS_SIGHT = (0, 4)
+from benchmarks.storm.ground import UNKNOWN, Document, Ground
+from benchmarks.storm.logs import Cell, looked_at, route
 
 
 @dataclass
@@ -49,20 +40,23 @@ class Robot:
     distance_m: float = 0.0
     driving_ms: int = 0
     visits: list[tuple[int, Cell]] = field(default_factory=list)
+    lost: bool = False
 
 
-class Oracle:
-    """Holds one mission against the rules; `findings` has a sentence for each rule that was broken."""
+class Oracle(Ground):
+    """Holds one mission against the rules; `findings` has a sentence for each rule that was broken.
 
-    def __init__(self, scenario: Document, lines: Iterable[str], summary: Document) -> None:
+    Parameters
+    ----------
+    faulty
+        Whether robots may be lost, dockings and undockings fail, and known cells become obstacles.
+    """
+
+    def __init__(self, scenario: Document, lines: Iterable[str], summary: Document, *, faulty: bool = False) -> None:
+        super().__init__(scenario["map"])
         self.findings: list[str] = []
         self._scenario, self._summary = scenario, summary
         self._events = [json.loads(line) for line in lines]
-        rows = scenario["map"]["rows"]
-        self._truth = np.array([[CODES[c] for c in row] for row in reversed(rows)], dtype=np.uint8)
-        self._height, self._width = self._truth.shape
-        self._metre = 1 / scenario["map"]["resolution_m"]
-        self._known = np.full_like(self._truth, UNKNOWN)
         self._fits: dict[str, NDArray[np.bool_]] = {}
         self._robots: dict[str, Robot] = {}
         self._kinds: dict[str, Document] = {}
@@ -72,6 +66,8 @@ class Oracle:
         self._started: dict[str, Document] = {}
         self._last_ms = 0
         self._foresees = False
+        self._faulty, self._changed = faulty, False
+        self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
     def judge(self) -> list[str]:
         """Return what is wrong with the mission; nothing if all rules hold."""
@@ -86,88 +82,6 @@ class Oracle:
 
     def _find(self, event: Document, what: str) -> None:
         self.findings.append(f"{event['event']} at {event['t_ms']} ms: {what}")
-
-    # -- where robots can stand -------------------------------------------------------------------------------------
-
-    def _standable(self, kind: Document, cells: NDArray[np.uint8], slack: float) -> NDArray[np.bool_]:
-        """Return where a type can stand: no centre of a cell that it can't drive on within its radius less `slack`."""
-        free = np.isin(cells, kind["terrains"])
-        radius = max(0.0, kind["radius_m"] * self._metre - slack)
-        reach = math.floor(radius)
-        padded = np.pad(free, reach)
-        fits = np.ones_like(free)
-        for v in range(-reach, reach + 1):
-            for u in range(-reach, reach + 1):
-                if u * u + v * v <= radius * radius:
-                    fits &= padded[reach + v : reach + v + self._height, reach + u : reach + u + self._width]
-        return fits
-
-    def _moves(self, fits: NDArray[np.bool_], cell: Cell) -> Iterable[Cell]:
-        x, y = cell
-        for u, v in STEPS:
-            there = (x + u, y + v)
-            if self._inside(there) and fits[y + v, x + u] and fits[y, x + u] and fits[y + v, x]:
-                yield there
-
-    def _inside(self, cell: Cell) -> bool:
-        return 0 <= cell[0] < self._width and 0 <= cell[1] < self._height
-
-    def _flood(self, fits: NDArray[np.bool_], starts: Iterable[Cell]) -> NDArray[np.bool_]:
-        reached = np.zeros_like(fits)
-        queue = deque(start for start in starts if fits[start[1], start[0]])
-        for x, y in queue:
-            reached[y, x] = True
-        while queue:
-            for x, y in self._moves(fits, queue.popleft()):
-                if not reached[y, x]:
-                    reached[y, x] = True
-                    queue.append((x, y))
-        return reached
-
-    def _dock_cells(self, carrier: Document, rover: Document) -> float:
-        """How long the way over see-through ground between two that dock may be: bodies touch, give or take a cell."""
-        return (carrier["radius_m"] + rover["radius_m"]) * self._metre + math.sqrt(2) + 1e-6
-
-    def _reach(
-        self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
-    ) -> NDArray[np.bool_]:
-        """Return where anybody can get to: carriers from their starts, rovers also from where they are set down.
-
-        Any carrier counts for any rover: one may fetch what another has brought.
-        """
-        reached = np.zeros(cells.shape, dtype=bool)
-        by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
-        for kind, cell in team:
-            if kind["role"] == "carrier" and cell is not None:
-                mask = self._flood(self._standable(kind, cells, slack), [cell])
-                by_carrier.append((kind, mask))
-                reached |= mask
-        for kind, cell in team:
-            if kind["role"] == "rover":
-                fits = self._standable(kind, cells, slack)
-                starts = [] if cell is None else [cell]
-                for carrier, mask in by_carrier:
-                    held = [(x, y) for y, x in np.argwhere(mask).tolist()]
-                    near = self._near(held, self._dock_cells(carrier, kind))
-                    starts += [(x, y) for x, y in near if fits[y, x]]
-                reached |= self._flood(fits, starts)
-        return reached
-
-    def _near(self, sources: Iterable[Cell], limit: float) -> dict[Cell, float]:
-        """Return the cells that a way of at most `limit` cells over see-through ground leads to from some sources."""
-        clear = ~np.isin(self._truth, BLOCKS_SIGHT)
-        lengths = {source: 0.0 for source in sources if clear[source[1], source[0]]}
-        heap = [(0.0, source) for source in lengths]
-        while heap:
-            length, cell = heapq.heappop(heap)
-            if length > lengths[cell]:
-                continue
-            for there in self._moves(clear, cell):
-                longer = length + math.dist(cell, there)
-                if longer <= limit and longer < lengths.get(there, math.inf):
-                    lengths[there] = longer
-                    heapq.heappush(heap, (longer, there))
-        return lengths
 
     # -- events -----------------------------------------------------------------------------------------------------
 
@@ -185,6 +99,9 @@ class Oracle:
             self._find(event, "the size of the map is another")
         for name in self._robots:
             self._hold(event, name)
+        team = [(robot.kind, robot.cell) for robot in self._robots.values()]
+        for slack in self._reachable:  # a centre right on the rim of a footprint may count either way
+            self._reachable[slack] = self._reach(self._truth, team, slack)
 
     def _stand(self, event: Document, name: str, cell: Cell) -> None:
         robot = self._robots[name]
@@ -194,15 +111,17 @@ class Oracle:
             self._find(event, f"{name} stands at {cell}, where its footprint does not fit")
 
     def _hold(self, event: Document, carrier: str) -> None:
-        aboard = sum(robot.carrier == carrier for robot in self._robots.values())
+        aboard = sum(robot.carrier == carrier and not robot.lost for robot in self._robots.values())
         if aboard > self._robots[carrier].kind["capacity"]:
             self._find(event, f"{carrier} carries {aboard} rovers")
 
     def _on_drive(self, event: Document) -> None:
         name, cell = event["robot"], tuple(event["cell"])
         robot = self._robots[name]
-        if robot.carrier is not None:
-            self._find(event, f"{name} drives aboard {robot.carrier}")
+        if robot.carrier is not None or robot.lost:
+            self._find(
+                event, f"{name} drives aboard {robot.carrier}" if robot.carrier else f"{name} drives, but is lost"
+            )
         if robot.drive:
             self._find(event, f"{name} sets out while it drives")
         if robot.busy_until is not None:
@@ -224,9 +143,10 @@ class Oracle:
     def _on_stand(self, event: Document) -> None:
         name, cell, t_ms = event["robot"], tuple(event["cell"]), event["t_ms"]
         robot = self._robots[name]
-        steps = next(
-            (k for k, at in enumerate(robot.drive) if at == cell and abs(robot.passed_ms[k] - t_ms) <= 1), None
-        )
+        passed = list(enumerate(zip(robot.drive, robot.passed_ms, strict=True)))
+        if robot.lost:  # between two cells, of which it counts as being on the first
+            passed = [one for one in passed if one[1][1] <= t_ms][-1:]
+        steps = next((k for k, (at, ms) in passed if at == cell and (robot.lost or abs(ms - t_ms) <= 1)), None)
         if steps is None:
             self._find(event, f"{name} stands at {cell}, where its drive does not bring it at that time")
             steps = 0
@@ -274,6 +194,8 @@ class Oracle:
         for one in (name, carrier):
             if one is None:
                 continue
+            if self._robots[one].lost:
+                self._find(event, f"{one} starts to {action['name']}, but is lost")
             if one in self._started:
                 self._find(event, f"{one} starts to {action['name']} before it ended what it did")
             self._started[one] = action
@@ -310,7 +232,7 @@ class Oracle:
         if event["end"] == "done" and event["t_ms"] - began != takes:
             self._find(event, f"{name} took {event['t_ms'] - began} ms to {action['name']}, not {takes}")
         if event["end"] != "done":
-            self._find(event, f"{action['name']} of {name} ended as {event['end']}")
+            self._undo(event, robot)
         elif action["name"] == "dock":
             robot.carrier, robot.cell = carrier, None
             self._retrieved += 1
@@ -319,6 +241,28 @@ class Oracle:
             self._deployed += 1
             spot = self._meetings[action["place"]]["rover_cell"]
             self._stand(event, name, (spot[0], spot[1]))
+
+    def _undo(self, event: Document, robot: Robot) -> None:
+        """A docking or undocking that failed leaves the rover where it was before; one that was lost, where it is."""
+        action = event["action"]
+        if not self._faulty or event["end"] not in ("failed", "lost"):
+            self._find(event, f"{action['name']} of {action['robot']} ended as {event['end']}")
+        if event["end"] == "failed" and action["name"] == "undock":
+            robot.carrier, robot.cell = action["carrier"], None
+            self._hold(event, action["carrier"])
+
+    def _on_change(self, event: Document) -> None:
+        """Known cells that were floor are obstacles now; nobody is near."""
+        self._changed = True
+        if not self._faulty:
+            self._find(event, "the map changes, though no fault was asked for")
+        for _, _, text in event["looks"]:
+            for (x, y), code in looked_at(text):
+                if self._known[y, x] == UNKNOWN:
+                    self._find(event, f"{(x, y)} changes, but was not known")
+                self._known[y, x] = self._truth[y, x] = code
+        for kind in self._kinds.values():
+            self._fits[kind["name"]] = self._standable(kind, self._truth, slack=1e-6)
 
     def _on_plan(self, event: Document) -> None:
         self._plans += 1
@@ -351,6 +295,8 @@ class Oracle:
         for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):
             name, carrier, start = action["robot"], action["carrier"], action["start_ms"]
             for one in filter(None, (name, carrier)):
+                if self._robots[one].lost:
+                    self._find(event, f"in the plan {one} is to {action['name']}, but is lost")
                 if free_ms[one] > start:
                     self._find(event, f"in the plan {one} is to {action['name']} at {start} ms, but is busy")
                 free_ms[one] = start + action["duration_ms"]
@@ -365,22 +311,22 @@ class Oracle:
             if (aboard[name] == carrier) != (action["name"] == "undock"):
                 self._find(event, f"in the plan {name} is to {action['name']} while it is aboard {aboard[name]}")
             aboard[name] = carrier if action["name"] == "dock" else None
-            held = sum(bearer == carrier for bearer in aboard.values())
+            held = sum(bearer == carrier and not self._robots[one].lost for one, bearer in aboard.items())
             if held > self._robots[carrier].kind["capacity"]:
                 self._find(event, f"in the plan {carrier} carries {held} rovers")
 
     def _on_lost(self, event: Document) -> None:
-        self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
+        robot = self._robots[event["robot"]]
+        if not self._faulty:
+            self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
+        robot.lost, robot.busy_until = True, None
 
     # -- the end ----------------------------------------------------------------------------------------------------
 
     def _on_ended(self, event: Document) -> None:
         self._judge_sight(event)
-        start = self._events[0]
-        first = [(self._kinds[r["type"]], tuple(r["cell"]) if r["cell"] is not None else None) for r in start["robots"]]
         area, known = 1 / self._metre**2, self._known != UNKNOWN
-        for slack in (0.0, 1e-6):  # a centre right on the rim of a footprint may count either way
-            reachable = self._reach(self._truth, first, slack)
+        for reachable in self._reachable.values():
             mine = (np.count_nonzero(known & reachable) * area, np.count_nonzero(reachable) * area)
             said = event["explored_area_m2"], event["reachable_area_m2"]
             if np.allclose(mine, said, atol=1e-5):
@@ -396,6 +342,7 @@ class Oracle:
             self._find(event, f"aboard are {event['aboard']}, by the log {aboard}")
         self._judge_metres(event)
         self._judge_status(event, aboard, said[0] == said[1])
+        self._judge_reason(event, aboard)
 
     def _judge_metres(self, event: Document) -> None:
         for name, metres in event["distance_m"]:
@@ -413,13 +360,14 @@ class Oracle:
     def _judge_status(self, event: Document, aboard: list[str], all_seen: bool) -> None:
         status, goal = event["status"], self._scenario["goal"]
         limit_ms = round(self._scenario["limits"]["time_s"] * 1000)
-        if status not in ("complete", "stalled", "time_limit"):
+        none_left = all(robot.lost for robot in self._robots.values())
+        if (status == "failed") != none_left or status not in ("complete", "stalled", "time_limit", "failed"):
             self._find(event, f"ends {status}: {event['reason']}")
         if event["t_ms"] > limit_ms or (status == "time_limit" and event["t_ms"] != limit_ms):
             self._find(event, f"ends {status}, the time limit is {limit_ms} ms")
         if status != "complete" and not event["reason"]:
             self._find(event, "gives no reason")
-        if "over and over" in event["reason"]:
+        if "over and over" in event["reason"] and not self._faulty:
             self._find(event, f"ends because plans led nowhere: {event['reason']}")
         for key in (
             "status",
@@ -434,17 +382,39 @@ class Oracle:
                 self._find(event, f"the summary's {key} is {self._summary[key]}")
         if status != "complete":
             return
-        rovers = sorted(name for name, robot in self._robots.items() if robot.kind["role"] == "rover")
+        there = {name: robot for name, robot in self._robots.items() if not robot.lost}
+        rovers = sorted(name for name, robot in there.items() if robot.kind["role"] == "rover")
+        aboard = [name for name in aboard if name in there]
         if (goal["recover_rovers"] or goal["return_home"]) and aboard != rovers:
             self._find(event, f"is complete without {sorted(set(rovers) - set(aboard))}")
         if goal["return_home"]:
-            for robot in self._events[0]["robots"]:
-                if robot["cell"] is not None and self._robots[robot["name"]].kind["role"] == "carrier":
-                    at = self._robots[robot["name"]].cell
-                    if at != tuple(robot["cell"]):
-                        self._find(event, f"is complete with {robot['name']} at {at}, not at home")
-        if not all_seen:
+            for name, robot in there.items():
+                if robot.kind["role"] == "carrier" and robot.cell != robot.visits[0][1]:
+                    self._find(event, f"is complete with {name} at {robot.cell}, not at home")
+        if not (all_seen or self._changed or len(there) < len(self._robots)):
             self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
+
+    def _judge_reason(self, event: Document, aboard: list[str]) -> None:
+        """What an end says is so: the frontiers that are left are frontiers, and a mission stalls over what is left."""
+        explored_ms = event["exploration_ms"]
+        if explored_ms is not None and explored_ms > event["t_ms"]:
+            self._find(event, f"exploration ends at {explored_ms} ms, after the mission")
+        if event["status"] == "complete" and explored_ms is None:
+            self._find(event, "is complete, but targets were left")
+        drivable = set().union(*(kind["terrains"] for kind in self._kinds.values()))
+        for frontier in event["remaining"]:
+            x, y = frontier["cell"]
+            around = self._known[max(0, y - 1) : y + 2, max(0, x - 1) : x + 2]
+            if self._known[y, x] not in drivable or not (around == UNKNOWN).any():
+                self._find(event, f"{(x, y)} is called a frontier that is left, but is none")
+            if not frontier["reason"]:
+                self._find(event, f"does not say why the frontier at {(x, y)} is left")
+        goal, there = self._scenario["goal"], [robot for robot in self._robots.values() if not robot.lost]
+        out = any(robot.kind["role"] == "rover" and robot.carrier is None for robot in there)
+        away = any(robot.visits[0][1] != robot.cell for robot in there if robot.kind["role"] == "carrier")
+        left = explored_ms is None or (goal["recover_rovers"] and out) or (goal["return_home"] and (out or away))
+        if event["status"] == "stalled" and not left:
+            self._find(event, f"stalls with nothing left to do: {event['reason']}")
 
     def _judge_sight(self, event: Document) -> None:
         """What is in plain view of a robot becomes known: nothing near the straight line blocks it."""
@@ -455,27 +425,3 @@ class Oracle:
                 if hidden is not None:
                     self._find(event, f"{name} was at {cell} and did not see {hidden}, in plain view")
                     break
-
-    def _missed(self, cell: Cell, radius: float) -> Cell | None:
-        x, y = cell
-        reach = min(math.floor(radius), max(self._width, self._height))
-        low, left = max(0, y - reach), max(0, x - reach)
-        window = self._known[low : y + reach + 1, left : x + reach + 1]
-        for v, u in np.argwhere(window == UNKNOWN).tolist():
-            there = (left + u, low + v)
-            if math.dist(cell, there) <= radius - 1e-6 and self._plain(cell, there):
-                return there
-        return None
-
-    def _plain(self, here: Cell, there: Cell) -> bool:
-        """Say whether no cell within one cell of the straight line between two cells blocks sight, `there` left out."""
-        steps = max(abs(there[0] - here[0]), abs(there[1] - here[1])) * 2
-        for k in range(steps + 1):
-            x = here[0] + (there[0] - here[0]) * k / max(1, steps)
-            y = here[1] + (there[1] - here[1]) * k / max(1, steps)
-            for v in range(math.floor(y - 0.5), math.ceil(y + 0.5) + 1):
-                for u in range(math.floor(x - 0.5), math.ceil(x + 0.5) + 1):
-                    beside = (u, v) != there and self._inside((u, v))
-                    if beside and self._truth[v, u] in BLOCKS_SIGHT and math.dist((u, v), (x, y)) < 1.0:
-                        return False
-        return True

@@ -11,19 +11,30 @@ import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
+from typing import Any
+from unittest.mock import patch
 
 import marsupial
+from benchmarks.storm.faults import Faults
 from benchmarks.storm.oracle import Oracle
 from benchmarks.storm.worlds import scenario
 from marsupial.errors import MarsupialError
+from marsupial.library import missions
+from marsupial.planning.engines import ENGINES
+from marsupial.sim.world import SimulatedWorld
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.registry import RULES, STRATEGIES, frontier_rule
 
-LEADS_ROVERS = ("temporal", "heuristic", "heuristic-plus", "assignment", "clairvoyant")
-LEADS_CARRIERS = ("closest-frontier", "segmentation", "bidding", "sheng", "covering", "orientation", "widest-frontier")
+LEADS_ROVERS = (*(name for name in STRATEGIES if name not in RULES), CLAIRVOYANT)
+LEADS_CARRIERS = tuple(RULES)
 LEADS_ONE = ("orientation", "widest-frontier")
-PLANNERS = ("auto", "anytime", "greedy", "exact")
+
+IN_STEPS = tuple(name for name, make in ENGINES.items() if make().info.deterministic_steps)
+IN_SECONDS = tuple(name for name, make in ENGINES.items() if make().info.missing is None)
+"""Planners that can count steps, which are drawn more often, and all that are installed here."""
 
 AGAIN = 5
 """Every so many missions one is run a second time: its log has to be the same, byte for byte."""
@@ -45,18 +56,29 @@ def mission(seed: int, number: int) -> Judged:
     strategy = rng.choice((*LEADS_ROVERS, "temporal", "temporal", *LEADS_CARRIERS))
     rovers = strategy in LEADS_ROVERS and rng.random() < 0.9
     kind, document = scenario(rng, rovers=rovers, most_robots=1 if strategy in LEADS_ONE else None)
-    planner, steps, draw = rng.choice(PLANNERS), rng.choice((1, 2, 8, 20)), rng.randrange(1, 10**6)
-    label = f"{strategy} {planner} steps={steps} seed={draw} map={kind}"
-    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+    draw, faults = rng.randrange(1, 10**6), _faults(rng, number, strategy)
+    budget: dict[str, Any] = {"steps": rng.choice((1, 2, 8, 20))}
+    planner = rng.choice(IN_STEPS)
+    if rng.random() < 0.15:
+        planner, budget = rng.choice(IN_SECONDS), {"budget": rng.choice((0.05, 0.2))}
+    strategy = _with_parameters(rng, strategy)
+    repeats = "steps" in budget and document["planning_time"] == "instant"
+    label = f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {faults or ''}"
+    world = SimulatedWorld if faults is None else faults.world
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        warnings.catch_warnings(),
+        patch.object(missions, "SimulatedWorld", world),
+    ):
         warnings.simplefilter("ignore")
         file, log = Path(folder, "world.json"), Path(folder, "log.jsonl")
         file.write_text(json.dumps(document), encoding="utf-8")
-        explore = partial(marsupial.explore, file, strategy, planner, seed=draw, steps=steps)
+        explore = partial(marsupial.explore, file, strategy, planner, seed=draw, **budget)
         try:
             result = explore(log=log)
             lines = log.read_text(encoding="ascii").splitlines()
-            findings = Oracle(document, lines, result.as_dict()).judge()
-            if number % AGAIN == 0:
+            findings = Oracle(document, lines, result.as_dict(), faulty=faults is not None).judge()
+            if number % AGAIN == 0 and repeats:
                 explore(log=Path(folder, "again.jsonl"))
                 if Path(folder, "again.jsonl").read_bytes() != log.read_bytes():
                     findings.append("the same mission again has another log")
@@ -67,6 +89,20 @@ def mission(seed: int, number: int) -> Judged:
         except Exception as error:
             return Judged(number, label, "crashed", (f"{type(error).__name__}: {error}",))
     return Judged(number, label, result.status, tuple(findings))
+
+
+def _faults(rng: random.Random, number: int, strategy: str) -> Faults | None:
+    """Draw what goes wrong, in one mission of four; the clairvoyant has foreseen all."""
+    if rng.random() < 0.75 or strategy == CLAIRVOYANT:
+        return None
+    return Faults(number, rng.choice((0, 1, 1, 2, 5)), rng.choice((0, 0, 0.1, 0.4)), rng.choice((0, 0, 1, 3)))
+
+
+def _with_parameters(rng: random.Random, strategy: str) -> str:
+    """Return a rule with values of its parameters, at times; any other strategy as it is."""
+    known = [each.name for each in fields(frontier_rule(strategy)) if each.init] if strategy in RULES else []
+    chosen = [f"{name}={rng.choice((0, 0.5, 1, 3))}" for name in known if rng.random() < 0.3]
+    return "/".join((strategy, *chosen))
 
 
 def storm(seed: int, numbers: Sequence[int], workers: int) -> Iterator[Judged]:

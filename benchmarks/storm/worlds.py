@@ -157,6 +157,7 @@ def scenario(rng: random.Random, *, rovers: bool, most_robots: int | None = None
         "terrains": terrains,
         "goal": {"recover_rovers": rng.random() < 0.8, "return_home": rng.random() < 0.25},
         "limits": {"time_s": rng.choice((14400, 14400, 14400, 600, 60, 5))},
+        "planning_time": rng.choice((*5 * ("instant",), "charged")),
     }
     document["robot_types"] = _types(rng, resolution, rovers)
     document["team"] = _team(rng, document["robot_types"], rovers, most_robots)
@@ -164,12 +165,12 @@ def scenario(rng: random.Random, *, rovers: bool, most_robots: int | None = None
 
 
 def _types(rng: random.Random, resolution: float, rovers: bool) -> list[Document]:
-    kinds = [_type(rng, f"carrier{letter}", resolution) for letter in "AB"[: rng.choice((1, 1, 2))]]
+    kinds = [_type(rng, f"carrier{letter}", resolution) for letter in "ABC"[: rng.choice((1, 1, 2, 3))]]
     for kind in kinds:
         kind |= {"role": "carrier", "capacity": rng.choice((1, 2, 2, 3, 4)) if rovers else 0}
     if not rovers:
         return kinds
-    small = [_type(rng, f"rover{letter}", resolution) for letter in "AB"[: rng.choice((1, 1, 2))]]
+    small = [_type(rng, f"rover{letter}", resolution) for letter in "ABC"[: rng.choice((1, 1, 2, 3))]]
     for kind in small:
         kind |= {"role": "rover", "dock_s": rng.choice((0, 0.001, 3, 10)), "undock_s": rng.choice((0, 2.5, 5))}
         if rng.random() < 0.7:  # most rovers are smaller than carriers and drive on more ground: the usual case
@@ -199,7 +200,7 @@ def _type(rng: random.Random, name: str, resolution: float) -> Document:
 def _team(rng: random.Random, types: list[Document], rovers: bool, most_robots: int | None) -> Any:
     carriers = [kind for kind in types if kind["role"] == "carrier"]
     small = [kind for kind in types if kind["role"] == "rover"]
-    count = min(rng.choice((1, 2, 2, 3, 4)), most_robots or 4)
+    count = min(rng.choice((1, 2, 2, 3, 4, 6, 8)), most_robots or 8)
     team: list[Document] = []
     for index in range(1, count + 1):
         kind = rng.choice(carriers)
@@ -207,8 +208,7 @@ def _team(rng: random.Random, types: list[Document], rovers: bool, most_robots: 
         if not rovers:
             continue
         aboard = rng.randrange(0, kind["capacity"] + 1)
-        team += [
-            {"name": f"r{index}_{number}", "type": rng.choice(small)["name"], "carrier": f"c{index}"}
-            for number in range(1, aboard + 1)
-        ]
+        for number in range(1, aboard + 1):
+            place = {"carrier": f"c{index}"} if rng.random() < 0.95 else {"start": "drawn"}
+            team.append({"name": f"r{index}_{number}", "type": rng.choice(small)["name"], **place})
     return team

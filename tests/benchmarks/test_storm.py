@@ -4,11 +4,16 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 
 import marsupial
+from benchmarks.storm.faults import Faults
 from benchmarks.storm.oracle import Oracle
+from benchmarks.storm.runs import LEADS_CARRIERS, LEADS_ROVERS
+from marsupial.library import missions
+from marsupial.strategies.registry import strategy_names
 
 WORLD: dict[str, Any] = {
     "format": "marsupial-scenario",
@@ -28,6 +33,14 @@ WORLD: dict[str, Any] = {
     "goal": {"recover_rovers": True, "return_home": True},
     "limits": {"time_s": 600},
 }  # fmt: skip
+
+HALL = WORLD | {
+    "map": {
+        "resolution_m": 1.0,
+        "rows": [43 * "#", *6 * [f"#{30 * '.'}#{10 * '~'}#"], *2 * [f"#{31 * '.'}{10 * '~'}#"], 43 * "#"],
+    }
+}
+"""A long hall before a room with a door: long enough for robots to be far from what they know."""
 
 Lines = list[dict[str, Any]]
 
@@ -86,9 +99,34 @@ def leave_the_rover(lines: Lines) -> None:
     lines[-1]["aboard"] = []
 
 
+def stall_without_need(lines: Lines) -> None:
+    lines[-1]["status"] = "stalled"
+
+
+def invent_a_frontier(lines: Lines) -> None:
+    lines[-1]["remaining"] = [{"cell": [2, 2], "frontier_cells": 1, "reason": "too narrow"}]
+
+
+def leave_targets(lines: Lines) -> None:
+    lines[-1]["exploration_ms"] = None
+
+
+def lose_the_rover(lines: Lines) -> None:
+    lines.insert(2, {"event": "lost", "t_ms": 0, "robot": "r1", "reason": "failed"})
+
+
+def change_a_wall(lines: Lines) -> None:
+    lines.insert(2, {"event": "change", "version": 3, "t_ms": 0, "looks": []})
+
+
 @pytest.mark.parametrize(
     ("tamper", "finding"),
     [
+        (stall_without_need, "stalls with nothing left to do"),
+        (invent_a_frontier, "(2, 2) is called a frontier that is left, but is none"),
+        (leave_targets, "is complete, but targets were left"),
+        (lose_the_rover, "r1 starts to undock, but is lost"),
+        (change_a_wall, "the map changes, though no fault was asked for"),
         (jump, "sets out from (3, 3), but stands at"),
         (drive_into_the_unknown, "over cells that are not known yet"),
         (see_a_wall_as_floor, "where 0 is"),
@@ -105,3 +143,28 @@ def test_each_broken_rule_is_found(
     copy: Lines = json.loads(json.dumps(lines))
     tamper(copy)
     assert finding in judged(copy, summary)
+
+
+@pytest.mark.parametrize(
+    ("faults", "event"),
+    [
+        (Faults(seed=3, lost=1), {"event": "lost"}),
+        (Faults(seed=3, failing=0.5), {"event": "end", "end": "failed"}),
+        (Faults(seed=3, changes=3), {"event": "change"}),
+    ],
+)
+def test_a_mission_with_faults_breaks_no_rule_but_that_there_are_none(
+    tmp_path: Path, faults: Faults, event: dict[str, str]
+) -> None:
+    log = tmp_path / "log.jsonl"
+    with patch.object(missions, "SimulatedWorld", faults.world):
+        (tmp_path / "world.json").write_text(json.dumps(HALL))
+        summary = marsupial.explore(tmp_path / "world.json", "heuristic", log=log).as_dict()
+    lines = log.read_text().splitlines()
+    assert any(event.items() <= json.loads(line).items() for line in lines)
+    assert Oracle(HALL, lines, summary, faulty=True).judge() == []
+    assert Oracle(HALL, lines, summary).judge() != []
+
+
+def test_every_strategy_is_drawn() -> None:
+    assert {*LEADS_CARRIERS, *LEADS_ROVERS} == {*strategy_names(), "clairvoyant"}

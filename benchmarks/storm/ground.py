@@ -1,0 +1,138 @@
+"""Where robots fit, where they get to and what they see, on the true map: worked out anew, from the documentation.
+
+Coordinates are cells (column, row), row 0 at the bottom; arrays are (height, width).
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import deque
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.storm.logs import STEPS, Cell
+
+Document = dict[str, Any]
+CODES = {"#": 0, ".": 1, "~": 2, "m": 3, "g": 4, "?": 0}
+"""Terrain codes of the characters that `worlds` draws; what the map does not know is solid."""
+
+UNKNOWN = 255
+BLOCKS_SIGHT = (0, 4)
+
+
+class Ground:
+    """The true map, and what is known of it."""
+
+    def __init__(self, drawn: Document) -> None:
+        self._truth = np.array([[CODES[c] for c in row] for row in reversed(drawn["rows"])], dtype=np.uint8)
+        self._height, self._width = self._truth.shape
+        self._metre = 1 / drawn["resolution_m"]
+        self._known = np.full_like(self._truth, UNKNOWN)
+
+    def _standable(self, kind: Document, cells: NDArray[np.uint8], slack: float) -> NDArray[np.bool_]:
+        """Return where a type can stand: no centre of a cell that it can't drive on within its radius less `slack`."""
+        free = np.isin(cells, kind["terrains"])
+        radius = max(0.0, kind["radius_m"] * self._metre - slack)
+        reach = math.floor(radius)
+        padded = np.pad(free, reach)
+        fits = np.ones_like(free)
+        for v in range(-reach, reach + 1):
+            for u in range(-reach, reach + 1):
+                if u * u + v * v <= radius * radius:
+                    fits &= padded[reach + v : reach + v + self._height, reach + u : reach + u + self._width]
+        return fits
+
+    def _moves(self, fits: NDArray[np.bool_], cell: Cell) -> Iterable[Cell]:
+        x, y = cell
+        for u, v in STEPS:
+            there = (x + u, y + v)
+            if self._inside(there) and fits[y + v, x + u] and fits[y, x + u] and fits[y + v, x]:
+                yield there
+
+    def _inside(self, cell: Cell) -> bool:
+        return 0 <= cell[0] < self._width and 0 <= cell[1] < self._height
+
+    def _flood(self, fits: NDArray[np.bool_], starts: Iterable[Cell]) -> NDArray[np.bool_]:
+        reached = np.zeros_like(fits)
+        queue = deque(start for start in starts if fits[start[1], start[0]])
+        for x, y in queue:
+            reached[y, x] = True
+        while queue:
+            for x, y in self._moves(fits, queue.popleft()):
+                if not reached[y, x]:
+                    reached[y, x] = True
+                    queue.append((x, y))
+        return reached
+
+    def _dock_cells(self, carrier: Document, rover: Document) -> float:
+        """How long the way over see-through ground between two that dock may be: bodies touch, give or take a cell."""
+        return (carrier["radius_m"] + rover["radius_m"]) * self._metre + math.sqrt(2) + 1e-6
+
+    def _reach(
+        self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
+    ) -> NDArray[np.bool_]:
+        """Return where anybody can get to: carriers from their starts, rovers also from where they are set down.
+
+        Any carrier counts for any rover: one may fetch what another has brought.
+        """
+        reached = np.zeros(cells.shape, dtype=bool)
+        by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
+        for kind, cell in team:
+            if kind["role"] == "carrier" and cell is not None:
+                mask = self._flood(self._standable(kind, cells, slack), [cell])
+                by_carrier.append((kind, mask))
+                reached |= mask
+        for kind, cell in team:
+            if kind["role"] == "rover":
+                fits = self._standable(kind, cells, slack)
+                starts = [] if cell is None else [cell]
+                for carrier, mask in by_carrier:
+                    held = [(x, y) for y, x in np.argwhere(mask).tolist()]
+                    near = self._near(held, self._dock_cells(carrier, kind))
+                    starts += [(x, y) for x, y in near if fits[y, x]]
+                reached |= self._flood(fits, starts)
+        return reached
+
+    def _near(self, sources: Iterable[Cell], limit: float) -> dict[Cell, float]:
+        """Return the cells that a way of at most `limit` cells over see-through ground leads to from some sources."""
+        clear = ~np.isin(self._truth, BLOCKS_SIGHT)
+        lengths = {source: 0.0 for source in sources if clear[source[1], source[0]]}
+        heap = [(0.0, source) for source in lengths]
+        while heap:
+            length, cell = heapq.heappop(heap)
+            if length > lengths[cell]:
+                continue
+            for there in self._moves(clear, cell):
+                longer = length + math.dist(cell, there)
+                if longer <= limit and longer < lengths.get(there, math.inf):
+                    lengths[there] = longer
+                    heapq.heappush(heap, (longer, there))
+        return lengths
+
+    def _missed(self, cell: Cell, radius: float) -> Cell | None:
+        x, y = cell
+        reach = min(math.floor(radius), max(self._width, self._height))
+        low, left = max(0, y - reach), max(0, x - reach)
+        window = self._known[low : y + reach + 1, left : x + reach + 1]
+        for v, u in np.argwhere(window == UNKNOWN).tolist():
+            there = (left + u, low + v)
+            if math.dist(cell, there) <= radius - 1e-6 and self._plain(cell, there):
+                return there
+        return None
+
+    def _plain(self, here: Cell, there: Cell) -> bool:
+        """Say whether no cell within one cell of the straight line between two cells blocks sight, `there` left out."""
+        steps = max(abs(there[0] - here[0]), abs(there[1] - here[1])) * 2
+        for k in range(steps + 1):
+            x = here[0] + (there[0] - here[0]) * k / max(1, steps)
+            y = here[1] + (there[1] - here[1]) * k / max(1, steps)
+            for v in range(math.floor(y - 0.5), math.ceil(y + 0.5) + 1):
+                for u in range(math.floor(x - 0.5), math.ceil(x + 0.5) + 1):
+                    beside = (u, v) != there and self._inside((u, v))
+                    if beside and self._truth[v, u] in BLOCKS_SIGHT and math.dist((u, v), (x, y)) < 1.0:
+                        return False
+        return True
