@@ -207,6 +207,6 @@ def _check(response: httpx2.Response, path: str) -> None:
 
 
 def _number(frame: httpx2.ServerSentEvent) -> int:
-    if not frame.id.isdecimal():
+    if not re.fullmatch(r"[0-9]{1,15}", frame.id):  # what the service takes as Last-Event-ID
         raise Broken("an event has no number")
     return int(frame.id)

@@ -155,7 +155,8 @@ def _as_map_server(key: str, value: Any) -> Any:
     if key == "negate" and isinstance(value, bool):
         return int(value)
     if key == "negate" and isinstance(value, str):
-        return _TRUTHS.get(value.lower(), int(value) if value.isascii() and value.isdigit() else value)
+        is_short = len(value) < 10  # Python makes no number of thousands of digits
+        return _TRUTHS.get(value.lower(), int(value) if is_short and value.isascii() and value.isdigit() else value)
     if key == "mode" and isinstance(value, str):
         return value.lower()
     if key in _NUMBERS and isinstance(value, str):

@@ -318,6 +318,11 @@ def test_all_missing_keys_are_named_at_once(tmp_path: Path) -> None:
     assert problems == dict.fromkeys(keys, "missing")
 
 
+def test_a_negate_of_thousands_of_digits_is_named(tmp_path: Path) -> None:
+    path = write_map(tmp_path, [[0]], negate="9" * 5000)
+    assert problems_of(path)["negate"].startswith("must be an integer, got '999")
+
+
 def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Path) -> None:
     path = write_yaml(
         tmp_path,

@@ -246,6 +246,13 @@ def test_a_stream_that_lasted_is_a_sound_one_however_long_nothing_came() -> None
     assert followed(transport) == [(1, "end")]
 
 
+@pytest.mark.parametrize("number", ["", "one", "-1", "²", "9" * 5000])
+def test_a_stream_whose_events_have_no_numbers_is_taken_up_again(number: str) -> None:
+    text = f"id: {number}\nevent: state\ndata: {{}}\n\n"
+    broken_one = httpx2.Response(200, text=text, headers={"Content-Type": "text/event-stream"})
+    assert followed(Scripted(broken_one, stream((1, "end")))) == [(1, "end")]
+
+
 def test_event_data_that_is_no_json_is_told() -> None:
     text = "id: 1\nevent: state\ndata: {broken\n\n"
     with pytest.raises(ClientError, match=r"event 1 \(state\) is not JSON"):
