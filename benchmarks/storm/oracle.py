@@ -18,32 +18,16 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.storm.ground import UNKNOWN, Document, Ground
+from benchmarks.storm.account import Account, Robot
+from benchmarks.storm.ground import UNKNOWN, Document
 from benchmarks.storm.logs import Cell, looked_at, route
 
 
-@dataclass
-class Robot:
-    """What the log has said of a robot so far."""
-
-    kind: Document
-    cell: Cell | None
-    carrier: str | None
-    drive: list[Cell] = field(default_factory=list)
-    passed_ms: list[int] = field(default_factory=list)
-    busy_until: int | None = None
-    distance_m: float = 0.0
-    driving_ms: int = 0
-    visits: list[tuple[int, Cell]] = field(default_factory=list)
-    lost: bool = False
-
-
-class Oracle(Ground):
+class Oracle(Account):
     """Holds one mission against the rules; `findings` has a sentence for each rule that was broken.
 
     Parameters
@@ -53,21 +37,14 @@ class Oracle(Ground):
     """
 
     def __init__(self, scenario: Document, lines: Iterable[str], summary: Document, *, faulty: bool = False) -> None:
-        super().__init__(scenario["map"])
-        self.findings: list[str] = []
-        self._scenario, self._summary = scenario, summary
+        super().__init__(scenario, summary, faulty=faulty)
         self._events = [json.loads(line) for line in lines]
         self._fits: dict[str, NDArray[np.bool_]] = {}
-        self._robots: dict[str, Robot] = {}
-        self._kinds: dict[str, Document] = {}
-        self._deployed = self._retrieved = self._plans = 0
         self._targets: dict[str, Document] = {}
         self._meetings: dict[str, Document] = {}
         self._started: dict[str, Document] = {}
         self._last_ms = 0
         self._foresees = False
-        self._faulty, self._changed = faulty, False
-        self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
     def judge(self) -> list[str]:
         """Return what is wrong with the mission; nothing if all rules hold."""
@@ -79,9 +56,6 @@ class Oracle(Ground):
             self._last_ms = event["t_ms"]
             getattr(self, f"_on_{event['event']}")(event)
         return self.findings
-
-    def _find(self, event: Document, what: str) -> None:
-        self.findings.append(f"{event['event']} at {event['t_ms']} ms: {what}")
 
     # -- events -----------------------------------------------------------------------------------------------------
 
@@ -154,7 +128,7 @@ class Oracle(Ground):
             slanted = before[0] != after[0] and before[1] != after[1]
             robot.distance_m += (robot.kind.get("diagonal", math.sqrt(2)) if slanted else 1.0) / self._metre
         if robot.drive:
-            robot.driving_ms += t_ms - robot.passed_ms[0]
+            robot.driving_ms += robot.passed_ms[steps] - robot.passed_ms[0]
             robot.visits += zip(robot.passed_ms[1 : steps + 1], robot.drive[1 : steps + 1], strict=True)
         self._stand(event, name, cell)
 
@@ -320,108 +294,3 @@ class Oracle(Ground):
         if not self._faulty:
             self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
         robot.lost, robot.busy_until = True, None
-
-    # -- the end ----------------------------------------------------------------------------------------------------
-
-    def _on_ended(self, event: Document) -> None:
-        self._judge_sight(event)
-        area, known = 1 / self._metre**2, self._known != UNKNOWN
-        for reachable in self._reachable.values():
-            mine = (np.count_nonzero(known & reachable) * area, np.count_nonzero(reachable) * area)
-            said = event["explored_area_m2"], event["reachable_area_m2"]
-            if np.allclose(mine, said, atol=1e-5):
-                break
-        else:
-            self._find(event, f"explored and reachable area are {said}, by the map {mine[0]:.4f}, {mine[1]:.4f}")
-        aboard = sorted(name for name, robot in self._robots.items() if robot.carrier is not None)
-        counts = {"deployments": self._deployed, "retrievals": self._retrieved, "replans": self._plans}
-        for key, mine_too in counts.items():
-            if event[key] != mine_too:
-                self._find(event, f"{key} is {event[key]}, by the log {mine_too}")
-        if sorted(event["aboard"]) != aboard:
-            self._find(event, f"aboard are {event['aboard']}, by the log {aboard}")
-        self._judge_metres(event)
-        self._judge_status(event, aboard, said[0] == said[1])
-        self._judge_reason(event, aboard)
-
-    def _judge_metres(self, event: Document) -> None:
-        for name, metres in event["distance_m"]:
-            robot = self._robots[name]
-            under_way = bool(robot.drive)  # what a drive that the end cut short has covered is not in the log
-            if abs(metres - robot.distance_m) > 0.002 + 1e-6 * metres and not under_way:
-                self._find(event, f"{name} drove {metres} m, by the log {robot.distance_m:.3f}")
-            energy, idle_s = robot.kind["energy"], event["t_ms"] / 1000
-            mine = energy["idle_w"] * idle_s + energy["drive_w"] * robot.driving_ms / 1000
-            mine += energy["metre_j"] * robot.distance_m
-            told = dict(map(tuple, event["energy_j"]))[name]
-            if abs(told - mine) > 0.01 + 1e-3 * mine and not under_way:
-                self._find(event, f"{name} used {told} J, by the log {mine:.3f}")
-
-    def _judge_status(self, event: Document, aboard: list[str], all_seen: bool) -> None:
-        status, goal = event["status"], self._scenario["goal"]
-        limit_ms = round(self._scenario["limits"]["time_s"] * 1000)
-        none_left = all(robot.lost for robot in self._robots.values())
-        if (status == "failed") != none_left or status not in ("complete", "stalled", "time_limit", "failed"):
-            self._find(event, f"ends {status}: {event['reason']}")
-        if event["t_ms"] > limit_ms or (status == "time_limit" and event["t_ms"] != limit_ms):
-            self._find(event, f"ends {status}, the time limit is {limit_ms} ms")
-        if status != "complete" and not event["reason"]:
-            self._find(event, "gives no reason")
-        if "over and over" in event["reason"] and not self._faulty:
-            self._find(event, f"ends because plans led nowhere: {event['reason']}")
-        for key in (
-            "status",
-            "reason",
-            "deployments",
-            "retrievals",
-            "replans",
-            "explored_area_m2",
-            "reachable_area_m2",
-        ):
-            if self._summary[key] != event[key]:
-                self._find(event, f"the summary's {key} is {self._summary[key]}")
-        if status != "complete":
-            return
-        there = {name: robot for name, robot in self._robots.items() if not robot.lost}
-        rovers = sorted(name for name, robot in there.items() if robot.kind["role"] == "rover")
-        aboard = [name for name in aboard if name in there]
-        if (goal["recover_rovers"] or goal["return_home"]) and aboard != rovers:
-            self._find(event, f"is complete without {sorted(set(rovers) - set(aboard))}")
-        if goal["return_home"]:
-            for name, robot in there.items():
-                if robot.kind["role"] == "carrier" and robot.cell != robot.visits[0][1]:
-                    self._find(event, f"is complete with {name} at {robot.cell}, not at home")
-        if not (all_seen or self._changed or len(there) < len(self._robots)):
-            self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
-
-    def _judge_reason(self, event: Document, aboard: list[str]) -> None:
-        """What an end says is so: the frontiers that are left are frontiers, and a mission stalls over what is left."""
-        explored_ms = event["exploration_ms"]
-        if explored_ms is not None and explored_ms > event["t_ms"]:
-            self._find(event, f"exploration ends at {explored_ms} ms, after the mission")
-        if event["status"] == "complete" and explored_ms is None:
-            self._find(event, "is complete, but targets were left")
-        drivable = set().union(*(kind["terrains"] for kind in self._kinds.values()))
-        for frontier in event["remaining"]:
-            x, y = frontier["cell"]
-            around = self._known[max(0, y - 1) : y + 2, max(0, x - 1) : x + 2]
-            if self._known[y, x] not in drivable or not (around == UNKNOWN).any():
-                self._find(event, f"{(x, y)} is called a frontier that is left, but is none")
-            if not frontier["reason"]:
-                self._find(event, f"does not say why the frontier at {(x, y)} is left")
-        goal, there = self._scenario["goal"], [robot for robot in self._robots.values() if not robot.lost]
-        out = any(robot.kind["role"] == "rover" and robot.carrier is None for robot in there)
-        away = any(robot.visits[0][1] != robot.cell for robot in there if robot.kind["role"] == "carrier")
-        left = explored_ms is None or (goal["recover_rovers"] and out) or (goal["return_home"] and (out or away))
-        if event["status"] == "stalled" and not left:
-            self._find(event, f"stalls with nothing left to do: {event['reason']}")
-
-    def _judge_sight(self, event: Document) -> None:
-        """What is in plain view of a robot becomes known: nothing near the straight line blocks it."""
-        for name, robot in self._robots.items():
-            radius = robot.kind["sensor_range_m"] * self._metre
-            for _, cell in dict.fromkeys(robot.visits):
-                hidden = self._missed(cell, radius)
-                if hidden is not None:
-                    self._find(event, f"{name} was at {cell} and did not see {hidden}, in plain view")
-                    break

@@ -49,7 +49,8 @@ class Occupancy:
 
 def shortest_resolution(resolution_m: float) -> float:
     """Return the resolution that was meant: messages hold it in single precision (0.05000000074505806)."""
-    return float(str(np.float32(resolution_m)))
+    with np.errstate(over="ignore"):  # too large a number is infinite, which no resolution is
+        return float(str(np.float32(resolution_m)))
 
 
 def terrain_codes(

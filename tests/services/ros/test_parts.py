@@ -74,6 +74,8 @@ def test_a_path_is_turned_towards_its_next_point() -> None:
 
 def test_a_resolution_of_single_precision_is_what_was_meant() -> None:
     assert occupancy_in(grid_message([[0]], resolution=0.05000000074505806)).resolution_m == 0.05
+    with pytest.raises(MapError, match="resolution must be at most"):
+        occupancy_in(grid_message([[0]], resolution=1e300))
 
 
 def test_a_map_with_too_few_cells_is_refused() -> None:
