@@ -12,6 +12,7 @@ import os
 import random
 import re
 import sys
+import time
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -102,24 +103,21 @@ def _run(family: str, chosen: argparse.Namespace) -> int:
         place.mkdir(parents=True, exist_ok=True)
     for data in TARGETS[family].seeds():
         (seeds / _digest(data)).write_bytes(data)
-    before = _findings(chosen.out, family)
+    began = time.time()
     arguments = (family, chosen.out, chosen.runs, chosen.seconds, chosen.seed)
     process = multiprocessing.get_context("spawn").Process(target=fuzz, args=arguments)
     process.start()
     process.join()
     said = (chosen.out / f"{family}.log").read_text(errors="replace")
     executed = re.search(r"number_of_executed_units: (\d+)", said)
-    count = len(_findings(chosen.out, family) - before)
+    written = [path for path in chosen.out.glob(f"{family}.*") if path.stat().st_mtime >= began]
+    count = sum(path.suffix != ".log" for path in written)
     if executed is None:
         last = (said.strip().splitlines() or ["nothing"])[-1]
         print(f"{family}: its process ended ({process.exitcode}), saying: {last}; see {chosen.out / family}.log")
         count = max(1, count)
     print(f"{family}: {executed[1] if executed else '?'} executions, {count} findings", flush=True)
     return count
-
-
-def _findings(folder: Path, family: str) -> set[str]:
-    return {path.name for path in folder.glob(f"{family}.*") if path.suffix != ".log"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
