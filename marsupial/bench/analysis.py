@@ -26,8 +26,8 @@ from marsupial.bench.timing import LONG_S, timed
 from marsupial.generators.builtin import bare_map_scenario
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
+from marsupial.mission.goals import homes_of
 from marsupial.mission.placement import place_team
-from marsupial.mission.wishes import homes_of
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, Grid
 from marsupial.model.unseen import Unseen
 from marsupial.model.world import RobotReport

@@ -164,16 +164,20 @@ class Surveyor:
         targets: Sequence[Target] | None = None,
         *,
         returning: bool = False,
+        docking: bool = True,
     ) -> Survey:
         """Return the situation of `robots`; lost ones are left out. `targets` stand for those there are, if given.
 
         If the team is `returning`, what the mission asks for at its end is asked for, whatever is left to explore.
+        Without `docking` there are no meeting points.
         """
         active = tuple(robot for robot in robots if not robot.lost)
         where = placed(active)
         self._look(where)
         reach, targets = self._reach, self.targets(active) if targets is None else tuple(targets)
-        meetings = find_meetings(self._territory, reach, targets, where, keep)
+        meetings = (
+            find_meetings(self._territory, reach, targets, where, keep) if docking else Meetings(points=(), connects={})
+        )
         states = tuple(self._state(robot, now_ms) for robot in active)
         poses = self._poses(active, states, targets, meetings, reach)
         headings = {f"s_{robot.name}": robot.heading for robot in active}

@@ -19,13 +19,13 @@ from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, same_targets, shifted
 from marsupial.mission.energy import energy_j
 from marsupial.mission.executor import Executor
+from marsupial.mission.goals import achieved, homes_of, unmet
 from marsupial.mission.observer import Observer
 from marsupial.mission.patience import Patience, Rounds, why_stalled
-from marsupial.mission.recall import Recall, WayBack
+from marsupial.mission.recall import CarriersAlone, Recall, WayBack
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
-from marsupial.mission.wishes import homes_of, missing, wishes
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, Mask
 from marsupial.model.mission import (
@@ -107,6 +107,7 @@ class Mission:
         circumstances = world, kinds, self._homes, order.goal
         with self._analysis():
             self._replanning = replanning or own(*circumstances) or OnNews(*circumstances)
+        self._on_news = type(self._replanning) is OnNews
         self._executor = Executor(world, lambda *way: self._replanning.route(*way), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None
@@ -152,15 +153,21 @@ class Mission:
         self._recall = None
         return True
 
+    def _go_on_without_rovers(self, survey: Survey) -> Survey:
+        """Let carriers explore for the rest of the time, where the team need not be home; return what they know."""
+        if self._order.goal.return_home or not self._on_news or isinstance(self._replanning, CarriersAlone):
+            return survey
+        self._replanning = CarriersAlone(self._world, self._kinds, self._homes, self._order.goal)
+        return self._survey()
+
     def _out_of_time(self, why: str = "") -> tuple[Status, str]:
         """Return how the mission ends now that there is no time to explore on; `why` nothing more can be done."""
-        left = missing(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.docking)
+        left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.docking)
         limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
         if self._world.now_ms >= self._order.limits.time_ms:
-            return Status.TIME_LIMIT, f"{limit} reached{': ' * bool(left)}{', '.join(left)}"
-        if left:
-            return Status.TIME_LIMIT, f"called back before the {limit}, but {', '.join(left)}: {why}"
-        return Status.TIME_LIMIT, f"called back before the {limit}{wishes(self._order.goal)}"
+            return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", ", ".join(left)]))
+        done = f", but {', '.join(left)}: {why}" if left else achieved(self._order.goal)
+        return Status.TIME_LIMIT, f"called back before the {limit}{done}"
 
     def _look(self) -> Triggers:
         """Wait for something to happen; return what asks for a new plan."""
@@ -248,11 +255,13 @@ class Mission:
         survey = self._survey()
         if self._satisfied(survey):
             if self._recall is None:
-                return self._out_of_time()
-            if self._replanning.exploration_ms is not None:
-                return Status.COMPLETE, self._replanning.explored + wishes(self._order.goal)
+                survey = self._go_on_without_rovers(survey)
+                if not survey.targets:
+                    return self._out_of_time()
+            elif self._replanning.exploration_ms is not None:
+                return Status.COMPLETE, self._replanning.explored + achieved(self._order.goal)
         if self._rounds.begin(self._world.now_ms) > MAX_FRUITLESS:
-            return Status.STALLED, why_stalled(survey, self._world, "replanning over and over takes nobody anywhere")
+            return self._stalled(survey, "replanning over and over takes nobody anywhere")
         return self._follow(triggers, survey, self._decide(survey))
 
     def _decide(self, survey: Survey) -> Decision:
@@ -290,9 +299,13 @@ class Mission:
         else:
             self._adopt(triggers, survey, decision.plan)
         if stalled:
-            why = why_stalled(survey, self._world, decision.report.detail or "the strategy knows nothing to do")
-            return self._out_of_time(why) if self._recall is None else (Status.STALLED, why)
+            return self._stalled(survey, decision.report.detail or "the strategy knows nothing to do")
         return None
+
+    def _stalled(self, survey: Survey, told: str) -> tuple[Status, str]:
+        """Return how the mission ends of which nobody knows how it could go on."""
+        why = why_stalled(survey, self._world, told)
+        return self._out_of_time(why) if self._recall is None else (Status.STALLED, why)
 
     def _adopt_late(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:
         """Let the time that planning took pass, then follow what of the plan still makes sense."""
@@ -365,10 +378,10 @@ class Mission:
         return {old.name: new.name for old, new in zip(known, now, strict=True) if new is not None}
 
     def _satisfied(self, survey: Survey) -> bool:
-        """Say whether the mission's wishes beyond exploring are met and nothing runs any more."""
+        """Say whether the mission's goal beyond exploring is met and nothing runs any more."""
         if self._executor.running:
             return False
-        return not missing(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
+        return not unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
 
     def _end(self, status: Status, reason: str) -> MissionEnded:
         robots = self._world.robots()

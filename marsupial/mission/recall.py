@@ -12,7 +12,9 @@ from collections.abc import Mapping, Sequence, Set
 
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey, Surveyor
+from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
+from marsupial.mission.replanning import OnNews
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
 from marsupial.model.plan import Action, ActionName
@@ -118,3 +120,18 @@ class WayBack(Lookout):
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
         """Leave it at that: what is seen is no news."""
+
+
+class CarriersAlone(OnNews):
+    """Uses the time that is left once the rovers are aboard: carriers explore on, and set nobody down any more."""
+
+    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
+        """Return what the map known so far means for the carriers."""
+        return self._surveyor.survey(self._world.robots(), self._world.now_ms, targets=self._targets(), docking=False)
+
+    def _targets(self) -> tuple[Target, ...]:
+        carriers = {name for name, kind in self._kinds.items() if kind.role is Role.CARRIER}
+        return tuple(target for target in super()._targets() if not carriers.isdisjoint(target.viewpoints))
+
+    def _note_explored(self, *, left: bool) -> None:
+        """Leave it at that: what only rovers can explore is left."""

@@ -83,7 +83,7 @@ class OnNews(Lookout):
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
         """Return what the map known so far means for the team; what was seen while planning is for the next look."""
-        survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep)
+        survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep, self._targets())
         if not late:
             self._note_explored(left=bool(survey.targets))
         return survey
@@ -103,7 +103,7 @@ class OnNews(Lookout):
     def _compare(self, work: PlanProgress, free: bool) -> Triggers:
         """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""
         self._looked()
-        targets = self._surveyor.targets(self._world.robots())
+        targets = self._targets()
         self._note_explored(left=bool(targets))
         wanted = {a.place for a in work.remainder() if a.name is ActionName.EXPLORE}
         meant = [target for target in self._known if target.name in wanted]
@@ -114,6 +114,10 @@ class OnNews(Lookout):
         if not triggers and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
             return (Trigger(Cause.ROBOT_FREE),)
         return triggers
+
+    def _targets(self) -> tuple[Target, ...]:
+        """Return the targets there are now."""
+        return self._surveyor.targets(self._world.robots())
 
     def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
         """Say whether there is a target that no robot is to explore."""

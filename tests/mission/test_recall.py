@@ -16,6 +16,7 @@ from small_missions import (
 from marsupial.formats.triggers import trigger_text
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, Planned, Status, Trigger
+from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, PlanningTime
 from marsupial.strategies.heuristic import Heuristic
@@ -56,6 +57,20 @@ def test_a_team_that_has_to_be_home_is_home_in_time(limit_s: int) -> None:
     assert ended.reason == f"called back before the time limit of {limit_s} s, the team is home"
     assert ended.t_ms > 0.8 * 1000 * limit_s
     assert ended.remaining
+
+
+@pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
+def test_carriers_explore_on_alone_once_the_rovers_are_aboard(strategy: type[Heuristic]) -> None:
+    wall, hall, right, left = "#" * 62, "#" + "." * 60 + "#", "#" * 60 + ".#", "#." + "#" * 60
+    annex = ("#" + "," * 60 + "#", "###," + "#" * 58)
+    grid = drawn_grid(wall, hall, left, hall, right, hall, left, hall, right, hall, *reversed(annex), wall)
+    ended, watcher = fly(grid, [carrier_at(2, 3), rover_on("c1")], strategy(), time_ms=70_000)
+    assert (ended.status, ended.reason) == (Status.TIME_LIMIT, "time limit of 70 s reached")
+    assert (ended.t_ms, ended.aboard, ended.exploration_ms) == (70_000, ("r1",), None)
+    (called,) = [p for p in watcher.of(Planned) if p.trigger == (Trigger(Cause.CALLED_BACK),)]  # type: ignore[attr-defined]
+    later = [action for p in watcher.of(Planned) if p.t_ms > called.t_ms for action in p.actions]  # type: ignore[attr-defined]
+    assert {action.name for action in later} == {ActionName.EXPLORE}
+    assert watcher.faults == []
 
 
 def test_planning_that_takes_time_does_not_make_a_team_late() -> None:

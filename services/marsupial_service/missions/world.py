@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import InternalError
-from marsupial.mission.wishes import homes_of
+from marsupial.mission.goals import homes_of
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import ActionEnd, PlacedRobot
 from marsupial.model.plan import ActionName

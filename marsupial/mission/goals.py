@@ -1,4 +1,4 @@
-"""What a mission asks for besides exploring: rovers aboard, carriers at home. Is it so, and what of it is not?"""
+"""What a mission asks for besides exploring: rovers aboard, carriers at home."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> d
     return {r.name: r.cell for r in robots if r.cell is not None and kinds[r.type].role is Role.CARRIER}
 
 
-def wishes(goal: Goal) -> str:
+def achieved(goal: Goal) -> str:
     """Return what else a complete mission has done, to be added to its reason."""
     if goal.return_home:
         return ", the team is home"
     return ", all rovers are aboard" if goal.recover_rovers else ""
 
 
-def missing(
+def unmet(
     goal: Goal | SituationGoal,
     robots: Iterable[RobotReport],
     kinds: Mapping[str, RobotType],
     homes: Mapping[str, Cell],
     docking: Set[str] = frozenset(),
 ) -> list[str]:
-    """Return what is not as asked, in words; `docking` are rovers that are not aboard yet."""
+    """Return what of the goal is not met yet, in words; `docking` are rovers that are not aboard yet."""
     recover = goal.recover_rovers or goal.return_home
     found = []
     for robot in robots:
