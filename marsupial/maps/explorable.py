@@ -19,6 +19,7 @@ from marsupial.maps.footprint import disc
 from marsupial.maps.growth import GrowingReach, reach_of
 from marsupial.maps.reach import parts
 from marsupial.maps.sight import Sight
+from marsupial.maps.targets import TargetFinder
 from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
 from marsupial.model.mission import PlacedRobot
@@ -85,8 +86,11 @@ class _Exploration:
         self._cells = np.full_like(truth.cells, UNKNOWN)
         self._known = Territory(replace(truth, cells=self._cells), tuple(self._kinds.values()))
         self._growing = GrowingReach(self._known)
+        self._finder = TargetFinder(self._known)
+        self._farthest = max(kind.sensor_range_m for kind in self._kinds.values()) / truth.resolution_m
         self._sight = Sight(truth.cells, truth.opaque_codes())
         self._contact = {name: Contact(kind, truth.resolution_m) for name, kind in self._kinds.items()}
+        self._entered = {name: np.zeros_like(territory.see_through) for name in self._kinds}
         self._looked = {name: np.zeros_like(territory.see_through) for name in self._kinds}
 
     def explored(self, sure: Mapping[str, Mask]) -> dict[str, Mask]:
@@ -96,7 +100,7 @@ class _Exploration:
             # most ground is seen from close by; to look from everywhere takes long on a large map
             seen = self._look(reached, near)
             reached = self._spread(self._growing.reach(self._robots).by_type)
-            if not seen and near > max(self._cells.shape):
+            if not seen and near > self._farthest:
                 return reached
             near = near if seen else 2 * near
 
@@ -104,10 +108,12 @@ class _Exploration:
         """Return what a team reaches that has entered an area at all, and let it know that ground."""
         spread = dict(reached)
         for name, labels in self._regions.items():
-            entered = np.unique(labels[reached[name]])
-            spread[name] = np.isin(labels, entered[entered > 0])
+            parts_in = np.unique(labels[reached[name]])
+            spread[name] = np.isin(labels, parts_in[parts_in > 0])
         for name, cells in spread.items():
-            self._reveal(_covered(cells, self._kinds[name], self._truth.resolution_m))
+            entered = cells & ~self._entered[name]
+            self._entered[name] |= cells
+            self._reveal(_covered(entered, self._kinds[name], self._truth.resolution_m))
         return spread
 
     def _look(self, reached: Mapping[str, Mask], near: int) -> bool:
@@ -116,8 +122,9 @@ class _Exploration:
         for (_, rover), docking in self._whole.docking.items():
             for y, x in np.argwhere(docking.cells & self._whole.by_type[rover] & ~reached[rover]).tolist():
                 around[max(0, y - near) : y + near + 1, max(0, x - near) : x + near + 1] = True
-        for name, cells in reached.items():
-            fresh = np.flatnonzero(cells & around & ~self._looked[name])
+        for name, frontier in self._finder.frontiers(self._growing.reach(self._robots)).items():
+            going = around & ~self._looked[name]
+            fresh = frontier.viewpoints[going.ravel()[frontier.viewpoints]]
             self._looked[name].ravel()[fresh] = True
             range_cells = self._kinds[name].sensor_range_m / self._truth.resolution_m
             for index in fresh.tolist():
