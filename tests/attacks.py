@@ -31,6 +31,7 @@ CARRIER = {
 }
 ROWS = ["." * 10] * 10
 SIDE = 2000
+SMALL = 1450  # the most that a small compressed image may have
 ALL = [0, SIDE * SIDE, 1]
 
 
@@ -106,11 +107,12 @@ ATTACKS: dict[str, Attack] = {
     "a mission of such robots": Attack(
         "/v1/missions", lambda: mission(10, 0.001, robot_types=[{**CARRIER, "radius_m": 5}]), (422,)
     ),
-    "an image of 4 million pixels": Attack(
-        "/v1/jobs", lambda: {**map_state(map=white(SIDE)), "budget": {"seconds": 0.1}}, (202,)
+    "an image of 2 million pixels": Attack(
+        "/v1/jobs", lambda: {**map_state(map=white(SMALL)), "budget": {"seconds": 0.1}}, (202,)
     ),
+    "one of 4 million in 2 kB": Attack("/v1/jobs", lambda: map_state(map=white(SIDE)), (422,)),
     "one of 36 million": Attack("/v1/analysis", lambda: map_state(map=white(6000)), (413,)),
-    "layer upon layer": Attack("/v1/analysis", lambda: types(map=white(SIDE)), (422,)),
+    "layer upon layer": Attack("/v1/analysis", lambda: types(map=white(SMALL)), (422,)),
     "words that nobody meant": Attack("/v1/jobs", typos, (422,)),
     "a row of characters that are none": Attack(
         "/v1/jobs",
@@ -133,7 +135,7 @@ ATTACKS: dict[str, Attack] = {
         },
         (422,),
     ),
-    "4 million cells to be explored": Attack("/v1/simulations", lambda: simulation(SIDE), (201,)),
+    "2 million cells to be explored": Attack("/v1/simulations", lambda: simulation(SMALL), (201,)),
     "fine cells to be explored": Attack("/v1/simulations", lambda: simulation(SIDE, "0.001"), (422,)),
     "36 million to be explored": Attack("/v1/simulations", lambda: simulation(6000), (413,)),
     "a million robots to be simulated": Attack(

@@ -33,6 +33,7 @@ from marsupial.formats.strips import runs_in, text_of
 from marsupial.formats.triggers import read_triggers, trigger_text
 from marsupial.generators import canvas
 from marsupial.library.scenarios import scenario as scenario_of
+from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import UNKNOWN, Grid
 from marsupial.model.planning import Budget
 from marsupial.planning.engines import engine
@@ -180,7 +181,7 @@ def comparison(data: bytes) -> None:
 def command_line(text: str) -> None:
     """Read a text as each option that has a grammar of its own."""
     for read in (
-        partial(numbers, option="--carriers", at_least=1),
+        partial(numbers, option="--carriers", bound=BOUNDS["carriers"]),
         partial(contenders, planner="greedy", budget=Budget(steps=1)),
         External,
         engine,

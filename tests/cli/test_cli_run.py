@@ -218,7 +218,7 @@ def test_planning_can_be_charged_to_the_clock(capsys: pytest.CaptureFixture[str]
         (("lobby", "--budget", "0"), "must be positive"),
         (("lobby", "--budget", "inf"), "must be finite"),
         (("lobby", "--budget", "nan"), "must be finite"),
-        (("lobby", "--steps", "-3"), "must be positive"),
+        (("lobby", "--steps", "-3"), "must be 1 or more"),
         (("lobby", "--planning-time", "later"), "--planning-time: must be instant or charged, got 'later'"),
         (("lobby", "--time-limit", "-1"), "--time-limit: must be positive, got -1"),
         (("lobby", "--seed", "-1"), "--seed"),

@@ -127,8 +127,8 @@ SOLVABLE: dict[str, Callable[[], Situation]] = {
 UNSOLVABLE: dict[str, tuple[Callable[[], Situation], str]] = {
     "no robots": (no_robots, "t1"),
     "no rover for a room": (lambda: no_rovers(room(10)), "t1"),
-    "no carrier to board": (lambda: no_carriers(ABOARD), "no places"),
-    "no capacity to board": (lambda: replace(no_capacity(), goal=ABOARD), "no places"),
+    "no carrier to board": (lambda: no_carriers(ABOARD), "no place aboard for r1"),
+    "no capacity to board": (lambda: replace(no_capacity(), goal=ABOARD), "no place aboard for r1"),
     "no meetings": (no_meetings, "t1"),
     "disconnected": (apart, "t1"),
     "out of reach": (out_of_reach, "t2"),
