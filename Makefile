@@ -10,7 +10,7 @@ demo: $(STAMP)
 	@$(BIN)/marsupial demo --out demo
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(BIN)/python -m pytest -n 3 -m "not slow"
 
 slow: $(STAMP)
 	$(BIN)/python -m pytest -m slow
