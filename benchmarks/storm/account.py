@@ -7,6 +7,7 @@ nothing reachable is left.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,8 +88,11 @@ class Account(Ground):
         none_left = all(robot.lost for robot in self._robots.values())
         if (status == "failed") != none_left or status not in ("complete", "stalled", "time_limit", "failed"):
             self._find(event, f"ends {status}: {event['reason']}")
-        if event["t_ms"] > limit_ms or (status == "time_limit" and event["t_ms"] != limit_ms):
+        back_early = event["reason"].startswith("called back before the time limit")
+        if event["t_ms"] > limit_ms or (status == "time_limit" and event["t_ms"] != limit_ms and not back_early):
             self._find(event, f"ends {status}, the time limit is {limit_ms} ms")
+        if status == "time_limit":
+            self._judge_who_is_left(event, aboard)
         if status != "complete" and not event["reason"]:
             self._find(event, "gives no reason")
         if "over and over" in event["reason"] and not self._faulty:
@@ -117,6 +121,20 @@ class Account(Ground):
                     self._find(event, f"is complete with {name} at {robot.cell}, not at home")
         if not (all_seen or self._changed or len(there) < len(self._robots)):
             self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
+
+    def _judge_who_is_left(self, event: Document, aboard: list[str]) -> None:
+        """Whoever is not where the goal wants them at the time limit is named, and nobody else."""
+        goal, left = self._scenario["goal"], set()
+        for name, robot in self._robots.items():
+            if robot.lost:
+                continue
+            if robot.kind["role"] == "rover" and (goal["recover_rovers"] or goal["return_home"]) and name not in aboard:
+                left.add(f"{name} is not aboard")
+            if robot.kind["role"] == "carrier" and goal["return_home"] and robot.cell != robot.visits[0][1]:
+                left.add(f"{name} is not home")
+        told = set(re.findall(r"\S+ is not (?:aboard|home)", event["reason"]))
+        if told != left:
+            self._find(event, f"by the log {sorted(left) or 'nobody is left'}: {event['reason']}")
 
     def _judge_reason(self, event: Document, aboard: list[str]) -> None:
         """What an end says is so: the frontiers that are left are frontiers, and a mission stalls over what is left."""
