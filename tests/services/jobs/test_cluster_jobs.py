@@ -158,7 +158,7 @@ def test_an_actor_that_is_stopped_is_taken_for_dead_and_what_it_ran_ends(
             job = await submit(jobs, request(Waits(tmp_path)))
             first = await pid_in(tmp_path)
             (tmp_path / "pid").unlink()
-            stopped = actors(nodes)
+            stopped = actors(nodes, first)
             try:
                 for process in stopped:
                     process.suspend()
