@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class Account(Ground):
         self.findings: list[str] = []
         self._scenario, self._summary = scenario, summary
         self._robots: dict[str, Robot] = {}
+        self._team: list[tuple[Document, Cell | None]] = []
         self._kinds: dict[str, Document] = {}
         self._deployed = self._retrieved = self._plans = 0
         self._faulty, self._changed = faulty, False
@@ -51,7 +53,9 @@ class Account(Ground):
     def _on_ended(self, event: Document) -> None:
         self._judge_sight(event)
         area, known = 1 / self._metre**2, self._known != UNKNOWN
-        for reachable in self._reachable.values():
+        # where nobody gets to see the ground that a rover would be set down on, it counts as out of reach
+        seen = (self._reach(self._known, self._team, slack) for slack in self._reachable)
+        for reachable in chain(self._reachable.values(), seen):
             mine = (np.count_nonzero(known & reachable) * area, np.count_nonzero(reachable) * area)
             said = event["explored_area_m2"], event["reachable_area_m2"]
             if np.allclose(mine, said, atol=1e-5):
@@ -130,7 +134,11 @@ class Account(Ground):
                 continue
             if robot.kind["role"] == "rover" and (goal["recover_rovers"] or goal["return_home"]) and name not in aboard:
                 left.add(f"{name} is not aboard")
-            if robot.kind["role"] == "carrier" and goal["return_home"] and robot.cell != robot.visits[0][1]:
+            if (
+                robot.kind["role"] == "carrier"
+                and goal["return_home"]
+                and (robot.drive or robot.cell != robot.visits[0][1])
+            ):
                 left.add(f"{name} is not home")
         told = set(re.findall(r"\S+ is not (?:aboard|home)", event["reason"]))
         if told != left:

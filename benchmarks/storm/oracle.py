@@ -73,9 +73,9 @@ class Oracle(Account):
             self._find(event, "the size of the map is another")
         for name in self._robots:
             self._hold(event, name)
-        team = [(robot.kind, robot.cell) for robot in self._robots.values()]
+        self._team = [(robot.kind, robot.cell) for robot in self._robots.values()]
         for slack in self._reachable:  # a centre right on the rim of a footprint may count either way
-            self._reachable[slack] = self._reach(self._truth, team, slack)
+            self._reachable[slack] = self._reach(self._truth, self._team, slack)
 
     def _stand(self, event: Document, name: str, cell: Cell) -> None:
         robot = self._robots[name]
@@ -217,11 +217,11 @@ class Oracle(Account):
             self._stand(event, name, (spot[0], spot[1]))
 
     def _undo(self, event: Document, robot: Robot) -> None:
-        """A docking or undocking that failed leaves the rover where it was before; one that was lost, where it is."""
+        """A docking or undocking that failed, or lost a robot, leaves the rover where it was before."""
         action = event["action"]
         if not self._faulty or event["end"] not in ("failed", "lost"):
             self._find(event, f"{action['name']} of {action['robot']} ended as {event['end']}")
-        if event["end"] == "failed" and action["name"] == "undock":
+        if action["name"] == "undock":
             robot.carrier, robot.cell = action["carrier"], None
             self._hold(event, action["carrier"])
 

@@ -62,7 +62,7 @@ def mission(seed: int, number: int) -> Judged:
     if rng.random() < 0.15:
         planner, budget = rng.choice(IN_SECONDS), {"budget": rng.choice((0.05, 0.2))}
     strategy = _with_parameters(rng, strategy)
-    repeats = "steps" in budget and document["planning_time"] == "instant"
+    timed = "seconds=" in strategy or "budget" in budget or document["planning_time"] == "charged"
     label = f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {faults or ''}"
     world = SimulatedWorld if faults is None else faults.world
     with (
@@ -78,7 +78,7 @@ def mission(seed: int, number: int) -> Judged:
             result = explore(log=log)
             lines = log.read_text(encoding="ascii").splitlines()
             findings = Oracle(document, lines, result.as_dict(), faulty=faults is not None).judge()
-            if number % AGAIN == 0 and repeats:
+            if number % AGAIN == 0 and not timed:
                 explore(log=Path(folder, "again.jsonl"))
                 if Path(folder, "again.jsonl").read_bytes() != log.read_bytes():
                     findings.append("the same mission again has another log")

@@ -71,10 +71,10 @@ class Executor:
         return bool(self._running)
 
     @property
-    def docking(self) -> frozenset[str]:
-        """Rovers whose docking is under way: not aboard yet."""
+    def under_way(self) -> frozenset[str]:
+        """Rovers that are docking, so not aboard yet, and robots that are driving, so not where they are going yet."""
         running = (action for _, action in self._running.values())
-        return frozenset(action.robot for action in running if action.name is ActionName.DOCK)
+        return frozenset(action.robot for action in running if action.name is not ActionName.UNDOCK)
 
     def unemployed(self, robots: Iterable[str]) -> bool:
         """Say whether one of `robots` has nothing left to do."""

@@ -28,17 +28,21 @@ def unmet(
     robots: Iterable[RobotReport],
     kinds: Mapping[str, RobotType],
     homes: Mapping[str, Cell],
-    docking: Set[str] = frozenset(),
+    under_way: Set[str] = frozenset(),
 ) -> list[str]:
-    """Return what of the goal is not met yet, in words; `docking` are rovers that are not aboard yet."""
+    """Return what of the goal is not met yet, in words; `under_way` are robots that get there later."""
     recover = goal.recover_rovers or goal.return_home
     found = []
     for robot in robots:
         if robot.lost:
             continue
         if kinds[robot.type].role is Role.ROVER:
-            if recover and (robot.carrier is None or robot.name in docking):
+            if recover and (robot.carrier is None or robot.name in under_way):
                 found.append(f"{robot.name} is not aboard")
-        elif goal.return_home and robot.name in homes and robot.cell not in (homes[robot.name], None):
+        elif (
+            goal.return_home
+            and robot.name in homes
+            and (robot.name in under_way or robot.cell not in (homes[robot.name], None))
+        ):
             found.append(f"{robot.name} is not home")
     return found

@@ -162,7 +162,7 @@ class Mission:
 
     def _out_of_time(self, why: str = "") -> tuple[Status, str]:
         """Return how the mission ends now that there is no time to explore on; `why` nothing more can be done."""
-        left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.docking)
+        left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.under_way)
         limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
         if self._world.now_ms >= self._order.limits.time_ms:
             return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", ", ".join(left)]))
@@ -402,7 +402,7 @@ class Mission:
             replans=self._revision,
             plans_valid=self._revision,
             plans_invalid=self._refused,
-            aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.docking),
+            aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.under_way),
             remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}")
             + self._world.remaining(),
         )

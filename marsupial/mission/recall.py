@@ -18,7 +18,7 @@ from marsupial.mission.replanning import OnNews
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, MapMeeting, Trigger, Triggers
 from marsupial.model.plan import Action, ActionName
-from marsupial.model.robots import RobotType, Role
+from marsupial.model.robots import SQRT2, RobotType, Role
 from marsupial.model.scenario import Goal
 from marsupial.model.strategy import PlanProgress
 from marsupial.model.world import News, World
@@ -47,6 +47,8 @@ class Recall:
         self._world, self._kinds, self._goal, self._limit_ms = world, kinds, goal, limit_ms
         team = world.robots()
         rovers = [robot for robot in team if kinds[robot.type].role is Role.ROVER]
+        # a robot can't turn back between two cells: it may get on by one, and has to come back from there
+        self._step_ms = max(2000 * SQRT2 * world.grid.resolution_m / kinds[robot.type].speed_mps for robot in team)
         self._asked = goal.return_home or (goal.recover_rovers and bool(rovers))
         together = all(rover.carrier is not None for rover in rovers)
         handling_ms = sum(kinds[rover.type].dock_ms + kinds[rover.type].undock_ms for rover in rovers)
@@ -72,7 +74,9 @@ class Recall:
         if not out and not self._goal.return_home:
             return False
         needed_ms = self._back_ms(homes)
-        reserve_ms = round(SPARE_SHARE * needed_ms) + SPARE_MS + planning_ms + self._sortie_ms(out)
+        reserve_ms = (
+            round(SPARE_SHARE * needed_ms) + SPARE_MS + round(self._step_ms) + planning_ms + self._sortie_ms(out)
+        )
         spare_ms = self._limit_ms - now_ms - needed_ms - reserve_ms
         self._next_ms = now_ms + max(STEP_MS, spare_ms // 3)
         return spare_ms <= 0

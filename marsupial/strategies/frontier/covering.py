@@ -113,6 +113,8 @@ class Covering:
 
     def _used(self, share: float) -> Callable[[int], float]:
         """Return what says which share of the effort is used after so many rounds, of `share` times the usual ones."""
+        if not self.rounds or not self.seconds:
+            return lambda _: 1.0
         began = perf_counter()
         return lambda done: max(done / (share * self.rounds), (perf_counter() - began) / self.seconds)
 
