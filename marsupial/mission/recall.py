@@ -47,12 +47,13 @@ class Recall:
         self._world, self._kinds, self._goal, self._limit_ms = world, kinds, goal, limit_ms
         team = world.robots()
         rovers = [robot for robot in team if kinds[robot.type].role is Role.ROVER]
-        # a robot can't turn back between two cells: it may get on by one, and has to come back from there
-        self._step_ms = max(2000 * SQRT2 * world.grid.resolution_m / kinds[robot.type].speed_mps for robot in team)
         self._asked = goal.return_home or (goal.recover_rovers and bool(rovers))
         together = all(rover.carrier is not None for rover in rovers)
         handling_ms = sum(kinds[rover.type].dock_ms + kinds[rover.type].undock_ms for rover in rovers)
-        way_ms = max(0, limit_ms - handling_ms - SPARE_MS - STEP_MS)  # there and back
+        # a robot can't turn back between two cells: it may get on by one, and has to come back from there
+        cell_s = max(SQRT2 * world.grid.resolution_m / kinds[robot.type].speed_mps for robot in team)
+        self._spare_ms = max(SPARE_MS, round(2000 * cell_s))
+        way_ms = max(0, limit_ms - handling_ms - self._spare_ms - STEP_MS)  # there and back
         self._first_ms = round(way_ms / (2 + SPARE_SHARE)) if together else 0
         self._next_ms = self._first_ms if self._asked else limit_ms
         self._known_out: frozenset[str] = frozenset()
@@ -74,9 +75,7 @@ class Recall:
         if not out and not self._goal.return_home:
             return False
         needed_ms = self._back_ms(homes)
-        reserve_ms = (
-            round(SPARE_SHARE * needed_ms) + SPARE_MS + round(self._step_ms) + planning_ms + self._sortie_ms(out)
-        )
+        reserve_ms = round(SPARE_SHARE * needed_ms) + self._spare_ms + planning_ms + self._sortie_ms(out)
         spare_ms = self._limit_ms - now_ms - needed_ms - reserve_ms
         self._next_ms = now_ms + max(STEP_MS, spare_ms // 3)
         return spare_ms <= 0

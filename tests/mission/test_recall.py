@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from mission_fakes import Timed
 from small_missions import (
@@ -14,11 +16,13 @@ from small_missions import (
 )
 
 from marsupial.formats.triggers import trigger_text
+from marsupial.mission.goals import unmet
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, Planned, Status, Trigger
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, PlanningTime
+from marsupial.model.world import RobotReport
 from marsupial.strategies.heuristic import Heuristic
 
 HOME = Goal(return_home=True)
@@ -109,6 +113,22 @@ def test_who_is_not_back_in_time_is_named() -> None:
     robots = [carrier_at(1, 1), rover_at(3, 1)]
     ended, _ = fly(drawn_grid(*hall), robots, greedy_strategy(), time_ms=9000)
     assert (ended.status, ended.reason) == (Status.TIME_LIMIT, "time limit of 9 s reached: r1 is not aboard")
+
+
+def test_a_carrier_that_is_still_on_its_way_home_is_not_home() -> None:
+    home, report = Cell(1, 1), RobotReport(name="c1", type="carrier", cell=Cell(1, 1), carrier=None, free_at_ms=9)
+    assert unmet(HOME, [report], kinds_of(), {"c1": home}, {"c1"}) == ["c1 is not home"]
+    assert unmet(HOME, [report], kinds_of(), {"c1": home}) == []
+
+
+@pytest.mark.parametrize("limit_s", [30, 50, 150, 300])
+def test_robots_that_take_long_from_cell_to_cell_turn_back_in_time_too(limit_s: int) -> None:
+    kinds = kinds_of()
+    kinds["carrier"] = replace(kinds["carrier"], speed_mps=0.05)  # 20 s from cell to cell
+    grid = drawn_grid("#" * 22, "#" + "." * 20 + "#", "#" * 22)
+    ended, watcher = fly(grid, [carrier_at(1, 1)], greedy_strategy(), kinds=kinds, goal=HOME, time_ms=1000 * limit_s)
+    assert (ended.status, watcher.cell["c1"]) == (Status.TIME_LIMIT, Cell(1, 1))
+    assert ended.reason.endswith("the team is home")
 
 
 def test_who_can_not_be_fetched_is_named_and_why_and_the_others_are_fetched() -> None:

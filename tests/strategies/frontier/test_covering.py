@@ -33,6 +33,11 @@ def test_temporal_planning_covers_ground_that_robots_see_no_farther_than_the_nex
     assert explored(scenario, "temporal").planner == "anytime"
 
 
+@pytest.mark.parametrize("effort", ["rounds=0", "seconds=0", "rounds=2/seconds=0"])
+def test_ways_that_are_not_improved_at_all_still_see_everything(effort: str) -> None:
+    assert explored(cell_world("cells", 8, 8, 4, 2), f"covering/{effort}").coverage == 1.0
+
+
 @pytest.mark.parametrize("name", ["temporal", "covering"])
 def test_robots_that_see_one_cell_far_explore_two_areas_with_a_wall_between(name: str) -> None:
     grid = drawn_grid("#######", "#...#.#", "#...#.#", "#######")
