@@ -217,11 +217,11 @@ class Oracle(Account):
             self._stand(event, name, (spot[0], spot[1]))
 
     def _undo(self, event: Document, robot: Robot) -> None:
-        """A docking or undocking that failed, or lost a robot, leaves the rover where it was before."""
+        """A docking or undocking that failed leaves the rover where it was before; a lost carrier, on the ground."""
         action = event["action"]
         if not self._faulty or event["end"] not in ("failed", "lost"):
             self._find(event, f"{action['name']} of {action['robot']} ended as {event['end']}")
-        if action["name"] == "undock":
+        if event["end"] == "failed" and action["name"] == "undock":
             robot.carrier, robot.cell = action["carrier"], None
             self._hold(event, action["carrier"])
 
