@@ -20,7 +20,7 @@ LONG = {"ray", "test_tutorial.py", "test_docs.py"}
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Give whole files to workers (`pytest -n 2`): what their tests share is made once."""
+    """Give whole files to workers (`pytest -n 3`): what their tests share is made once."""
     if config.getoption("dist", "no") == "load":
         config.option.dist, config.option.loadscopereorder = "loadgroup", False
 

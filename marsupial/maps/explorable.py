@@ -117,7 +117,7 @@ class _Exploration:
         return spread
 
     def _look(self, reached: Mapping[str, Mask], near: int) -> bool:
-        """Look round from all that is reached near to where rovers might be set down; say whether anything is new."""
+        """Look round from where robots go to explore, near places to set rovers down; say whether anything is new."""
         around, seen = np.zeros_like(self._cells, dtype=np.bool_), np.zeros(self._cells.size, dtype=np.bool_)
         for (_, rover), docking in self._whole.docking.items():
             for y, x in np.argwhere(docking.cells & self._whole.by_type[rover] & ~reached[rover]).tolist():
