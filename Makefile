@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test slow trial check lint types contract docs drawings wheel clean
+.PHONY: demo test slow trial check lint types contract generated docs drawings wheel clean
 
 demo: $(STAMP)
 	@$(BIN)/marsupial demo --out demo
@@ -30,6 +30,10 @@ types: $(STAMP)
 
 contract: $(STAMP)
 	$(BIN)/lint-imports
+
+# The OpenAPI document and what follows from it in the client; services/generate.py says which files.
+generated: $(STAMP)
+	$(BIN)/python services/generate.py
 
 # The site, in site/docs/index.html; `drawings` are the pictures in it.
 docs: $(STAMP)

@@ -16,7 +16,7 @@ from benchmarks.fuzz.examples import yaml_blocks
 from benchmarks.fuzz.files import MOST_CELLS, stored
 from marsupial.errors import UsageError
 from marsupial_client import Client
-from marsupial_client.core import address
+from marsupial_client.http import address
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
 from marsupial_ros.hearing import Hearing

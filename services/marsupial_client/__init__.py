@@ -11,12 +11,12 @@
 
 Whatever breaks on the way is tried again, and nothing is lost or done twice: jobs and missions are sent with keys of
 their own, reports are numbered and sent until they are acknowledged, streams go on after the last event that came.
-`AsyncClient` is the same for asyncio. What is sent and answered are typed dicts, word for word the JSON of the service
+`AsyncClient` is the same for asyncio. Requests and answers are typed dicts of the service's JSON
 (`marsupial_client.documents` and `mission_documents`); refusals are exceptions (`marsupial_client.errors`).
 """
 
-from marsupial_client.blocking import Client, Job, Mission
-from marsupial_client.core import AsyncJob, AsyncMission
+from marsupial_client.async_client import AsyncClient, AsyncJob, AsyncMission
+from marsupial_client.blocking_client import Client, Job, Mission
 from marsupial_client.errors import (
     Busy,
     ClientError,
@@ -30,7 +30,6 @@ from marsupial_client.errors import (
     Unreachable,
 )
 from marsupial_client.events import Event, JobEvent, MissionEvent
-from marsupial_client.waiting import AsyncClient
 
 __version__ = "0.1.0"
 

@@ -1,6 +1,6 @@
-"""Events as they come out of a stream: typed by what they tell.
+"""The events of streams, typed by their data.
 
-What isn't listed here is passed over: a newer service may tell more.
+Types that aren't listed here are skipped: a newer service may send more.
 """
 
 from __future__ import annotations
@@ -9,17 +9,24 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, Literal, NamedTuple, TypeAlias, TypeVar
 
-from marsupial_client.documents import JobEnded, JobMoved, PlanFound
-from marsupial_client.mission_documents import Commands, Decision, FrameGrown, MissionEnded, MissionMoved, QuotaTold
+from marsupial_client.documents import JobEnded, JobStateChanged, PlanFound
+from marsupial_client.mission_documents import (
+    Commands,
+    Decision,
+    FrameGrown,
+    MissionEnded,
+    MissionStateChanged,
+    QuotaChanged,
+)
 
 K = TypeVar("K")
 D = TypeVar("D")
 
 
 class Event(NamedTuple, Generic[K, D]):
-    """An event: its number in its stream, from 1; what it tells; and its data.
+    """An event: its number in its stream, from 1; its type; and its data.
 
-    The data is a document, but of a mission's `log`, where it is the line of the mission log as it is.
+    The data is a document; that of a mission's `log` is a line of the mission log as text.
     """
 
     id: int
@@ -28,15 +35,15 @@ class Event(NamedTuple, Generic[K, D]):
 
 
 JobEvent: TypeAlias = (
-    Event[Literal["state"], JobMoved] | Event[Literal["plan"], PlanFound] | Event[Literal["end"], JobEnded]
+    Event[Literal["state"], JobStateChanged] | Event[Literal["plan"], PlanFound] | Event[Literal["end"], JobEnded]
 )
 MissionEvent: TypeAlias = (
     Event[Literal["log"], str]
     | Event[Literal["decision"], Decision]
     | Event[Literal["commands"], Commands]
-    | Event[Literal["state"], MissionMoved]
+    | Event[Literal["state"], MissionStateChanged]
     | Event[Literal["frame"], FrameGrown]
-    | Event[Literal["quota"], QuotaTold]
+    | Event[Literal["quota"], QuotaChanged]
     | Event[Literal["end"], MissionEnded]
 )
 
@@ -44,14 +51,10 @@ END = "end"
 """The last event of every stream."""
 
 Readers = Mapping[str, Callable[[str], Any]]
-JOB_EVENTS: Readers = {"state": json.loads, "plan": json.loads, END: json.loads}
+"""How the data of each type of event is read."""
+
+JOB_EVENTS: Readers = dict.fromkeys(("state", "plan", END), json.loads)
 MISSION_EVENTS: Readers = {
     "log": str,
-    "decision": json.loads,
-    "commands": json.loads,
-    "state": json.loads,
-    "frame": json.loads,
-    "quota": json.loads,
-    END: json.loads,
+    **dict.fromkeys(("decision", "commands", "state", "frame", "quota", END), json.loads),
 }
-"""How the data of each event is read."""

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, WithJsonSchema
 
 from marsupial_service.jobs.records import JobOutcome, JobState
+from marsupial_service.missions.records import MissionPhase
 from marsupial_service.schemas.base import Absent, Answer, one_word_of
 
 StateWord = Annotated[str, one_word_of(JobState)]
@@ -306,7 +307,7 @@ class MissionAnswer(Answer):
 
     id: str
     name: str
-    state: str
+    state: Annotated[str, one_word_of(MissionPhase)]
     status: str | None
     reason: str
     strategy: str

@@ -51,7 +51,7 @@ def test_its_own_distribution_is_the_one_within_marsupial() -> None:
     assert set(own["tool"]["hatch"]["build"]["only-include"]) == files
 
 
-def test_every_public_name_has_a_docstring_and_every_method_is_told_for_both_clients() -> None:
+def test_every_public_name_has_a_docstring() -> None:
     undocumented = []
     for path in FOLDER.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
@@ -59,8 +59,3 @@ def test_every_public_name_has_a_docstring_and_every_method_is_told_for_both_cli
             if is_named and not node.name.startswith("_") and ast.get_docstring(node) is None:
                 undocumented.append(f"{path.name}: {node.name}")
     assert undocumented == []
-    for one, other in (("Client", "AsyncClient"), ("Job", "AsyncJob"), ("Mission", "AsyncMission")):
-        names = [
-            {name for name in dir(getattr(marsupial_client, kind)) if not name.startswith("_")} for kind in (one, other)
-        ]
-        assert names[0] - {"document", "n", "robots"} == names[1] - {"conversation"}

@@ -17,7 +17,7 @@ from servers import Server
 from undisturbed import STEPS, LogLines, undisturbed
 
 from marsupial.generators.builtin import builtin_scenario
-from marsupial_client import AsyncClient, Client, conversation
+from marsupial_client import AsyncClient, Client, http
 from marsupial_client.mission_documents import Brief, News
 from marsupial_service.missions.driving import simulate_by
 
@@ -26,8 +26,8 @@ REPORTS, EVENTS = 200, 50
 
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(conversation, "FIRST_PAUSE_S", 0.001)
-    monkeypatch.setattr(conversation, "LONGEST_PAUSE_S", 0.01)
+    monkeypatch.setattr(http, "FIRST_PAUSE_S", 0.001)
+    monkeypatch.setattr(http, "LONGEST_PAUSE_S", 0.01)
 
 
 @pytest.fixture(params=[1, 2])

@@ -12,11 +12,21 @@ from typing import Any
 import httpx2
 import pytest
 
-from marsupial_client import AsyncClient, Busy, Client, ClientError, Conflict, Invalid, NotFound, Refused, Unreachable
-from marsupial_client.conversation import LONGEST_PAUSE_S
-from marsupial_client.core import AsyncMission, Service
+from marsupial_client import (
+    AsyncClient,
+    Busy,
+    Client,
+    ClientError,
+    Conflict,
+    Invalid,
+    Mission,
+    NotFound,
+    Refused,
+    Unreachable,
+    blocking_session,
+)
 from marsupial_client.errors import REFUSALS
-from marsupial_client.transports import Blocking, finish
+from marsupial_client.http import LONGEST_PAUSE_S
 from marsupial_service.http.problems import KINDS
 
 URL = "http://robots.example/plans"
@@ -27,13 +37,23 @@ MISSION = {"id": "m", "n": 4, "state": "running", "links": LINKS}
 Answer = httpx2.Response | Exception
 
 
-class Scripted(Blocking):
-    """Answers what a test says, one answer after the other; its time passes in pauses only."""
+PAUSES: list[float] = []
+"""What the client has slept: time passes in these only."""
+
+
+@pytest.fixture(autouse=True)
+def _clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    PAUSES.clear()
+    monkeypatch.setattr(blocking_session, "sleep", PAUSES.append)
+    monkeypatch.setattr(blocking_session, "monotonic", lambda: sum(PAUSES))
+
+
+class Scripted(httpx2.MockTransport):
+    """Answers what a test says, one answer after the other."""
 
     def __init__(self, *answers: Answer) -> None:
-        super().__init__(httpx2.Client(transport=httpx2.MockTransport(self._answer)))
+        super().__init__(self._answer)
         self.requests: list[httpx2.Request] = []
-        self.pauses: list[float] = []
         self._answers = list(answers)
 
     def _answer(self, request: httpx2.Request) -> httpx2.Response:
@@ -43,15 +63,11 @@ class Scripted(Blocking):
             raise answer
         return answer
 
-    def now(self) -> float:
-        return sum(self.pauses)
 
-    async def pause(self, seconds: float) -> None:
-        self.pauses.append(seconds)
-
-
-def service(transport: Scripted, patience_s: float = 60.0) -> Service:
-    return Service(transport, URL, key="secret", timeout_s=1.0, patience_s=patience_s)
+def service(transport: Scripted, patience_s: float = 60.0, missed: list[str] | None = None) -> Client:
+    callback = None if missed is None else lambda error: missed.append(str(error))
+    http = httpx2.Client(transport=transport)
+    return Client(URL, key="secret", timeout_s=1.0, patience_s=patience_s, missed=callback, http=http)
 
 
 def problem(status: int, kind: str, **more: Any) -> httpx2.Response:
@@ -79,41 +95,41 @@ def broken() -> Exception:
 )
 def test_what_breaks_is_tried_again_after_growing_pauses(failure: Answer) -> None:
     transport = Scripted(*[failure] * 7, OK)
-    assert finish(service(transport).ask("POST", "/v1/jobs", {"a": 1})) == {"well": True}
+    assert service(transport).ask("POST", "/v1/jobs", {"a": 1}) == {"well": True}
     assert len(transport.requests) == 8
     assert {request.content for request in transport.requests} == {b'{"a": 1}'}
-    assert 0.05 <= transport.pauses[0] <= 0.1
-    assert transport.pauses[4] > transport.pauses[0] * 4
-    assert max(transport.pauses) <= LONGEST_PAUSE_S
+    assert 0.05 <= PAUSES[0] <= 0.1
+    assert PAUSES[4] > PAUSES[0] * 4
+    assert max(PAUSES) <= LONGEST_PAUSE_S
 
 
 def test_retry_after_is_waited_for() -> None:
     busy = httpx2.Response(503, headers={"Retry-After": "7"})
     transport = Scripted(busy, busy, OK)
-    finish(service(transport).ask("GET", "/v1/limits"))
-    assert transport.pauses == [7.0, 7.0]
+    service(transport).ask("GET", "/v1/limits")
+    assert PAUSES == [7.0, 7.0]
 
 
 def test_one_who_is_busy_and_asks_to_be_asked_at_once_is_not_asked_without_pause() -> None:
     busy = httpx2.Response(503, headers={"Retry-After": "0"})
     transport = Scripted(*[busy] * 9, OK)
-    finish(service(transport).ask("GET", "/v1/limits"))
-    assert sum(transport.pauses) > 3.0
+    service(transport).ask("GET", "/v1/limits")
+    assert sum(PAUSES) > 3.0
 
 
 def test_one_who_is_busy_for_longer_than_patience_is_told_at_once() -> None:
     transport = Scripted(httpx2.Response(429, headers={"Retry-After": "3600"}))
     with pytest.raises(Busy) as caught:
-        finish(service(transport).ask("GET", "/v1/limits"))
-    assert (caught.value.retry_after_s, caught.value.status, transport.pauses) == (3600.0, 429, [])
+        service(transport).ask("GET", "/v1/limits")
+    assert (caught.value.retry_after_s, caught.value.status, PAUSES) == (3600.0, 429, [])
 
 
 @pytest.mark.parametrize(("failure", "error"), [(broken(), Unreachable), (problem(503, "not-ready"), Busy)])
 def test_patience_ends(failure: Answer, error: type[Exception]) -> None:
     transport = Scripted(failure)
     with pytest.raises(error):
-        finish(service(transport, patience_s=10.0).ask("GET", "/v1/limits"))
-    assert sum(transport.pauses) == pytest.approx(10.0)
+        service(transport, patience_s=10.0).ask("GET", "/v1/limits")
+    assert sum(PAUSES) == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize(
@@ -126,12 +142,10 @@ def test_patience_ends(failure: Answer, error: type[Exception]) -> None:
 def test_who_waits_is_told_once_each_time_the_service_is_missed(failure: Answer, told: str) -> None:
     missed: list[str] = []
     transport = Scripted(*[failure] * 9, OK, *[failure] * 2, OK, *[failure] * 9, OK)
-    asked = Service(
-        transport, URL, key=None, timeout_s=1.0, patience_s=60.0, missed=lambda error: missed.append(str(error))
-    )
+    asked = service(transport, missed=missed)
     counts = []
     for _ in range(3):
-        finish(asked.ask("GET", "/v1/limits"))
+        asked.ask("GET", "/v1/limits")
         counts.append(len(missed))
     assert counts == [1, 1, 2]
     assert set(missed) == {told}
@@ -141,7 +155,7 @@ def test_a_refusal_carries_its_problem_and_is_not_tried_again() -> None:
     errors = [{"pointer": "/team/0", "detail": "stands in a wall"}, {"query": "limit", "detail": "too large"}]
     transport = Scripted(problem(422, "invalid", errors=errors))
     with pytest.raises(Invalid, match=r"422.*: /team/0: stands in a wall; limit: too large") as caught:
-        finish(service(transport).ask("POST", "/v1/missions", {}))
+        service(transport).ask("POST", "/v1/missions", {})
     assert (caught.value.type, caught.value.detail) == ("urn:marsupial:problem:invalid", "d")
     assert (list(caught.value.errors), len(transport.requests)) == (errors, 1)
 
@@ -150,7 +164,7 @@ def test_a_refusal_carries_its_problem_and_is_not_tried_again() -> None:
 def test_every_problem_of_the_service_has_its_exception(kind: str) -> None:
     status = KINDS[kind].status
     with pytest.raises(Refused) as caught:
-        finish(service(Scripted(problem(status, kind)), patience_s=0.0).ask("GET", "/"))
+        service(Scripted(problem(status, kind)), patience_s=0.0).ask("GET", "/")
     assert type(caught.value) is REFUSALS.get(status, Refused)
     assert caught.value.type.endswith(kind)
     assert (type(caught.value) is Refused) == (status in (405, 406, 415, 421))
@@ -163,22 +177,22 @@ def test_every_problem_of_the_service_has_its_exception(kind: str) -> None:
 )
 def test_a_refusal_that_is_no_problem_document_is_one_here(text: str) -> None:
     with pytest.raises(NotFound) as caught:
-        finish(service(Scripted(httpx2.Response(404, text=text))).ask("GET", "/v1/x"))
+        service(Scripted(httpx2.Response(404, text=text))).ask("GET", "/v1/x")
     assert (caught.value.type, caught.value.status, caught.value.problem["instance"]) == ("about:blank", 404, "/v1/x")
 
 
 def test_an_answer_that_is_nested_too_deep_is_no_json() -> None:
     transport = Scripted(httpx2.Response(200, text="[" * 100_000))
     with pytest.raises(Unreachable, match="is answered by what is no JSON"):
-        finish(service(transport, patience_s=0.0).ask("GET", "/"))
+        service(transport, patience_s=0.0).ask("GET", "/")
 
 
 def test_one_request_has_one_idempotency_key_and_two_have_two() -> None:
     transport = Scripted(broken(), broken(), httpx2.Response(202, json=MISSION))
     asked = service(transport)
-    finish(asked.submit({}))
-    finish(asked.submit({}))
-    finish(asked.begin({}, "mine"))  # type: ignore[typeddict-item]
+    asked.submit({})
+    asked.submit({})
+    asked.begin({}, "mine")  # type: ignore[typeddict-item]
     keys = [request.headers["Idempotency-Key"] for request in transport.requests]
     assert (len(set(keys[:3])), len(set(keys)), keys[4]) == (1, 3, "mine")
     assert {request.headers["Authorization"] for request in transport.requests} == {"Bearer secret"}
@@ -199,13 +213,8 @@ def stream(*events: tuple[int, str], rest: str = "") -> httpx2.Response:
 
 
 def followed(transport: Scripted, after: int = 0, missed: list[str] | None = None) -> list[tuple[int, str]]:
-    async def follow() -> list[tuple[int, str]]:
-        conversation = service(transport).conversation
-        conversation.missed = None if missed is None else lambda error: missed.append(str(error))
-        mission = AsyncMission(conversation, MISSION)  # type: ignore[arg-type]
-        return [(event.id, event.type) async for event in mission.events(after)]
-
-    return finish(follow())
+    mission = Mission(service(transport, missed=missed)._session, MISSION)  # type: ignore[arg-type]
+    return [(event.id, event.type) for event in mission.events(after)]
 
 
 def test_a_stream_goes_on_after_the_last_event_and_gives_each_once() -> None:
@@ -229,7 +238,7 @@ def test_a_server_that_ends_its_streams_at_once_is_asked_with_pauses_missed_and_
     missed: list[str] = []
     transport = Scripted(*[stream()] * 10, stream((1, "end")))
     assert followed(transport, missed=missed) == [(1, "end")]
-    assert sum(transport.pauses) > 5.0
+    assert sum(PAUSES) > 5.0
     assert missed == [f"{URL} can't be reached (the stream ended before its time)"]
     with pytest.raises(Unreachable, match="ended before its time"):
         followed(Scripted(stream()))
@@ -238,7 +247,7 @@ def test_a_server_that_ends_its_streams_at_once_is_asked_with_pauses_missed_and_
 def test_a_stream_that_lasted_is_a_sound_one_however_long_nothing_came() -> None:
     class Silent(httpx2.SyncByteStream):
         def __iter__(self) -> Iterator[bytes]:
-            transport.pauses.append(3600.0)
+            PAUSES.append(3600.0)
             yield b": still there\n\n"
 
     kind = {"Content-Type": "text/event-stream"}
@@ -263,13 +272,13 @@ def test_an_answer_that_drips_is_given_up_when_patience_ends() -> None:
     class Dripping(httpx2.SyncByteStream):
         def __iter__(self) -> Iterator[bytes]:
             for _ in range(1000):
-                transport.pauses.append(0.9)  # each read is in time
+                PAUSES.append(0.9)  # each read is in time
                 yield b" "
 
     transport = Scripted(httpx2.Response(200, stream=Dripping()))
     with pytest.raises(Unreachable, match="takes longer than 60 s to answer /readyz"):
-        finish(service(transport).ready())
-    assert sum(transport.pauses) < 62
+        service(transport).ready()
+    assert sum(PAUSES) < 62
 
 
 def test_a_stream_that_is_refused_is_told() -> None:
@@ -287,12 +296,12 @@ def taken(n: int) -> httpx2.Response:
     return httpx2.Response(200, json={"n": n, "t_ms": 0, "revision": 1})
 
 
-def report(mission: AsyncMission, t_ms: int) -> Any:
-    return finish(mission.report({"t_ms": t_ms}))
+def report(mission: Mission, t_ms: int) -> Any:
+    return mission.report({"t_ms": t_ms})
 
 
-def mission_of(transport: Scripted, patience_s: float = 60.0) -> AsyncMission:
-    return AsyncMission(service(transport, patience_s).conversation, MISSION)  # type: ignore[arg-type]
+def mission_of(transport: Scripted, patience_s: float = 60.0) -> Mission:
+    return Mission(service(transport, patience_s)._session, MISSION)  # type: ignore[arg-type]
 
 
 def test_a_report_that_may_have_arrived_is_sent_again_before_the_next_one() -> None:
@@ -343,8 +352,8 @@ def batches(transport: Scripted) -> list[list[tuple[str | None, int]]]:
 def test_reports_of_a_batch_are_numbered_by_the_counts_of_those_who_report() -> None:
     transport = Scripted(LAST, ALL_TAKEN, batch_taken(("joey", 10)))
     mission = mission_of(transport)
-    assert [one["n"] for one in finish(mission.reports(BATCH)) or ()] == [5, 8, 9, 6]
-    finish(mission.reports(BATCH[1:2]))
+    assert [one["n"] for one in mission.reports(BATCH) or ()] == [5, 8, 9, 6]
+    mission.reports(BATCH[1:2])
     assert batches(transport) == [[(None, 5), ("joey", 8), ("joey", 9), (None, 6)], [("joey", 10)]]
     assert (mission.n, mission.robots) == (6, {"joey": 10})
     assert [request.method for request in transport.requests] == ["GET", "POST", "POST"]
@@ -354,7 +363,7 @@ def test_a_batch_that_may_have_arrived_is_sent_again_as_it_was_before_what_comes
     transport = Scripted(LAST, broken(), ALL_TAKEN, taken(7))
     mission = mission_of(transport, patience_s=0.0)
     with pytest.raises(Unreachable):
-        finish(mission.reports(BATCH))
+        mission.reports(BATCH)
     assert (mission.n, mission.robots) == (4, {"joey": 7})
     report(mission, 20)
     assert transport.requests[1].content == transport.requests[2].content
@@ -365,15 +374,15 @@ def test_the_numbers_of_a_batch_that_is_refused_are_free_again() -> None:
     transport = Scripted(LAST, problem(422, "invalid"), ALL_TAKEN)
     mission = mission_of(transport)
     with pytest.raises(Invalid):
-        finish(mission.reports(BATCH))
-    finish(mission.reports(BATCH))
+        mission.reports(BATCH)
+    mission.reports(BATCH)
     first, second = batches(transport)
     assert first == second
 
 
 def test_no_reports_are_sent_as_nothing() -> None:
     transport = Scripted(OK)
-    assert (finish(mission_of(transport).reports([])), transport.requests) == ([], [])
+    assert (mission_of(transport).reports([]), transport.requests) == ([], [])
 
 
 def in_loop(handler: Callable[[httpx2.Request], Any], work: Callable[[AsyncClient], Any]) -> Any:

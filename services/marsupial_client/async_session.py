@@ -1,0 +1,149 @@
+"""Requests that are sent until they are answered, and streams that go on where they broke.
+
+Every request of the service may be sent again: jobs and missions have keys, reports have numbers, and what else is
+posted changes nothing the second time. `marsupial_client.http` says which errors are worth another attempt, and when.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from asyncio import sleep
+from collections.abc import AsyncGenerator, Mapping
+from contextlib import aclosing
+from http import HTTPStatus
+from time import monotonic
+from typing import Any, cast
+
+import httpx2
+
+from marsupial_client.errors import Unreachable
+from marsupial_client.events import END
+from marsupial_client.http import (
+    LONGEST_EVENT_BYTES,
+    SILENCE_S,
+    STABLE_STREAM_S,
+    TRANSIENT,
+    MalformedAnswer,
+    Missed,
+    RetryPauses,
+    address,
+    checked,
+    event_number,
+    uses_proxies,
+    whole,
+)
+
+
+class AsyncSession:
+    """The connections to one service. Parameters are those of `AsyncClient`."""
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        key: str | None,
+        timeout_s: float,
+        patience_s: float,
+        missed: Missed | None,
+        http: httpx2.AsyncClient | None,
+    ) -> None:
+        self.url = str(address(url)).rstrip("/")
+        self.patience_s = patience_s
+        self._http = http or httpx2.AsyncClient(trust_env=uses_proxies(url))
+        self._missed = missed
+        self._timeout_s = timeout_s
+        self._headers = {} if key is None else {"Authorization": f"Bearer {key}"}
+
+    async def close(self) -> None:
+        """Close all connections."""
+        await self._http.aclose()
+
+    async def ask(
+        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
+    ) -> httpx2.Response:
+        """Send a request until it is answered, and return the answer. Raises Refused, Unreachable."""
+        content = None if body is None else json.dumps(body).encode()
+        kind = {} if body is None else {"Content-Type": "application/json"}
+        all_headers = {**self._headers, **kind, **(headers or {})}
+        pauses = self._pauses()
+        while True:
+            try:
+                request = self._http.build_request(
+                    method, self.url + path, content=content, headers=all_headers, timeout=self._timeout_s
+                )
+                return checked(await self._answer(request, path), path)
+            except TRANSIENT as error:
+                await sleep(pauses.after(error, monotonic()))
+
+    async def document(
+        self, method: str, path: str, body: object = None, headers: Mapping[str, str] | None = None
+    ) -> Any:
+        """Send a request and return the JSON of the answer. Raises Refused, Unreachable."""
+        pauses = self._pauses()
+        while True:
+            response = await self.ask(method, path, body, headers)
+            try:
+                return response.json()
+            except (ValueError, RecursionError):
+                error = MalformedAnswer(f"{path} is answered by what is no JSON")
+                await sleep(pauses.after(error, monotonic()))
+
+    async def frames(self, path: str, after: int = 0) -> AsyncGenerator[tuple[int, httpx2.ServerSentEvent], None]:
+        """Yield the events of a stream after number `after`, each once and in order, up to its `end`.
+
+        Raises Refused, Unreachable.
+        """
+        pauses = self._pauses()
+        while True:
+            opened = math.inf
+            try:
+                response = await self._http.send(self._stream_request(path, after), stream=True)
+                try:
+                    if not response.is_success:
+                        await response.aread()
+                    checked(response, path)
+                    opened = monotonic()
+                    if response.status_code == HTTPStatus.NO_CONTENT:
+                        return  # nothing more will come
+                    source = aiter(httpx2.EventSource(response, LONGEST_EVENT_BYTES))
+                    async with aclosing(cast(AsyncGenerator[httpx2.ServerSentEvent, None], source)) as events:
+                        async for frame in events:
+                            number = event_number(frame)
+                            if number <= after:
+                                continue
+                            after = number
+                            pauses = self._pauses()
+                            yield number, frame
+                            if frame.event == END:
+                                return
+                finally:
+                    await response.aclose()
+                raise MalformedAnswer("the stream ended before its time")
+            except TRANSIENT as error:
+                if monotonic() - opened >= STABLE_STREAM_S:
+                    pauses = self._pauses()
+                await sleep(pauses.after(error, monotonic()))
+
+    def _pauses(self) -> RetryPauses:
+        return RetryPauses(self.url, self.patience_s, self._missed)
+
+    async def _answer(self, request: httpx2.Request, path: str) -> httpx2.Response:
+        """Send a request once. Raises Unreachable if the answer isn't whole when patience ends."""
+        # timeouts of httpx2 are for each read: a byte now and then would go on for ever
+        deadline = monotonic() + self.patience_s
+        response = await self._http.send(request, stream=True)
+        parts = []
+        try:
+            async for part in response.aiter_bytes():
+                parts.append(part)
+                if monotonic() > deadline:
+                    raise Unreachable(f"{self.url} takes longer than {self.patience_s:g} s to answer {path}")
+        finally:
+            await response.aclose()
+        return whole(response, parts)
+
+    def _stream_request(self, path: str, after: int) -> httpx2.Request:
+        headers = {**self._headers, "Accept": "text/event-stream", "Last-Event-ID": str(after)}
+        timeout = httpx2.Timeout(self._timeout_s, read=SILENCE_S)
+        return self._http.build_request("GET", self.url + path, headers=headers, timeout=timeout)

@@ -1,0 +1,122 @@
+"""What both clients share of HTTP: addresses, when a request is sent again, and how answers are read.
+
+Nothing here sends or waits: `AsyncSession` does, and `Session`, which is generated from it.
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Callable
+
+import httpx2
+
+from marsupial_client.errors import Busy, Unreachable, refusal
+
+FIRST_PAUSE_S = 0.1
+LONGEST_PAUSE_S = 2.0
+"""Between attempts, where the service doesn't say by ``Retry-After``: a server that is back is found soon."""
+
+MISSED_S = 1.5
+"""The callback `missed` is called once the service has been missed for this long."""
+
+STABLE_STREAM_S = LONGEST_PAUSE_S
+"""Once a stream has lasted this long, its break counts as the first failure: patience and pauses start anew."""
+
+SILENCE_S = 45.0
+"""A stream that is silent for this long is dead: the service sends a comment every 15 s."""
+
+LONGEST_EVENT_BYTES = 64 * 2**20
+"""A line of a mission log may hold a whole map; the service takes no larger bodies."""
+
+_TRANSFER_HEADERS = frozenset({"content-encoding", "content-length", "transfer-encoding"})
+"""They describe how an answer was sent, not what it is."""
+
+Missed = Callable[[Unreachable | Busy], object]
+"""Called with the error, once each time that the service is missed."""
+
+
+class MalformedAnswer(Exception):
+    """An answer is cut off, or can't be what the service sent."""
+
+
+TRANSIENT = (
+    httpx2.TimeoutException,
+    httpx2.NetworkError,
+    httpx2.RemoteProtocolError,
+    httpx2.ProxyError,
+    httpx2.DecodingError,
+    httpx2.SSEError,
+    MalformedAnswer,
+    Busy,
+)
+"""Errors that may not happen at the next attempt."""
+
+
+class RetryPauses:
+    """The pauses between attempts at one request, until patience ends."""
+
+    def __init__(self, url: str, patience_s: float, missed: Missed | None) -> None:
+        self._url = url
+        self._patience_s = patience_s
+        self._missed = missed
+        self._failures = 0
+        self._since: float | None = None
+
+    def after(self, error: Exception, now: float) -> float:
+        """Return the seconds to wait after a failure. Raises Unreachable, or `error` if it is Busy, at the end."""
+        self._since = now if self._since is None else self._since
+        left_s = self._since + self._patience_s - now
+        asked_s = (error.retry_after_s or 0.0) if isinstance(error, Busy) else 0.0
+        reason = error if isinstance(error, Busy) else Unreachable(f"{self._url} can't be reached ({_clause(error)})")
+        if left_s <= 0 or asked_s > left_s:
+            raise reason from (None if reason is error else error)
+        if self._missed is not None and max(now - self._since, asked_s) >= MISSED_S:
+            self._missed(reason)
+            self._missed = None
+        longest_s = min(LONGEST_PAUSE_S, FIRST_PAUSE_S * 2**self._failures)
+        self._failures += 1
+        # drawn at random so that the robots of a fleet don't all come back at once
+        return min(left_s, max(asked_s, random.uniform(longest_s / 2, longest_s)))
+
+
+def address(url: str) -> httpx2.URL:
+    """Read the address of a service, like ``http://host:port``; http is the default. Raises ValueError."""
+    try:
+        found = httpx2.URL(url if "://" in url else f"http://{url}")
+    except httpx2.InvalidURL as error:
+        raise ValueError(f"must be like http://127.0.0.1:8080, got {url!r}") from error
+    if found.scheme not in ("http", "https") or not found.host:
+        raise ValueError(f"must be like http://127.0.0.1:8080, got {url!r}")
+    return found
+
+
+def uses_proxies(url: str) -> bool:
+    """Return whether the proxies that the environment names are used: never for this machine."""
+    return address(url).host not in ("127.0.0.1", "::1", "localhost")
+
+
+def checked(response: httpx2.Response, path: str) -> httpx2.Response:
+    """Return an answer that succeeded. Raises Refused."""
+    if not response.is_success:
+        raise refusal(response.status_code, response.text, path, response.headers.get("Retry-After"))
+    return response
+
+
+def whole(response: httpx2.Response, parts: list[bytes]) -> httpx2.Response:
+    """Return a streamed answer with its decoded content."""
+    headers = [(name, value) for name, value in response.headers.multi_items() if name.lower() not in _TRANSFER_HEADERS]
+    return httpx2.Response(response.status_code, headers=headers, content=b"".join(parts), request=response.request)
+
+
+def event_number(frame: httpx2.ServerSentEvent) -> int:
+    """Return the number of an event. Raises MalformedAnswer."""
+    if not re.fullmatch(r"[0-9]{1,15}", frame.id):  # what the service takes as Last-Event-ID
+        raise MalformedAnswer("an event has no number")
+    return int(frame.id)
+
+
+def _clause(error: Exception) -> str:
+    """Return the text of an error for the middle of a sentence."""
+    text = re.sub(r"^\[Errno -?\d+\] ", "", str(error)) or type(error).__name__
+    return text[:1].lower() + text[1:] if text[1:2].islower() and " " in text else text
