@@ -37,7 +37,7 @@ DOCUMENTS = {
         "Commands Decision MissionStateChanged QuotaChanged FrameGrown MissionEnded",
     ),
 }
-"""Of each file: its docstring and its typed dicts, to which those that they refer to are added."""
+"""The docstring and the typed dicts of each file; those that they refer to are added."""
 
 SCHEMAS_OF = {
     "Action": ("Action", "ActionBody"),
@@ -58,19 +58,19 @@ SCHEMAS_OF = {
     "Report": ("ReportBody",),
     "SimulationDocument": ("Simulation",),
 }
-"""Typed dicts that are not called like their schema without `Body` or `Data`; one of several has all their fields."""
+"""Typed dicts not named after their schema without `Body` or `Data`; one of several schemas has all their fields."""
 
 WITHOUT = {"News": "n"}
-"""A report before the client has numbered it."""
+"""Fields that are left out: the client numbers reports."""
 
 OPAQUE = ("SituationBody", "MapStateBody")
-"""Formats of their own, which are read from files as plain dicts."""
+"""Schemas that stay plain dicts: users read them from files."""
 
 SENT = ("ActionsPlan",)
-"""Requests whose schemas aren't called `Body`."""
+"""Requests besides `...Body`: their arrays may be any sequence, those of answers are lists."""
 
 LITERALS = {"JobState": ("Job", "state"), "JobOutcome": ("Job", "outcome"), "MissionPhase": ("Mission", "state")}
-"""Sets of words that have a name, and a field that has them."""
+"""Names of literal types, and a field of that type."""
 
 IMPORTS = """\
 from collections.abc import Mapping, Sequence
@@ -90,7 +90,7 @@ WITHOUT_ASYNC = (
     (r"\b__a(?=enter|exit)", "__"),
     (r"for asyncio\b", "that blocks, for code without async"),
 )
-"""What becomes of the async files, line by line."""
+"""Patterns in the async files and what replaces them, in this order."""
 
 
 def client_files() -> dict[str, str]:
@@ -155,9 +155,11 @@ class _Writer:
             comment = variants[0].get("description")
             if field != WITHOUT.get(name):
                 lines.append(f"    {field}: {kind}" + (f"  # {comment}" if comment else ""))
-        told = "\n\n".join(schema["description"] for schema in schemas).replace("\n", "\n    ").replace("    \n", "\n")
-        end = "\n    " if "\n" in told else ""
-        self.classes[name] = f'class {name}(TypedDict):\n    """{told}{end}"""\n\n' + "\n".join(lines) + "\n"
+        description = (
+            "\n\n".join(schema["description"] for schema in schemas).replace("\n", "\n    ").replace("    \n", "\n")
+        )
+        end = "\n    " if "\n" in description else ""
+        self.classes[name] = f'class {name}(TypedDict):\n    """{description}{end}"""\n\n' + "\n".join(lines) + "\n"
 
     def _type(self, schema: Mapping[str, Any], array: str) -> str:
         """Return the type of a schema, with `array` for arrays, and write the typed dicts that it names."""

@@ -1,14 +1,14 @@
-"""What the client raises, in one tree.
+"""The exceptions of the client, in one tree.
 
 ::
 
     ClientError             also itself: an event whose data is not JSON
     ├── Unreachable         no connection or no whole answer, for longer than the client's patience
     └── Refused             the service answered with a problem (RFC 9457)
-        ├── Invalid             400, 422: what was sent can't be right; `errors` point at what
-        ├── KeyRefused          401, 403: a key is missing, or doesn't allow this
+        ├── Invalid             400, 422: the request is invalid; `errors` say where
+        ├── KeyRefused          401, 403: a key is missing or doesn't allow this
         ├── NotFound            404
-        ├── Conflict            409: what was sent contradicts what is known
+        ├── Conflict            409: the request contradicts an earlier one
         ├── TooLarge            413
         ├── ServiceFailed       500: a bug of the service
         └── Busy                408, 429, 502, 503, 504, 507, for longer than the client's patience
@@ -24,7 +24,7 @@ from marsupial_client.documents import Problem, ProblemDetail
 
 
 class ClientError(Exception):
-    """Root of the tree."""
+    """Any error of the client."""
 
 
 class Unreachable(ClientError):
@@ -37,9 +37,9 @@ class Refused(ClientError):
     Attributes
     ----------
     problem
-        The document that was answered; of what is no problem document, one that says as much.
+        The problem document that was answered, or one made of an answer that is none.
     retry_after_s
-        After how many seconds another try may go better, where the service says so.
+        Seconds to wait before another attempt, if the service says so.
     """
 
     def __init__(self, problem: Problem, retry_after_s: float | None = None) -> None:
@@ -50,39 +50,39 @@ class Refused(ClientError):
 
     @property
     def status(self) -> int:
-        """The status of HTTP."""
+        """The HTTP status."""
         return self.problem["status"]
 
     @property
     def type(self) -> str:
-        """Which kind of problem, like ``urn:marsupial:problem:invalid``."""
+        """The kind of problem, like ``urn:marsupial:problem:invalid``."""
         return self.problem["type"]
 
     @property
     def detail(self) -> str:
-        """What is wrong, in a line."""
+        """A line that says what is wrong."""
         return self.problem["detail"]
 
     @property
     def errors(self) -> tuple[ProblemDetail, ...]:
-        """All that is wrong in a request, each with a JSON pointer into the body or the name of a parameter."""
+        """Every mistake in a request, with a JSON pointer into the body or the name of a parameter."""
         return tuple(self.problem.get("errors", ()))
 
 
 class Invalid(Refused):
-    """What was sent can't be right, whatever is known."""
+    """The request is invalid by itself."""
 
 
 class KeyRefused(Refused):
-    """The API key is missing, unknown, or does not allow this."""
+    """The API key is missing, unknown or does not allow this."""
 
 
 class NotFound(Refused):
-    """There is no such job, mission or page."""
+    """The job, mission or page does not exist."""
 
 
 class Conflict(Refused):
-    """What was sent contradicts what was sent before."""
+    """The request contradicts an earlier one."""
 
 
 class TooLarge(Refused):
@@ -90,7 +90,7 @@ class TooLarge(Refused):
 
 
 class ServiceFailed(Refused):
-    """Something went wrong in the service."""
+    """The service failed: a bug of it."""
 
 
 class Busy(Refused):
@@ -113,16 +113,16 @@ REFUSALS: Mapping[int, type[Refused]] = {
     504: Busy,
     507: Busy,
 }
-"""What each status is raised as; any other is plainly `Refused`. Proxies answer 502 and 504 while a server is away."""
+"""The exception of each status; others are `Refused`. Proxies answer 502 and 504 while a server is away."""
 
 
 def refusal(status: int, text: str, path: str, retry_after: str | None) -> Refused:
-    """Return the exception for an answer that is none of success; `text` is its body."""
+    """Return the exception for an answer that did not succeed; `text` is its body."""
     return REFUSALS.get(status, Refused)(_problem(status, text, path), _seconds(retry_after))
 
 
 def _problem(status: int, text: str, path: str) -> Problem:
-    plain: Problem = {
+    unknown: Problem = {
         "type": "about:blank",
         "title": "The answer is no problem document",
         "status": status,
@@ -130,22 +130,22 @@ def _problem(status: int, text: str, path: str) -> Problem:
         "instance": path,
     }
     try:
-        told = json.loads(text)
+        found = json.loads(text)
     except (ValueError, RecursionError):
-        return plain
-    return {**plain, **told} if _is_problem(told, status) else plain
+        return unknown
+    return {**unknown, **found} if _is_problem(found, status) else unknown
 
 
-def _is_problem(told: Any, status: int) -> bool:
-    """Say whether an answer is a problem document: proxies answer in JSON too."""
-    if not isinstance(told, dict) or not isinstance(told.get("detail"), str) or told.get("status") != status:
+def _is_problem(found: Any, status: int) -> bool:
+    """Return whether an answer is a problem document: proxies answer in JSON too."""
+    if not isinstance(found, dict) or not isinstance(found.get("detail"), str) or found.get("status") != status:
         return False
-    errors = told.get("errors", [])
+    errors = found.get("errors", [])
     return isinstance(errors, list) and all(isinstance(e, dict) and isinstance(e.get("detail"), str) for e in errors)
 
 
 def _seconds(retry_after: str | None) -> float | None:
-    """Read the header, which may also be a date: that of a proxy, whose clock is not ours, so it is passed over."""
+    """Read the header. A date is ignored: it comes from a proxy, whose clock may differ from ours."""
     return float(retry_after) if retry_after is not None and retry_after.strip().isdecimal() else None
 
 

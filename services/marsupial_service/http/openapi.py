@@ -1,6 +1,6 @@
 """The OpenAPI document: which errors each route can answer with, and nothing that the models don't say.
 
-It is kept in ``openapi.json`` beside this file; a test holds the two together.
+It is kept in ``openapi.json`` beside this file, written by ``services/generate.py``; a test compares the two.
 """
 
 from __future__ import annotations
