@@ -109,7 +109,7 @@ def without_async(source: str) -> str:
 
 def typed_dicts(openapi: Mapping[str, Any]) -> dict[str, str]:
     """Return the files of `DOCUMENTS`; the second imports from the first."""
-    writer = _Writer(openapi)
+    writer = _TypedDictWriter(openapi)
     texts = {}
     for module, (idea, names) in DOCUMENTS.items():
         earlier = list(writer.classes)
@@ -127,7 +127,7 @@ def typed_dicts(openapi: Mapping[str, Any]) -> dict[str, str]:
     return texts
 
 
-class _Writer:
+class _TypedDictWriter:
     """Writes the classes of typed dicts, each after those that it refers to."""
 
     def __init__(self, openapi: Mapping[str, Any]) -> None:
