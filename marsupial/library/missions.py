@@ -64,7 +64,6 @@ def simulate(
         If the strategy or planner can't be used as asked.
     """
     began = perf_counter()
-    strategy = registry.current_name(strategy) if isinstance(strategy, str) else strategy
     decider = None if strategy == CLAIRVOYANT else _decider(strategy, planner, budget)
     registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     robots = place_team(scenario, seed)

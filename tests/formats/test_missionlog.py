@@ -54,13 +54,6 @@ def line_of(event: MissionEvent) -> str:
     return list(log_lines([START, event]))[1]
 
 
-def old_line_of(event: MissionEvent) -> str:
-    """Return the line of an event as version 1 had it."""
-    if isinstance(event, Revealed):
-        return json.dumps({"event": "reveal", "t_ms": event.t_ms, "robot": event.robot, "runs": event.runs})
-    return LogEncoder().line(event).replace('"version":2', '"version":1')
-
-
 def painted(seen: Mapping[int, int]) -> Bytes:
     """Return the cells of the map in one row, with these terrain codes by number and all others unknown."""
     cells = np.full(START.width * START.height, UNKNOWN, dtype=np.uint8)
@@ -283,29 +276,11 @@ def test_a_plan_that_names_what_was_not_in_the_one_before_is_refused() -> None:
     assert 'line 2: targets[0]: does not stand in the plan before: "t_9"' in said
 
 
-# Older logs.
-
-
-def test_a_log_of_version_1_says_the_same() -> None:
-    lines = [old_line_of(event) for event in synthetic_mission()]
-    assert parse_log("\n".join(lines).encode("ascii")).events == synthetic_mission()
-
-
-@pytest.mark.parametrize(
-    ("runs", "message"),
-    [
-        ([7, 2], r"must be \(start, length, code\) three by three"),
-        ([2399, 2, 1], "must be .*, inside the map"),
-        ([7, 0, 1], "must be"),
-        ([7, 2, 1, 8, 1, 1], "must be .* no cell twice"),
-        ([7, 2, 255], "must be .* codes 0 to 254"),
-        ([10**30, 2, 1], "must be"),
-    ],
-)
-def test_runs_of_version_1_that_make_no_sense_are_named(runs: list[int], message: str) -> None:
-    old = f"{old_line_of(START)}\n{old_line_of(replace(SEEN, runs=runs))}\n"  # type: ignore[arg-type]
-    with pytest.raises(LogError, match=f"line 2: runs: {message}"):
-        parse_log(old.encode("ascii"))
+@pytest.mark.parametrize("runs", [[7, 2, 1, 8, 1, 1], [7, 2, 255]])
+def test_cells_that_are_seen_twice_or_stay_unknown_are_named(runs: list[int]) -> None:
+    log = text_of(START, replace(SEEN, runs=runs))  # type: ignore[arg-type]
+    with pytest.raises(LogError, match="line 2: looks: must have no cell twice and codes 0 to 254"):
+        parse_log(log)
 
 
 def test_what_is_no_number_is_not_written() -> None:
