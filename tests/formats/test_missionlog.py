@@ -276,11 +276,10 @@ def test_a_plan_that_names_what_was_not_in_the_one_before_is_refused() -> None:
     assert 'line 2: targets[0]: does not stand in the plan before: "t_9"' in said
 
 
-@pytest.mark.parametrize("runs", [[7, 2, 1, 8, 1, 1], [7, 2, 255]])
-def test_cells_that_are_seen_twice_or_stay_unknown_are_named(runs: list[int]) -> None:
-    log = text_of(START, replace(SEEN, runs=runs))  # type: ignore[arg-type]
-    with pytest.raises(LogError, match="line 2: looks: must have no cell twice and codes 0 to 254"):
-        parse_log(log)
+def test_cells_that_are_seen_twice_are_named() -> None:
+    twice = text_of(START, replace(SEEN, runs=[7, 2, 1, 8, 1, 1]))  # type: ignore[arg-type]
+    with pytest.raises(LogError, match="line 2: looks.*: it has a cell twice"):
+        parse_log(twice)
 
 
 def test_what_is_no_number_is_not_written() -> None:
@@ -350,7 +349,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         (b"{}\n", "line 1: event: must be one of mission, reveal, .*, got null"),
         (b"[" * 100_000 + b"\n", "line 1: is not JSON"),
         (b'{"event":"mission"}\n', 'line 1: format: must be "marsupial-log", got null'),
-        (b'{"event":"mission","format":"marsupial-log","version":3}\n', "line 1: version: must be 1 or 2, .*, got 3"),
+        (b'{"event":"mission","format":"marsupial-log","version":3}\n', "line 1: version: must be 2, got 3"),
     ],
 )
 def test_a_file_that_is_no_log_is_refused(data: bytes, message: str) -> None:
@@ -389,7 +388,7 @@ SEEN = Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
         (SEEN, "looks", [["rover1_1", 0, 7]], r"looks\[0\]\[2\]: must be a string, got 7"),
         (SEEN, "looks", [["rover9", 0, ""]], "robot: no such robot: 'rover9'"),
         (SEEN, "looks", [["rover1_1", 0, "BB"]], r"looks\[0\]\[2\]: stands for no cells: it ends too early"),
-        (SEEN, "looks", [["rover1_1", 0, "/HBBA"]], "runs: must be .* codes 0 to 254"),
+        (SEEN, "looks", [["rover1_1", 0, "/HBBA"]], "looks: must have codes 0 to 254"),
         (BEGIN, "action.name", "fly", 'action.name: must be one of move, explore, dock, undock, got "fly"'),
         (BEGIN, "action.name", "dock", "action.robot: a carrier can't be carried"),
         (BEGIN, "action.carrier", "carrier1", "action.carrier: a move has none, got 'carrier1'"),

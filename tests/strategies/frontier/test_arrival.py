@@ -27,7 +27,7 @@ def test_temporal_planning_without_rovers_plans_anew_when_a_robot_knows_what_is_
 
 
 def test_planners_that_go_by_makespan_alone_do_so_too() -> None:
-    assert Cause.GONE in causes(plans_of(builtin_scenario("lobby", 3, 0), "assignment"))
+    assert Cause.GONE in causes(plans_of(builtin_scenario("lobby", 3, 0), "greedy"))
 
 
 def test_teams_with_rovers_do_not() -> None:
