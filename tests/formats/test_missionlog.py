@@ -278,7 +278,7 @@ def test_a_plan_that_names_what_was_not_in_the_one_before_is_refused() -> None:
 
 def test_cells_that_are_seen_twice_are_named() -> None:
     twice = text_of(START, replace(SEEN, runs=[7, 2, 1, 8, 1, 1]))  # type: ignore[arg-type]
-    with pytest.raises(LogError, match="line 2: looks.*: it has a cell twice"):
+    with pytest.raises(LogError, match=r"line 2: looks.*: it has a cell twice"):
         parse_log(twice)
 
 
