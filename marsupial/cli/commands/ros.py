@@ -14,7 +14,7 @@ from marsupial.cli.options import Json, Quiet
 from marsupial.errors import EngineUnavailable, UsageError
 
 if TYPE_CHECKING:
-    from marsupial_ros.bridge import Outcome
+    from marsupial_ros.bridge import BridgeOutcome
     from marsupial_ros.journal import Journal
     from marsupial_ros.settings import Settings
 
@@ -73,14 +73,14 @@ def ros(
     raise typer.Exit(INTERRUPTED if ended is None else MISSION_CODES[status])
 
 
-def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> Outcome:
+def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> BridgeOutcome:
     from marsupial.cli.display.messages import say
     from marsupial.cli.interrupt import stop_requests
     from marsupial.cli.outputs import writing
     from marsupial_client import AsyncClient, Busy, ClientError
     from marsupial_ros.bridge import Bridge
 
-    async def drive() -> Outcome:
+    async def drive() -> BridgeOutcome:
         key = os.environ.get("MARSUPIAL_KEY")
         async with AsyncClient(server, key=key, patience_s=PATIENCE_S) as client:
             outcome = await Bridge(settings, client, journal, say, stops).run()
