@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from marsupial.maps.footprint import standable
-from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, Grid
 from marsupial.model.mission import (
@@ -267,4 +267,4 @@ def fly(
     )
     world = SimulatedWorld(grid, kinds, robots, failures)
     watchers = Observers([watcher] if observer is None else [watcher, observer])
-    return Mission(world, kinds, strategy, order, watchers).run(cancelled), watcher
+    return MissionLoop(world, kinds, strategy, order, watchers).run(cancelled), watcher

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from marsupial.generators import GENERATORS
-from marsupial.generators.canvas import Size
+from marsupial.generators.canvas import CanvasSize
 from marsupial.model.grid import OBSTACLE, Grid, Mask
 
 ROOM = 32
@@ -49,5 +49,5 @@ def generated(name: str, size: int, resolution_m: float, seed: int) -> Grid:
     """Return the square map that a generator makes of that many cells a side."""
     cells = np.full((size, size), OBSTACLE, dtype=np.uint8)
     side_m = size * resolution_m
-    GENERATORS[name].carve(cells, np.random.default_rng(seed), Size(side_m, side_m, resolution_m))
+    GENERATORS[name].carve(cells, np.random.default_rng(seed), CanvasSize(side_m, side_m, resolution_m))
     return Grid(cells=cells, resolution_m=resolution_m)

@@ -34,7 +34,7 @@ def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Run
     """Return the runner with so many processes on this machine, one per core unless said otherwise, or on a cluster."""
     if ray is not None:
         if workers is not None:
-            raise UsageError("--workers: a Ray cluster has as many as it has processors, so --ray takes none")
+            raise UsageError("--workers can't be combined with --ray: a Ray cluster uses all its processors")
         return RayPool(comparison, usable(cluster_at(ray)))
     if workers is None:
         workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -70,7 +70,7 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
         with writing(out), compare_progress() as watch:
             conduct(comparison, runner, out, watch, drop=drop)
     except (Interrupted, KeyboardInterrupt):
-        say(f"what is done is kept in {out}: the same command resumes it, `marsupial compare --report {out}` shows it")
+        say(f"results so far are in {out}: the same command resumes, `marsupial compare --report {out}` shows them")
         raise
     if comparison.paper is None:
         _write_pairs(comparison, out)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from marsupial.bench.compare.plan import Contender
 from marsupial.cli.display.messages import warn
-from marsupial.cli.missions import strategy_name
+from marsupial.cli.missions import check_strategy
 from marsupial.errors import UsageError
 from marsupial.library.choices import DEFAULT_PLANNER, planner_for, takes_budget
 from marsupial.model.bounds import Bound
@@ -59,7 +59,7 @@ def warn_of_ignored(text: str, compared: Sequence[Contender], planner: str | Non
 
 def _contender(text: str, planner: str, budget: Budget) -> Contender:
     strategy, colon, own = text.partition(":")
-    strategy = strategy_name(strategy)
+    check_strategy(strategy)
     if planner_for(strategy, planner) == NO_PLANNER:
         if colon:
             raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")

@@ -25,7 +25,7 @@ from marsupial.model.robots import Routes
 from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, has_fixed_starts, with_routes
 from marsupial.planning.engines import mission_engine
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import asks_planner, current_name, is_strategy, strategy_names
+from marsupial.strategies.registry import asks_planner, is_strategy, strategy_names
 from marsupial.wording import unknown_name
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     again
         Another mission on the same map was carried out before: its oddities have been told.
     """
-    request = replace(request, strategy=strategy_name(request.strategy))
+    check_strategy(request.strategy)
     budget = budget_of(request.budget_s, request.steps)
     _warn_of_ignored(request)
     planner = _planner(request, budget)
@@ -113,20 +113,10 @@ def warn_of(loaded: LoadedScenario) -> None:
         warn(text)
 
 
-def strategy_name(asked: str) -> str:
-    """Return what a strategy is called today, with a notice where it was asked for by a former name.
-
-    Raises
-    ------
-    UsageError
-        If there is no such strategy.
-    """
-    name = current_name(asked)
+def check_strategy(name: str) -> None:
+    """Raise a `UsageError` if there is no strategy of that name."""
     if name != CLAIRVOYANT and not is_strategy(name):
         raise UsageError(unknown_name("strategy", name, (*strategy_names(), CLAIRVOYANT)))
-    if name != asked:
-        warn(f"strategy {asked} is now called {name}; the old name still works")
-    return name
 
 
 def routed(scenario: Scenario, routes: str | None) -> Scenario:

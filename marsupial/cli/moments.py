@@ -33,7 +33,7 @@ def moment_of(source: str, at_s: float, *, carriers: int | None, rovers: int | N
     if not _is_log(source):
         events = _events_up_to(at_ms, source, carriers, rovers, DEFAULT_SEED if seed is None else seed)
     elif (carriers, rovers, seed) != (None, None, None):
-        raise UsageError("--carriers, --rovers and --seed are for scenarios: the mission of a log is what it is")
+        raise UsageError("--carriers, --rovers and --seed only apply to scenarios, not to logs")
     else:
         events = read_log(source).events
     from marsupial.mission.rebuild import moment_at  # compiled code takes long to import: only now is it needed

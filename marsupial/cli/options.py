@@ -25,13 +25,11 @@ def _chooses(wanted: Volume) -> Callable[[bool], None]:
 
 Quiet = Annotated[
     bool,
-    typer.Option("--quiet", "-q", callback=_chooses(Volume.QUIET), expose_value=False, help="Tell nothing but errors."),
+    typer.Option("--quiet", "-q", callback=_chooses(Volume.QUIET), expose_value=False, help="Print errors only."),
 ]
 Verbose = Annotated[
     bool,
-    typer.Option(
-        "--verbose", "-v", callback=_chooses(Volume.VERBOSE), expose_value=False, help="Tell each step of what goes on."
-    ),
+    typer.Option("--verbose", "-v", callback=_chooses(Volume.VERBOSE), expose_value=False, help="Print each step."),
 ]
 
 
@@ -52,26 +50,26 @@ Planner = Annotated[
         "--planner",
         "-p",
         autocompletion=completing.planner,
-        help="Engine, or 'cmd:COMMAND {domain} {problem}' [default: auto].",
+        help="Planner, or 'cmd:COMMAND {domain} {problem}' [default: auto].",
     ),
 ]
-Seed = Annotated[int | None, typer.Option(min=0, help="Draws the starts [default: 1].")]
-PlanningBudget = Annotated[float | None, typer.Option(help="At most so many seconds for each planning [default: 1].")]
+Seed = Annotated[int | None, typer.Option(min=0, help="Random seed of the start positions [default: 1].")]
+PlanningBudget = Annotated[float | None, typer.Option(help="Seconds per planning call [default: 1].")]
 RouteChoice = Annotated[
-    str | None, typer.Option("--routes", help="shortest, or energy: those of least energy [default: the scenario's].")
+    str | None, typer.Option("--routes", help="shortest or energy (least energy) [default: the scenario's].")
 ]
-TimeLimit = Annotated[float | None, typer.Option(help="Simulated seconds until a mission is given up.")]
+TimeLimit = Annotated[float | None, typer.Option(help="Stop a mission after this many simulated seconds.")]
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 JsonList = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 
-Workers = Annotated[int | None, typer.Option(min=1, max=1024, help="Processes [default: one per core].")]
+Workers = Annotated[int | None, typer.Option(min=1, max=1024, help="Worker processes [default: one per core].")]
 RayAddress = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
+    typer.Option(metavar="ADDRESS", help="Run on this Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
 ]
 RetryFailed = Annotated[
-    bool, typer.Option("--retry-failed", help="Carry out missions with status error or crashed once more.")
+    bool, typer.Option("--retry-failed", help="Rerun missions that ended with status error or crashed.")
 ]
 
 COMPARE_STEPS = 8

@@ -12,7 +12,7 @@ from typing import Any
 from marsupial.bench.sim import MissionRow, SightRow, bench_mission, bench_sight
 from marsupial.cli.display.messages import say
 from marsupial.cli.display.tables import print_report
-from marsupial.cli.missions import strategy_name, warn_of
+from marsupial.cli.missions import check_strategy, warn_of
 from marsupial.cli.outputs import write_file
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.scenarios import load_scenario
@@ -43,8 +43,9 @@ class MissionChoice:
         ScenarioError, MapError
             If there is no such scenario.
         """
-        names = tuple(strategy_name(asked) for asked in strategies or STRATEGIES)
+        names = tuple(strategies or STRATEGIES)
         for name in names:
+            check_strategy(name)
             strategy(name, planner=planner, budget=budget)
         loaded = [load_scenario(source) for source in sources or SCENARIOS]
         for one in loaded:

@@ -35,7 +35,7 @@ Share = Callable[[Bbox], float]
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class NamedPlace:
     """Where a name may stand: its centre from that of its mark (points), and whether a line leads there."""
 
     dx: float
@@ -70,7 +70,7 @@ def best_place(
     taken: Sequence[Bbox],
     inside: Bbox,
     walls: Share,
-) -> Place:
+) -> NamedPlace:
     """Return where a name of that size (pixels) stands best beside its mark at `spot`.
 
     Parameters
@@ -81,7 +81,7 @@ def best_place(
         What it must not hide, and what it must not leave.
     """
 
-    def cost(place: Place) -> float:
+    def cost(place: NamedPlace) -> float:
         box = _box(spot, size, place, scale)
         hidden = sum(Bbox.intersection(box, other) is not None for other in taken)
         outside = not (inside.x0 <= box.x0 and box.x1 <= inside.x1 and inside.y0 <= box.y0 and box.y1 <= inside.y1)
@@ -90,14 +90,14 @@ def best_place(
     return min(_places(size[0] / scale, size[1] / scale), key=cost)
 
 
-def _places(width_pt: float, height_pt: float) -> Iterator[Place]:
+def _places(width_pt: float, height_pt: float) -> Iterator[NamedPlace]:
     for ring in range(RINGS):
         away = GAP_PT + RING_PT * ring
         for u, v in SIDES if ring == 0 else (*SIDES, *CORNERS):
-            yield Place(u * (away + width_pt / 2), v * (away + height_pt / 2), ring)
+            yield NamedPlace(u * (away + width_pt / 2), v * (away + height_pt / 2), ring)
 
 
-def _box(spot: tuple[float, ...], size: tuple[float, float], place: Place, scale: float) -> Bbox:
+def _box(spot: tuple[float, ...], size: tuple[float, float], place: NamedPlace, scale: float) -> Bbox:
     x, y = spot[0] + place.dx * scale, spot[1] + place.dy * scale
     return Bbox.from_extents(x - size[0] / 2, y - size[1] / 2, x + size[0] / 2, y + size[1] / 2)
 

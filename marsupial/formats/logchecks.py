@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-import numpy as np
-
 from marsupial.errors import Problem
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model import mission as m
@@ -95,9 +93,8 @@ class LogChecker:
     def _revealed(self, event: m.Revealed | m.Changed) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
         most = UNKNOWN if isinstance(event, m.Changed) else UNKNOWN - 1
-        if len(event.runs) % 3 or not self._runs_fit(event.runs, most):
-            wanted = f"(start, length, code) three by three, inside the map, no cell twice, codes 0 to {most}"
-            yield Problem("runs", f"must be {wanted}")
+        if max(event.runs[2::3], default=0) > most:
+            yield Problem("looks", f"must have codes 0 to {most}")
 
     def _frame_grown(self, event: m.FrameGrown) -> Iterator[Problem]:
         yield from self._frame(event)
@@ -107,16 +104,6 @@ class LogChecker:
             yield Problem("shift", "must lead into a frame that holds the one before")
         else:
             self._width, self._height = event.width, event.height
-
-    def _runs_fit(self, runs: tuple[int, ...], most: int) -> bool:
-        size = self._width * self._height
-        if any(not 0 <= number <= size for number in runs[0::3] + runs[1::3]):
-            return False
-        starts, lengths = np.array(runs[0::3], dtype=np.int64), np.array(runs[1::3], dtype=np.int64)
-        inside = bool(np.all((lengths > 0) & (starts + lengths <= size)))
-        order = np.argsort(starts)
-        once = bool(np.all((starts + lengths)[order][:-1] <= starts[order][1:]))
-        return inside and once and all(0 <= code <= most for code in runs[2::3])
 
     def _drive_started(self, event: m.DriveStarted) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)

@@ -31,9 +31,6 @@ VERSION = 2
 CHANGES_VERSION = 3
 """Of the lines that tell of a map that changes. A log is written as it happens: its first line says 2, these say 3."""
 
-OLD_VERSION = 1
-"""Still read. It has one look a line, its runs of cells as numbers, and all of each plan."""
-
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,
     "reveal": m.Revealed,
@@ -149,7 +146,7 @@ _json = json.JSONEncoder(default=_plain, separators=(",", ":"), allow_nan=False)
 
 
 class LogDecoder:
-    """Reads the lines of one log, of any version, in their order."""
+    """Reads the lines of one log in their order."""
 
     def __init__(self) -> None:
         self._frame: tuple[int, int] | None = None
@@ -184,7 +181,7 @@ class LogDecoder:
             _check_changes(value, problems)
         elif tag == "plan":
             self._add_named(value, problems)
-        looks = tag == "change" or (tag == "reveal" and "runs" not in value)
+        looks = tag in ("change", "reveal")
         event: Any = None if problems else _read_object(_Looks if looks else EVENTS[tag], value, "", problems)
         if event is None:
             return ()
@@ -254,9 +251,8 @@ def _check_header(value: dict[str, Any], problems: list[Problem]) -> None:
     name, version = value.pop("format", None), value.pop("version", None)
     if name != FORMAT:
         problems.append(Problem("format", f'must be "{FORMAT}", got {_shown(name)}'))
-    elif version not in (OLD_VERSION, VERSION) or isinstance(version, bool):
-        known = f"{OLD_VERSION} or {VERSION}, the only ones known here"
-        problems.append(Problem("version", f"must be {known}, got {_shown(version)}"))
+    elif version != VERSION or isinstance(version, bool):
+        problems.append(Problem("version", f"must be {VERSION}, got {_shown(version)}"))
 
 
 def _check_changes(value: dict[str, Any], problems: list[Problem]) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.generators.canvas import Size, solid
+from marsupial.generators.canvas import CanvasSize, solid
 from marsupial.generators.cave import cave
 from marsupial.generators.lobby import lobby
 from marsupial.generators.maze import maze
@@ -28,8 +28,8 @@ class Generator:
     Parameters
     ----------
     carve
-        Carves a map into cells (height, width) that are all obstacle; takes them, a random generator, the `Size`, and
-        the `options` by keyword.
+        Carves a map into cells (height, width) that are all obstacle; takes them, a random generator, a `CanvasSize`,
+        and the `options` by keyword.
     least_m
         Smallest width and height that it can fill.
     options
@@ -55,7 +55,7 @@ class Generator:
         wrong = {key: value for key, value in options.items() if not 0 <= value <= self.most[key]}
         if wrong:
             raise MapError([Problem(key, f"must be 0 to {self.most[key]}, got {wrong[key]}") for key in wrong])
-        size = Size(width_m, height_m, resolution_m)
+        size = CanvasSize(width_m, height_m, resolution_m)
         cells = solid(size, seed, self.least_m)
         self.carve(cells, np.random.default_rng(seed), size, **options)
         return Grid(cells=cells, resolution_m=resolution_m)

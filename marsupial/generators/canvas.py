@@ -24,7 +24,7 @@ NARROW_DOOR_M = 0.4
 CORRIDOR_M = 2.5
 
 
-class Size(NamedTuple):
+class CanvasSize(NamedTuple):
     """The size of a map in metres, and the edge of a cell."""
 
     width_m: float
@@ -46,7 +46,7 @@ class Box(NamedTuple):
         return (self.x1 - self.x0) * (self.y1 - self.y0)
 
 
-def solid(size: Size, seed: int, least_m: tuple[float, float]) -> CellArray:
+def solid(size: CanvasSize, seed: int, least_m: tuple[float, float]) -> CellArray:
     """Return an all-obstacle array (height, width) of the wanted size, at least `least_m`, to carve into.
 
     Raises

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.generators.canvas import Size, close_border, fill_pockets
+from marsupial.generators.canvas import CanvasSize, close_border, fill_pockets
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray, Mask
 
 SQUARE_M = 0.5
@@ -22,7 +22,7 @@ ROUGH_SHARE = 0.2
 ROUGH_BLUR_M = 1.5
 
 
-def cave(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+def cave(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     """Carve a cave; about a fifth of its ground is rough."""
     from scipy import ndimage  # takes a third of a second, and only caves need it
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.generators.canvas import WALL_M, Box, Size, carve, cells_of
+from marsupial.generators.canvas import WALL_M, Box, CanvasSize, carve, cells_of
 from marsupial.generators.floorplan import band, furnish
 from marsupial.model.grid import FLOOR, CellArray
 
 HALL_M = 3.0
 
 
-def lobby(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+def lobby(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     """Carve a hall with rooms below and above it."""
     resolution_m = size.resolution_m
     wall, hall = cells_of(WALL_M, resolution_m), cells_of(HALL_M, resolution_m)

@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from marsupial.generators.canvas import WALL_M, Box, Size, carve, cells_of
+from marsupial.generators.canvas import WALL_M, Box, CanvasSize, carve, cells_of
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, CellArray
 
 PITCH_M = 3.1
@@ -26,13 +26,13 @@ Passage = tuple[Square, Square]
 """Two neighbouring squares (column, row), the lower or left one first."""
 
 
-def maze(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+def maze(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     """Carve a maze of corridors around a rough centre with openings on its four sides."""
     resolution_m = size.resolution_m
     columns, rows = round(size.width_m / PITCH_M), round(size.height_m / PITCH_M)
     squares = {(i, j) for i in range(columns) for j in range(rows)}
     centre = {(i, j) for i, j in squares if _is_middle(i, columns) and _is_middle(j, rows)}
-    drawing = _Drawing(cells.shape, columns=columns, rows=rows, wall=cells_of(WALL_M, resolution_m))
+    drawing = _MazeDrawing(cells.shape, columns=columns, rows=rows, wall=cells_of(WALL_M, resolution_m))
     for part, code, loops in ((squares - centre, FLOOR, RING_LOOPS), (centre, ROUGH, CENTRE_LOOPS)):
         for square in sorted(part):
             carve(cells, drawing.inside(square), code)
@@ -44,7 +44,7 @@ def maze(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
         carve(cells, _part_of(rng, drawing.between(passage), passage, width=width), ROUGH)
 
 
-class _Drawing:
+class _MazeDrawing:
     """Where maze squares and the walls between them lie on the grid."""
 
     def __init__(self, shape: tuple[int, ...], *, columns: int, rows: int, wall: int) -> None:

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from marsupial.generators.canvas import CORRIDOR_M, WALL_M, Box, Size, carve, cells_of
+from marsupial.generators.canvas import CORRIDOR_M, WALL_M, Box, CanvasSize, carve, cells_of
 from marsupial.generators.floorplan import Room, band, columns, furnish, room
 from marsupial.model.grid import FLOOR, CellArray
 
 
-def office(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+def office(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     """Carve an office building with corridors along the map."""
     resolution_m = size.resolution_m
     wall, corridor = cells_of(WALL_M, resolution_m), cells_of(CORRIDOR_M, resolution_m)

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from marsupial.generators.canvas import Box, Size, carve, cells_of, close_border, fill_pockets
+from marsupial.generators.canvas import Box, CanvasSize, carve, cells_of, close_border, fill_pockets
 from marsupial.model.grid import FLOOR, OBSTACLE, CellArray
 
 MOST_SHARE = 0.35
@@ -18,7 +18,9 @@ DEFAULT_SHARE = 0.15
 LEAST_BOX_M, MOST_BOX_M = 0.5, 3.0
 
 
-def random_obstacles(cells: CellArray, rng: np.random.Generator, size: Size, share: float = DEFAULT_SHARE) -> None:
+def random_obstacles(
+    cells: CellArray, rng: np.random.Generator, size: CanvasSize, share: float = DEFAULT_SHARE
+) -> None:
     """Strew boxes over open ground; `share` of it is covered, at most `MOST_SHARE`."""
     cells[:] = FLOOR
     wanted = math.floor(share * cells.size)

@@ -13,7 +13,7 @@ from marsupial.generators.canvas import (
     NARROW_DOOR_M,
     WALL_M,
     Box,
-    Size,
+    CanvasSize,
     carve,
     cells_of,
     door_cells,
@@ -25,7 +25,7 @@ NARROW_SHARE = 0.5
 EXTRA_DOOR_SHARE = 0.25
 
 
-def rooms(cells: CellArray, rng: np.random.Generator, size: Size) -> None:
+def rooms(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
     """Carve a building of rooms without corridors; about half of the dead ends have a narrow door."""
     resolution_m = size.resolution_m
     wall = cells_of(WALL_M, resolution_m)

@@ -30,7 +30,7 @@ from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import STRATEGIES, current_name
+from marsupial.strategies.registry import STRATEGIES
 
 FALLBACK = "greedy"
 """What missions continue with where another planner has no plan, and what the others begin with."""
@@ -74,7 +74,7 @@ def prepare_mission(
 
 
 def _is_ours(strategy: str) -> bool:
-    return strategy == CLAIRVOYANT or current_name(strategy).split("/")[0] in STRATEGIES
+    return strategy == CLAIRVOYANT or strategy.split("/")[0] in STRATEGIES
 
 
 def _has_processes(planner: str) -> bool:

@@ -11,7 +11,7 @@ from time import perf_counter
 from marsupial.errors import UsageError
 from marsupial.library.metrics import Summary
 from marsupial.maps.explorable import explorable_area
-from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import Mask
@@ -64,7 +64,6 @@ def simulate(
         If the strategy or planner can't be used as asked.
     """
     began = perf_counter()
-    strategy = registry.current_name(strategy) if isinstance(strategy, str) else strategy
     decider = None if strategy == CLAIRVOYANT else _decider(strategy, planner, budget)
     registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     robots = place_team(scenario, seed)
@@ -84,9 +83,9 @@ def simulate(
         from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # brings a planner that others may not need
 
         insider = Clairvoyant(scenario.grid, scenario.robot_types, world, scenario.goal, reachable, budget, cancelled)
-        mission = Mission(world, kinds, insider, order, watcher, insider)
+        mission = MissionLoop(world, kinds, insider, order, watcher, insider)
     else:
-        mission = Mission(world, kinds, decider, order, watcher)
+        mission = MissionLoop(world, kinds, decider, order, watcher)
     ended = mission.run(cancelled)
     return Summary.of(
         scenario,

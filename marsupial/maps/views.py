@@ -21,7 +21,7 @@ MOST_CELLS = 1 << 16
 
 
 @dataclass(slots=True)
-class _View:
+class _KeptView:
     """What was seen from a cell; `revision` is that of the last time it was asked for."""
 
     cells: Ints32 | None
@@ -43,8 +43,8 @@ class Views:
     def __init__(self, cells: CellArray, opaque: CellArray, unknown: int) -> None:
         self._cells, self._codes, self._unknown = cells, cells.ravel(), unknown
         self._sight = Sight(cells, opaque)
-        self._views: dict[tuple[Cell, float], _View] = {}
-        self._former: dict[tuple[Cell, float], _View] = {}
+        self._views: dict[tuple[Cell, float], _KeptView] = {}
+        self._former: dict[tuple[Cell, float], _KeptView] = {}
         self._boxes: list[tuple[int, int, int, int]] = []
         self._free: Flags = np.zeros(cells.size, dtype=np.bool_)
 
@@ -88,18 +88,18 @@ class Views:
                 left = left[self._free[left]]
         return found
 
-    def _view(self, cell: Cell, range_cells: float) -> _View:
+    def _view(self, cell: Cell, range_cells: float) -> _KeptView:
         key = (cell, range_cells)
         view = self._views.get(key) or self._former.get(key)
         if view is None or self._changed(view, cell, range_cells):
             seen = self._sight.visible(cell, range_cells)
             kept = seen.astype(np.int32) if seen.size <= MOST_CELLS else None
-            view = _View(kept, int(_count(seen, self._codes, self._unknown)), 0)
+            view = _KeptView(kept, int(_count(seen, self._codes, self._unknown)), 0)
         view.revision = len(self._boxes)
         self._views[key] = view
         return view
 
-    def _changed(self, view: _View, cell: Cell, range_cells: float) -> bool:
+    def _changed(self, view: _KeptView, cell: Cell, range_cells: float) -> bool:
         """Say whether anything of a view was revealed since it was asked for."""
         x, y = cell
         for low_x, low_y, high_x, high_y in self._boxes[view.revision :]:

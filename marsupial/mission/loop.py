@@ -75,7 +75,7 @@ class MissionOrder:
     waits: bool = False
 
 
-class Mission:
+class MissionLoop:
     """One mission of a team in a world.
 
     Parameters

@@ -36,7 +36,7 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
     """
     rng = np.random.default_rng(seed if scenario.start_seed is None else scenario.start_seed)
     grid = scenario.grid.solid()
-    rooms: dict[str, _Room] = {}
+    rooms: dict[str, _FreeRoom] = {}
     taken: list[tuple[Cell, float]] = []
     anchor = next((m.start for m in scenario.team if m.start is not None), None)
     placed: list[PlacedRobot] = []
@@ -44,7 +44,7 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
         cell, kind = member.start, scenario.type_of(member)
         if cell is None and member.carrier is None:
             if kind.name not in rooms:
-                rooms[kind.name] = _Room(largest_reach(grid, kind))
+                rooms[kind.name] = _FreeRoom(largest_reach(grid, kind))
             room = rooms[kind.name]
             order = [rng.permutation(room.cells)] if anchor is None else room.nearest_first(anchor)
             cell = _first_free(order, grid.width, taken, kind.radius_m / grid.resolution_m)
@@ -57,7 +57,7 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
     return tuple(placed)
 
 
-class _Room:
+class _FreeRoom:
     """Where the robots of one type may start.
 
     Attributes

@@ -57,7 +57,7 @@ Looks = log.Revealed | log.Changed
 """What tells of cells."""
 
 
-class _Map:
+class _KnownMap:
     """The known map, carried forward from reveal to reveal and begun again to go back."""
 
     def __init__(self, mission: log.MissionStarted, reveals: Sequence[Looks]) -> None:
@@ -97,7 +97,7 @@ class Playback:
         self.plans = tuple(event for event in events if isinstance(event, log.Planned))
         self.ended = events[-1] if isinstance(events[-1], log.MissionEnded) else None
         reveals = tuple(event for event in events if isinstance(event, log.Revealed | log.Changed))
-        self._map = _Map(mission, reveals)
+        self._map = _KnownMap(mission, reveals)
         self.coverage = _coverage(mission, reveals)
         self.timeline = _timeline(events)
         self.moments = _moments(events)

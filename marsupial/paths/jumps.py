@@ -37,7 +37,7 @@ _EAST, _SOUTH, _WEST, _NORTH = 0, 2, 4, 6
 """Directions: digits of steps, as everywhere (`marsupial.paths.routes`)."""
 
 
-class _Ground(NamedTuple):
+class _OpenBits(NamedTuple):
     """What is open, as bits: cell (x, y) is bit x + `FRAME` of line y + 1 of the rows, and so for columns.
 
     Attributes
@@ -60,7 +60,7 @@ class _Ground(NamedTuple):
     diagonal: float
 
 
-class _Line(NamedTuple):
+class _OpenLine(NamedTuple):
     """A row or column of the ground: what is open, what is a goal, and its number.
 
     Attributes
@@ -76,7 +76,7 @@ class _Line(NamedTuple):
     apart: int
 
 
-class _State(NamedTuple):
+class _JumpSearch(NamedTuple):
     """What a search knows of each cell, row-major, and the corners it has to go on from, in buckets of width 1.
 
     Attributes
@@ -104,8 +104,7 @@ class _State(NamedTuple):
 
 
 _SEARCHES, _ENTRIES, _WAITING, _STEPS = range(4)
-"""In `_State.counts`: the number of this search, how many entries there are and how many of them are not done, and how
-many diagonal steps it has taken."""
+"""In `_JumpSearch.counts`: the number of this search, of its entries, of those not done, and of its diagonal steps."""
 
 
 class JumpMemory:
@@ -114,7 +113,7 @@ class JumpMemory:
     def __init__(self, shape: tuple[int, int]) -> None:
         height, width = shape
         size = height * width
-        self.state = _State(
+        self.state = _JumpSearch(
             cost=np.empty(size, dtype=np.float64),
             found=np.zeros(size, dtype=np.int32),
             arrived=np.empty(size, dtype=np.uint8),
@@ -140,7 +139,7 @@ class Jumps:
     def __init__(self, shape: tuple[int, int], diagonal: float, memory: JumpMemory | None = None) -> None:
         height, width = shape
         rows, columns = (height + 2, (width + FRAME) // 64 + 1), (width + 2, (height + FRAME) // 64 + 1)
-        self._ground = _Ground(
+        self._ground = _OpenBits(
             rows=np.zeros(rows, dtype=np.uint64),
             columns=np.zeros(columns, dtype=np.uint64),
             row_goals=np.zeros(rows, dtype=np.uint64),
@@ -216,7 +215,7 @@ def _flip(lines: Words, cells: Ints, width: int, rows: bool) -> None:
 
 
 @native
-def _search(ground: _Ground, state: _State, source: int, wanted: Ints) -> bool:
+def _search(ground: _OpenBits, state: _JumpSearch, source: int, wanted: Ints) -> bool:
     """Find the distances of cells from a source; say whether there was room for all entries."""
     state.counts[_SEARCHES] += 1
     state.counts[_ENTRIES] = state.counts[_WAITING] = state.counts[_STEPS] = 0
@@ -231,7 +230,7 @@ def _search(ground: _Ground, state: _State, source: int, wanted: Ints) -> bool:
 
 
 @inlined
-def _mark(ground: _Ground, goal: int, on: bool) -> None:
+def _mark(ground: _OpenBits, goal: int, on: bool) -> None:
     x, y = goal % ground.width, goal // ground.width
     _set(ground.row_goals, y, x, on)
     _set(ground.column_goals, x, y, on)
@@ -247,7 +246,7 @@ def _set(lines: Words, line: int, at: int, on: bool) -> None:
 
 
 @inlined
-def _spread(ground: _Ground, state: _State, source: int, wanted: Ints) -> bool:
+def _spread(ground: _OpenBits, state: _JumpSearch, source: int, wanted: Ints) -> bool:
     x, y = source % ground.width, source // ground.width
     _enter(state, source, 0.0)
     for turn in range(8):
@@ -279,12 +278,12 @@ def _number(word: np.uint64) -> int:
 
 
 @inlined
-def _known(state: _State, cell: int) -> float:
+def _known(state: _JumpSearch, cell: int) -> float:
     return state.cost[cell] if state.found[cell] == state.counts[_SEARCHES] else np.inf
 
 
 @inlined
-def _enter(state: _State, cell: int, length: float) -> bool:
+def _enter(state: _JumpSearch, cell: int, length: float) -> bool:
     """Enter the distance of a cell unless it is known to be as short; say whether it was entered."""
     shorter = length < _known(state, cell) - TOLERANCE
     if shorter:
@@ -293,7 +292,7 @@ def _enter(state: _State, cell: int, length: float) -> bool:
 
 
 @inlined
-def _note(state: _State, cell: int, turn: int, length: float) -> None:
+def _note(state: _JumpSearch, cell: int, turn: int, length: float) -> None:
     """Note a corner to go on from, unless it was arrived at in the same direction or by a shorter way."""
     bit = np.uint8(1 << turn)
     if not _enter(state, cell, length) and (length > state.cost[cell] + TOLERANCE or state.arrived[cell] & bit):
@@ -308,7 +307,7 @@ def _note(state: _State, cell: int, turn: int, length: float) -> None:
 
 
 @inlined
-def _turn(ground: _Ground, state: _State, cell: int, turn: int, length: float) -> None:
+def _turn(ground: _OpenBits, state: _JumpSearch, cell: int, turn: int, length: float) -> None:
     """Go on from a corner that was arrived at in a straight line: ahead, and to the sides that have opened there."""
     x, y = cell % ground.width, cell // ground.width
     _go(ground, state, x, y, turn, length)
@@ -331,7 +330,7 @@ def _dy(turn: int) -> int:
 
 
 @inlined
-def _open(ground: _Ground, x: int, y: int) -> bool:
+def _open(ground: _OpenBits, x: int, y: int) -> bool:
     return _is_set(ground.rows, y, x)
 
 
@@ -342,7 +341,7 @@ def _is_set(lines: Words, line: int, at: int) -> bool:
 
 
 @outlined
-def _go(ground: _Ground, state: _State, x: int, y: int, turn: int, length: float) -> None:
+def _go(ground: _OpenBits, state: _JumpSearch, x: int, y: int, turn: int, length: float) -> None:
     """Go from a cell, which is `length` away, in a direction as far as one can, noting goals and corners."""
     if not turn & 1:
         _run(ground, state, x, y, turn, length)
@@ -360,12 +359,12 @@ def _go(ground: _Ground, state: _State, x: int, y: int, turn: int, length: float
 
 
 @inlined
-def _run(ground: _Ground, state: _State, x: int, y: int, turn: int, length: float) -> None:
+def _run(ground: _OpenBits, state: _JumpSearch, x: int, y: int, turn: int, length: float) -> None:
     """Go along a row or column up to the next corner or what is closed."""
     if turn & _SOUTH:
-        line, at = _Line(ground.columns, ground.column_goals, x, x, ground.width), y
+        line, at = _OpenLine(ground.columns, ground.column_goals, x, x, ground.width), y
     else:
-        line, at = _Line(ground.rows, ground.row_goals, y, y * ground.width, 1), x
+        line, at = _OpenLine(ground.rows, ground.row_goals, y, y * ground.width, 1), x
     if turn < _WEST:
         _rise(line, state, at, turn, length)
     else:
@@ -373,7 +372,7 @@ def _run(ground: _Ground, state: _State, x: int, y: int, turn: int, length: floa
 
 
 @inlined
-def _rise(line: _Line, state: _State, at: int, turn: int, length: float) -> None:
+def _rise(line: _OpenLine, state: _JumpSearch, at: int, turn: int, length: float) -> None:
     """Go from bit `at` of a line upwards.
 
     One can turn to a side where it is open there and closed one cell before.
@@ -403,7 +402,7 @@ def _rise(line: _Line, state: _State, at: int, turn: int, length: float) -> None
 
 
 @inlined
-def _fall(line: _Line, state: _State, at: int, turn: int, length: float) -> None:
+def _fall(line: _OpenLine, state: _JumpSearch, at: int, turn: int, length: float) -> None:
     """Go downwards, as `_rise` goes upwards."""
     lines, goals, number, first, apart = line
     start = np.uint64(at + FRAME)

@@ -29,7 +29,7 @@ MANY = 255
 Steps = npt.NDArray[np.uint16] | npt.NDArray[np.uint64]
 
 
-class _State(NamedTuple):
+class _NearestState(NamedTuple):
     """What is known of each cell, row-major, and buffers.
 
     Attributes
@@ -70,7 +70,7 @@ class Nearest:
         self._limit = limit + TOLERANCE
         size = passable.size
         # nothing is filled: only the pages a search writes to take up memory
-        self._state = _State(
+        self._state = _NearestState(
             label=np.zeros(size, dtype=np.int32),
             steps=np.zeros(size, np.uint16) if self._limit < MANY else np.zeros(size, np.uint64),
             flags=np.zeros(size, dtype=np.uint8),
@@ -110,12 +110,12 @@ class Nearest:
 
 @inlined
 def _length(steps: np.uint64, half: np.uint64) -> float:
-    """Return the length in cells of a way of so many diagonal and straight steps, see `_State`."""
+    """Return the length in cells of a way of so many diagonal and straight steps, see `_NearestState`."""
     return SQRT2 * np.int64(steps >> half) + np.int64(steps & (_ONE << half) - _ONE)
 
 
 @native
-def _settle(passable: Mask, sources: Ints, opened: Ints, limit: float, state: _State) -> int:
+def _settle(passable: Mask, sources: Ints, opened: Ints, limit: float, state: _NearestState) -> int:
     """Take in sources and opened cells, see `Nearest.add`; return how many cells have another source now."""
     label, steps, flags, queue, changed = state
     height, width = passable.shape

@@ -35,7 +35,7 @@ class _Doing(StrEnum):
 
 
 @dataclass(slots=True)
-class _Robot:
+class _SimulatedRobot:
     name: str
     kind: RobotType
     cell: Cell | None
@@ -90,7 +90,9 @@ class SimulatedWorld:
         self._exact = sensor is None
         self._sensed: set[tuple[str, Cell]] = set()
         self._contact = {k.name: Contact(k, truth.resolution_m) for k in kinds.values()}
-        self._robots = {r.name: _Robot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots}
+        self._robots = {
+            r.name: _SimulatedRobot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots
+        }
         self._now_ms = 0
         self._heap: list[tuple[int, int, str, int]] = []
         self._count = 0
@@ -188,7 +190,7 @@ class SimulatedWorld:
         self._now_ms = max(self._now_ms, until_ms)
         return News(t_ms=self._now_ms)
 
-    def _report(self, robot: _Robot) -> RobotReport:
+    def _report(self, robot: _SimulatedRobot) -> RobotReport:
         driving = robot.doing is _Doing.DRIVING
         return RobotReport(
             name=robot.name,
@@ -204,27 +206,27 @@ class SimulatedWorld:
         self._count += 1
         heapq.heappush(self._heap, (t_ms, self._count, name, errand))
 
-    def _free(self, name: str) -> _Robot:
+    def _free(self, name: str) -> _SimulatedRobot:
         robot = self._robots[name]
         if robot.doing is not _Doing.NOTHING or robot.lost:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.doing}")
         return robot
 
-    def _next_step(self, robot: _Robot) -> None:
+    def _next_step(self, robot: _SimulatedRobot) -> None:
         robot.errand += 1
         before, robot.step = robot.step, min(robot.step + 1, len(robot.route) - 1)
         if robot.step > before:
             robot.odometer.step(robot.route[before], robot.route[robot.step])
         self._push(int(robot.times_ms[robot.step]), robot.name, robot.errand)
 
-    def _together(self, rover: _Robot, carrier: _Robot, doing: _Doing, duration_ms: int) -> None:
+    def _together(self, rover: _SimulatedRobot, carrier: _SimulatedRobot, doing: _Doing, duration_ms: int) -> None:
         for robot, partner in ((rover, carrier), (carrier, rover)):
             robot.doing, robot.partner = doing, partner.name
             robot.free_at_ms = self._now_ms + duration_ms
             robot.errand += 1
         self._push(rover.free_at_ms, rover.name, rover.errand)
 
-    def _step(self, robot: _Robot) -> bool:
+    def _step(self, robot: _SimulatedRobot) -> bool:
         """Carry out what is due for `robot`; return whether its command has ended."""
         if robot.doing is _Doing.NOTHING:
             return False
@@ -241,14 +243,14 @@ class SimulatedWorld:
         self._next_step(robot)
         return False
 
-    def _release(self, robot: _Robot) -> None:
+    def _release(self, robot: _SimulatedRobot) -> None:
         for name in (robot.name, robot.partner):
             if name is not None:
                 one = self._robots[name]
                 one.doing, one.partner, one.route, one.step = _Doing.NOTHING, None, (), 0
                 one.free_at_ms = self._now_ms
 
-    def _lose(self, robot: _Robot) -> list[tuple[str, str]]:
+    def _lose(self, robot: _SimulatedRobot) -> list[tuple[str, str]]:
         """Let `robot` fail: it and, if it is a carrier, the rovers aboard act no more.
 
         A lost rover takes up no place aboard.
@@ -268,7 +270,7 @@ class SimulatedWorld:
                 news.append((other.name, f"aboard {robot.name}, which failed"))
         return news
 
-    def _sense(self, robot: _Robot, cell: Cell) -> Ints:
+    def _sense(self, robot: _SimulatedRobot, cell: Cell) -> Ints:
         """Reveal what `robot` sees from `cell`; return the row-major indices of what is new."""
         if self._exact:  # the truth stays as it is: from the same cell, a robot of that type sees nothing new
             if (robot.kind.name, cell) in self._sensed:

@@ -53,7 +53,7 @@ class Heuristic:
 
 
 def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
-    draft = _Draft(Timeline.of(briefing.situation))
+    draft = _Assignments(Timeline.of(briefing.situation))
     ground = [r for r in briefing.situation.of_role(Role.ROVER) if r.place is not None]
     areas = {r.name: _area(briefing, r, briefing.deployed_at.get(r.name)) for r in ground}
     _rovers_explore(draft, [r.name for r in ground], areas)
@@ -64,7 +64,7 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
 
 
 @dataclass(slots=True)
-class _Draft:
+class _Assignments:
     """The actions chosen so far and the targets that they take care of."""
 
     timeline: Timeline
@@ -98,7 +98,7 @@ def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozens
     return frozenset(mine & connected or mine)
 
 
-def _rovers_explore(draft: _Draft, rovers: Iterable[str], areas: Mapping[str, Set[str]]) -> None:
+def _rovers_explore(draft: _Assignments, rovers: Iterable[str], areas: Mapping[str, Set[str]]) -> None:
     """Let rovers explore the targets of their areas; again and again the one that is soonest at a target takes it."""
     order = sorted(rovers)
     targets = sorted(frozenset[str]().union(*(areas[rover] for rover in order)) - draft.taken)
@@ -116,12 +116,12 @@ def _rovers_explore(draft: _Draft, rovers: Iterable[str], areas: Mapping[str, Se
         there_ms[first] = draft.arrivals_ms(order[first], targets)
 
 
-def _return(draft: _Draft, rover: RobotState, meeting: str | None) -> None:
+def _return(draft: _Assignments, rover: RobotState, meeting: str | None) -> None:
     if meeting is not None and draft.travel(rover.name, meeting):
         draft.timeline.move(rover.name, meeting)
 
 
-def _send_carriers(briefing: Briefing, draft: _Draft, waiting: set[str]) -> set[str]:
+def _send_carriers(briefing: Briefing, draft: _Assignments, waiting: set[str]) -> set[str]:
     """Assign carriers to targets until one of both runs out; return the targets no robot could be sent to."""
     situation = briefing.situation
     direct = briefing.direct_ms()
@@ -144,7 +144,7 @@ def _cheapest_pair(
     carriers: Sequence[str],
     targets: Sequence[str],
     direct: Mapping[str, Mapping[str, int]],
-    draft: _Draft,
+    draft: _Assignments,
     hopeless: Set[tuple[str, str]],
 ) -> tuple[str, str] | None:
     """Return the cheapest pair of the optimal assignment of carriers to targets, hopeless pairs left out."""
@@ -160,7 +160,7 @@ def _cheapest_pair(
     return (carriers[best[1]], targets[best[2]]) if best[0] < _FAR else None
 
 
-def _serve(briefing: Briefing, draft: _Draft, carrier: str, target: str, waiting: set[str]) -> bool:
+def _serve(briefing: Briefing, draft: _Assignments, carrier: str, target: str, waiting: set[str]) -> bool:
     """Let `carrier` explore `target` or bring a rover that does; return False if it can't."""
     situation = briefing.situation
     explorers = situation.target_by_name[target].explorers
@@ -181,7 +181,7 @@ def _serve(briefing: Briefing, draft: _Draft, carrier: str, target: str, waiting
     return True
 
 
-def _nearest_meeting(briefing: Briefing, draft: _Draft, carrier: str, target: str, kind: str) -> str | None:
+def _nearest_meeting(briefing: Briefing, draft: _Assignments, carrier: str, target: str, kind: str) -> str | None:
     """Return the meeting point nearest to the carrier from which a rover of type `kind` gets to the target."""
     situation = briefing.situation
     options = [
@@ -194,7 +194,7 @@ def _nearest_meeting(briefing: Briefing, draft: _Draft, carrier: str, target: st
 
 
 def _retrieve(
-    briefing: Briefing, draft: _Draft, carrier: str, explorers: Iterable[str], waiting: set[str]
+    briefing: Briefing, draft: _Assignments, carrier: str, explorers: Iterable[str], waiting: set[str]
 ) -> str | None:
     """Let `carrier` pick a rover up first; return which, or None if there is none to be had."""
     situation, ready_ms = briefing.situation, draft.timeline.ready_ms

@@ -69,7 +69,7 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
 
 
 @dataclass(slots=True)
-class _Draft:
+class _TripPlan:
     """The actions of some errands and of the rovers on the ground.
 
     `left` (targets,) says which targets no robot explores, `by_ms` (targets,) when a rover on the ground explores those
@@ -82,7 +82,7 @@ class _Draft:
     idle: list[str]
 
 
-def _drafted(start: Outlook, errands: list[Errand]) -> _Draft:
+def _drafted(start: Outlook, errands: list[Errand]) -> _TripPlan:
     """Return the draft with these errands, in which rovers finish their areas before they are retrieved."""
     outlook = start.afresh()
     left = np.ones(len(outlook.targets), dtype=np.bool_)
@@ -96,7 +96,7 @@ def _drafted(start: Outlook, errands: list[Errand]) -> _Draft:
         if option.retrieved and _possible(outlook, option, target):
             outlook.take(option, target)
             idle = [rover for rover in idle if rover != option.explorer]
-    return _Draft(outlook=outlook, left=left, by_ms=by_ms, idle=idle)
+    return _TripPlan(outlook=outlook, left=left, by_ms=by_ms, idle=idle)
 
 
 def _tours(outlook: Outlook, left: Mask) -> Times:
@@ -118,7 +118,7 @@ def _tours(outlook: Outlook, left: Mask) -> Times:
     return by_ms
 
 
-def _next_errand(draft: _Draft, carriers: list[str], errands: list[Errand]) -> Errand | None:
+def _next_errand(draft: _TripPlan, carriers: list[str], errands: list[Errand]) -> Errand | None:
     """Return the soonest of the best assignment of the carriers that have no errand yet, None if there is none."""
     taken = {name for option, _ in errands for name in (option.robot, option.explorer)}
     retrievable = {rover for rover in _on_ground(draft.outlook) if rover not in taken}
@@ -134,13 +134,13 @@ def _next_errand(draft: _Draft, carriers: list[str], errands: list[Errand]) -> E
     return chosen[0] if chosen else None
 
 
-def _much_sooner(draft: _Draft, option: Option) -> Mask:
+def _much_sooner(draft: _TripPlan, option: Option) -> Mask:
     """Return for which targets of rovers on the ground it pays to set down another one that is aboard."""
     spare = not option.retrieved and option.robot != option.explorer
     return np.asarray(spare & (draft.by_ms < NEVER) & (option.end_ms + GAIN_MS <= draft.by_ms))
 
 
-def _help_out(draft: _Draft) -> None:
+def _help_out(draft: _TripPlan) -> None:
     outlook = draft.outlook
     for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
         outlook.take(option, target)

@@ -69,21 +69,13 @@ STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Strategy]] = {
     **{rule: partial(_frontier, rule) for rule in RULES},
 }
 
-FORMER_NAMES: Mapping[str, str] = {"greedy": "assignment"}
-"""What strategies were called once, and what they are called now; `greedy` is a planner."""
-
 PLANNING_STRATEGIES = frozenset(info.name for info in infos.OWN if info.asks_planner)
 """Those that ask a planner."""
 
 
-def current_name(name: str) -> str:
-    """Return what the strategy that has or had this name is called now."""
-    return FORMER_NAMES.get(name, name)
-
-
 def is_strategy(name: str) -> bool:
     """Say whether there is a strategy of that name, parameters left out."""
-    return current_name(name).split("/")[0] in strategy_names()
+    return name.split("/")[0] in strategy_names()
 
 
 def strategy_names() -> tuple[str, ...]:
@@ -108,7 +100,6 @@ def asks_planner(name: str) -> bool:
     EngineUnavailable
         If it is of an installed package and can't be loaded.
     """
-    name = current_name(name)
     if name in STRATEGIES:
         return name in PLANNING_STRATEGIES
     found = _extension(name)
@@ -116,7 +107,7 @@ def asks_planner(name: str) -> bool:
 
 
 def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
-    """Return a fresh strategy, by its name or former name; those that ask no planner ignore `planner` and `budget`.
+    """Return a fresh strategy, by its name; those that ask no planner ignore `planner` and `budget`.
 
     A name may be followed by values of the parameters of a paper: ``bidding/W_n=1/W_p=0.5``.
 
@@ -130,7 +121,6 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
     EngineUnavailable
         If it is of an installed package and can't be used, or its planner can't.
     """
-    name = current_name(name)
     if name in STRATEGIES:
         return STRATEGIES[name](planner, budget)
     base, _, parameters = name.partition("/")

@@ -126,7 +126,7 @@ class Temporal:
         )
         return Decision(plan=plan, report=report)
 
-    def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _Answer]:
+    def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _EngineResult]:
         """Return what is real of the best plan for the guess, and the real targets that no robot can serve."""
         guessed, known = guess(briefing), briefing.situation
         situation = guessed.situation
@@ -150,12 +150,12 @@ class Temporal:
         plan, unserved = min(kept + _served(listing, answer.plan) + others, key=rank)
         return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
 
-    def _finish(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _Answer]:
+    def _finish(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _EngineResult]:
         """Return the shortest plan that recovers rovers and brings carriers home, as far as that is asked for.
 
         Of plans as short the previous one is kept.
         """
-        situation, answer = briefing.situation, _Answer()
+        situation, answer = briefing.situation, _EngineResult()
         listing = Listing(situation)
         kept = _served(listing, briefing.previous)
         if situation.goal.recover_rovers or situation.goal.return_home:
@@ -164,7 +164,7 @@ class Temporal:
         plan, unserved = min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
         return plan, unserved, answer
 
-    def _ask(self, situation: Situation, objective: Objective, start: Plan | None) -> _Answer:
+    def _ask(self, situation: Situation, objective: Objective, start: Plan | None) -> _EngineResult:
         """Ask the engine for plans that get better by an objective, or by makespan if that is all it can take."""
         asked = objective if objective.name in self._engine.info.objectives else MAKESPAN
         if start is not None and not check(situation, start).valid:
@@ -176,14 +176,14 @@ class Temporal:
                 end = event
             elif incumbent.take(event.plan) and first_s is None and event.plan != start:
                 first_s = event.elapsed_s
-        return _Answer(plan=incumbent.plan, refused=len(incumbent.refused), first_s=first_s, end=end)
+        return _EngineResult(plan=incumbent.plan, refused=len(incumbent.refused), first_s=first_s, end=end)
 
 
 NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Answer:
+class _EngineResult:
     """What an engine said: its best plan, how many the checker refuses, when the first new one came, the end."""
 
     plan: Plan | None = None

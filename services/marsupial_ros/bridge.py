@@ -18,7 +18,7 @@ from marsupial_client.mission_documents import Commands, MissionEnded, Report
 from marsupial_ros.brief import brief_of, frame_of
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
-from marsupial_ros.fleet import CANCEL_S, Fleet, Gathered
+from marsupial_ros.fleet import CANCEL_S, RobotFleet, UnreportedEvents
 from marsupial_ros.hearing import Hearing, subscriptions
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.rosbridge import Rosbridge
@@ -46,7 +46,7 @@ CONFLICTS = 3
 
 
 @dataclass(slots=True)
-class Outcome:
+class BridgeOutcome:
     """How it ended: what the mission says, None if the bridge was left before; its id, if there was one."""
 
     ended: MissionEnded | None = None
@@ -81,14 +81,14 @@ class Bridge:
         frames = {robot.tf: Frames() for robot in settings.robots}
         hearing = Hearing(settings, frames, self._chart, self._clock, say)
         self._ros = Rosbridge(settings.rosbridge, subscriptions(settings), hearing)
-        self._fleet = Fleet(settings, frames, self._chart, self._ros, say)
+        self._fleet = RobotFleet(settings, frames, self._chart, self._ros, say)
         hearing.fleet = self._fleet
         self._record = Record(mission="", frame={})
         self._reported_ms = 0
         self._over = False
-        self.outcome = Outcome()
+        self.outcome = BridgeOutcome()
 
-    async def run(self) -> Outcome:
+    async def run(self) -> BridgeOutcome:
         """Drive the mission to its end, or to where the user leaves.
 
         Raises
@@ -190,7 +190,7 @@ class Bridge:
         self._record.report = None
         self._record.starts += 1
         self._fleet.mission, self._fleet.starts = mission.id, kept.starts
-        self._fleet.take_up(kept.aboard, kept.lost, Gathered(**kept.gathered))
+        self._fleet.take_up(kept.aboard, kept.lost, UnreportedEvents(**kept.gathered))
         self._fleet.place()
         for command in kept.errands:
             self._fleet.obey(command, self._clock.now_s)

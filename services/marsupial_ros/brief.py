@@ -7,12 +7,12 @@ from typing import Any, cast
 from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.model.grid import Grid
 from marsupial_client.mission_documents import Brief
-from marsupial_ros.fleet import Fleet
-from marsupial_ros.robots import Robot
+from marsupial_ros.fleet import RobotFleet
+from marsupial_ros.robots import TrackedRobot
 from marsupial_ros.settings import Settings
 
 
-def brief_of(settings: Settings, grid: Grid, fleet: Fleet) -> Brief:
+def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
     """Return the brief for a team that is placed, in the frame of a map of which nothing is reported yet."""
     names = {terrain.code: terrain.name for terrain in grid.terrains}
     planning = settings.planning
@@ -42,6 +42,6 @@ def frame_of(grid: Grid) -> dict[str, Any]:
     }
 
 
-def _member(robot: Robot) -> dict[str, Any]:
+def _member(robot: TrackedRobot) -> dict[str, Any]:
     where = {"carrier": robot.aboard} if robot.anchor is None else {"pose_m": list(robot.anchor)}
     return {"name": robot.name, "type": robot.settings.kind.name, **where}

@@ -9,10 +9,10 @@ from typing import Any, Protocol
 
 from marsupial_client.mission_documents import Command, Failed, Lost, News, RobotNote
 from marsupial_ros.chart import Chart
-from marsupial_ros.goals import Goal, drive_goal, failure_of, handover_goal, succeeded
+from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
 from marsupial_ros.progress import Progress
-from marsupial_ros.robots import Errand, Point, Robot
-from marsupial_ros.rosbridge import Ended
+from marsupial_ros.robots import Errand, Point, TrackedRobot
+from marsupial_ros.rosbridge import ActionEnd
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
@@ -36,7 +36,7 @@ class Actions(Protocol):
 
 
 @dataclass(slots=True)
-class Gathered:
+class UnreportedEvents:
     """What has happened since the last report."""
 
     finished: list[int] = field(default_factory=list)
@@ -49,7 +49,7 @@ class Gathered:
         return bool(self.finished or self.failed or self.lost)
 
 
-class Fleet:
+class RobotFleet:
     """The robots of a mission.
 
     Parameters
@@ -81,11 +81,11 @@ class Fleet:
         self._chart = chart
         self._actions = actions
         self._say = say
-        self.gathered = Gathered()
+        self.gathered = UnreportedEvents()
         self._given_up: dict[str, str] = {}
         self.mission = ""
         self.starts = 0
-        self.robots = {one.name: Robot(one, frames[one.tf], one.carrier) for one in settings.robots}
+        self.robots = {one.name: TrackedRobot(one, frames[one.tf], one.carrier) for one in settings.robots}
 
     @property
     def errands(self) -> list[Errand]:
@@ -113,7 +113,7 @@ class Fleet:
                 found.append(f"{robot.name} (no new {self._link(robot)})")
         return found
 
-    def _link(self, robot: Robot) -> str:
+    def _link(self, robot: TrackedRobot) -> str:
         return f"{self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
 
     def place(self) -> None:
@@ -122,7 +122,7 @@ class Fleet:
             if robot.on_ground and robot.anchor is None:
                 robot.anchor = self._standing(robot)
 
-    def take_up(self, aboard: Mapping[str, str], lost: Iterable[str], gathered: Gathered) -> None:
+    def take_up(self, aboard: Mapping[str, str], lost: Iterable[str], gathered: UnreportedEvents) -> None:
         """Take up a team as it was: who is aboard whom, who is lost, and what is still to be told."""
         self.gathered = gathered
         lost = set(lost)
@@ -158,7 +158,7 @@ class Fleet:
         if errand is not None and errand.drives:
             errand.progress.hear(feedback, now_s)
 
-    def ended(self, end: Ended) -> None:
+    def ended(self, end: ActionEnd) -> None:
         """Take in that a goal has ended; earlier goals of a command, which were sent again, count no more."""
         self._given_up.pop(end.goal, None)
         errand = self._errand(end.goal)
@@ -193,7 +193,7 @@ class Fleet:
 
     def report(self) -> News:
         """Return where the robots are and what has happened since this was asked for last."""
-        gathered, self.gathered = self.gathered, Gathered()
+        gathered, self.gathered = self.gathered, UnreportedEvents()
         news: News = {"t_ms": 0, "robots": self.notes()}
         if gathered.finished:
             news["finished"] = gathered.finished
@@ -217,16 +217,16 @@ class Fleet:
         places = {robot.name: robot.point(self._frame) or robot.anchor for robot in self._grounded()}
         return {name: point for name, point in places.items() if point is not None}
 
-    def _grounded(self) -> Iterable[Robot]:
+    def _grounded(self) -> Iterable[TrackedRobot]:
         """Yield the robots that stand or drive by themselves, none of those that dock or undock."""
         return (r for r in self.robots.values() if r.on_ground and (r.errand is None or self._carries(r)))
 
-    def _carries(self, robot: Robot) -> bool:
+    def _carries(self, robot: TrackedRobot) -> bool:
         """Say whether a robot drives, or is the carrier of what it takes part in."""
         assert robot.errand is not None
         return robot.errand.drives or robot.errand.command["robot"] != robot.name
 
-    def _follow(self, robot: Robot) -> None:
+    def _follow(self, robot: TrackedRobot) -> None:
         """Move the place a robot is told to be at to where it is, unless it is near enough to that."""
         at = robot.point(self._frame)
         if at is None:
@@ -236,7 +236,7 @@ class Fleet:
         elif robot.anchor is None or math.dist(at, robot.anchor) > self._waits.tolerance_m:
             robot.anchor = self._standing(robot)
 
-    def _standing(self, robot: Robot) -> Point | None:
+    def _standing(self, robot: TrackedRobot) -> Point | None:
         at = robot.point(self._frame)
         if at is None:
             return robot.anchor
@@ -245,7 +245,7 @@ class Fleet:
     def _errand(self, goal: str) -> Errand | None:
         return next((one for one in self.errands if one.name == goal and one.goal is not None), None)
 
-    def _taking_part(self, errand: Errand) -> list[Robot]:
+    def _taking_part(self, errand: Errand) -> list[TrackedRobot]:
         command = errand.command
         names = [command["robot"]] if errand.drives else [command["robot"], command["carrier"]]
         return [self.robots[name] for name in names]
@@ -263,7 +263,7 @@ class Fleet:
         errand.name = f"{self.mission}:{errand.command['id']}:{self.starts}.{errand.attempt}"
         self._actions.send_goal(errand.name, goal.action, goal.type, goal.values)
 
-    def _drive(self, errand: Errand) -> Goal | None:
+    def _drive(self, errand: Errand) -> ActionGoal | None:
         """Return the goal of a drive from where the robot is by now, None if it is there."""
         robot = self.robots[errand.command["robot"]]
         pose = robot.pose(self._frame)
@@ -274,7 +274,7 @@ class Fleet:
             return None
         return drive_goal(self._settings, robot.settings, route, 0.0 if pose is None else pose.yaw)
 
-    def _handover(self, errand: Errand) -> Goal:
+    def _handover(self, errand: Errand) -> ActionGoal:
         rover, carrier = self._taking_part(errand)
         x, y = errand.command.get("point_m") or rover.anchor or rover.point(self._frame) or (0.0, 0.0)
         beside = carrier.point(self._frame) or carrier.anchor
@@ -347,7 +347,7 @@ class Fleet:
         elif fault := errand.progress.fault(now_s, self._waits.stuck_s):
             self._give_up(errand, fault)
 
-    def _listen(self, robot: Robot, now_s: float) -> None:
+    def _listen(self, robot: TrackedRobot, now_s: float) -> None:
         """Tell of a robot that is not heard of, and count it as lost after a while."""
         silent_s = robot.silent_for(self._frame, now_s)
         where = f"no new {self._link(robot)}"
@@ -364,7 +364,7 @@ class Fleet:
         if silent_s > self._waits.lost_s:
             self._lose(robot, f"{where} for {self._waits.lost_s:g} s")
 
-    def _lose(self, robot: Robot, reason: str) -> None:
+    def _lose(self, robot: TrackedRobot, reason: str) -> None:
         self._say(f"{robot.name}: lost: {reason}")
         if robot.errand is not None:
             self._drop(robot.errand)

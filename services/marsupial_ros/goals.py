@@ -13,8 +13,8 @@ from typing import Any
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.messages import final_yaw, path_of, pose_stamped
-from marsupial_ros.rosbridge import Ended, Status
-from marsupial_ros.settings import Drive, RobotSettings, Settings
+from marsupial_ros.rosbridge import ActionEnd, GoalStatus
+from marsupial_ros.settings import DriveAction, RobotSettings, Settings
 
 Point = tuple[float, float]
 
@@ -25,7 +25,7 @@ UNDOCK_TYPE = "marsupial_interfaces/action/Undock"
 
 
 @dataclass(frozen=True, slots=True)
-class Goal:
+class ActionGoal:
     """A goal: the action's name and type, and the values of its fields."""
 
     action: str
@@ -33,22 +33,22 @@ class Goal:
     values: dict[str, Any]
 
 
-def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point], yaw: float) -> Goal:
+def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point], yaw: float) -> ActionGoal:
     """Return the goal of driving along a route of two points or more."""
     frame = settings.map.frame
-    if robot.drive is Drive.NAVIGATE_TO_POSE:
+    if robot.drive is DriveAction.NAVIGATE_TO_POSE:
         pose = pose_stamped(route_m[-1], final_yaw(route_m, yaw), frame)
-        return Goal(f"{robot.namespace}/navigate_to_pose", NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
+        return ActionGoal(f"{robot.namespace}/navigate_to_pose", NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
     values = {
         "path": path_of(route_m, yaw, frame),
         **asdict(settings.controller),
     }
-    return Goal(f"{robot.namespace}/follow_path", FOLLOW_PATH_TYPE, values)
+    return ActionGoal(f"{robot.namespace}/follow_path", FOLLOW_PATH_TYPE, values)
 
 
 def handover_goal(
     settings: Settings, mission: str, command: Command, rover: RobotSettings, point: Point, carrier: Point | None
-) -> Goal:
+) -> ActionGoal:
     """Return the goal of a rover's docking or undocking.
 
     Parameters
@@ -67,12 +67,12 @@ def handover_goal(
         "carrier": command["carrier"],
         "pose": pose_stamped(point, yaw, settings.map.frame),
     }
-    return Goal(f"{rover.namespace}/{'dock' if docks else 'undock'}", DOCK_TYPE if docks else UNDOCK_TYPE, values)
+    return ActionGoal(f"{rover.namespace}/{'dock' if docks else 'undock'}", DOCK_TYPE if docks else UNDOCK_TYPE, values)
 
 
-def failure_of(goal: Goal, end: Ended) -> str:
+def failure_of(goal: ActionGoal, end: ActionEnd) -> str:
     """Say why a goal was not reached, in the words of its action as far as it has any."""
-    word = Status(end.status).name.lower() if end.status in list(Status) else f"status {end.status}"
+    word = GoalStatus(end.status).name.lower() if end.status in list(GoalStatus) else f"status {end.status}"
     values = end.values if isinstance(end.values, dict) else {}
     said = values.get("error_msg") or values.get("message") or (end.values if isinstance(end.values, str) else "")
     code = values.get("error_code")
@@ -81,6 +81,8 @@ def failure_of(goal: Goal, end: Ended) -> str:
     return f"{goal.action}: {word}" + (f" ({', '.join(details)})" if details else "")
 
 
-def succeeded(end: Ended) -> bool:
+def succeeded(end: ActionEnd) -> bool:
     """Say whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
-    return end.status == Status.SUCCEEDED and not (isinstance(end.values, dict) and end.values.get("success") is False)
+    return end.status == GoalStatus.SUCCEEDED and not (
+        isinstance(end.values, dict) and end.values.get("success") is False
+    )

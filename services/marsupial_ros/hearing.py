@@ -8,7 +8,7 @@ from typing import Any
 
 from marsupial_ros.chart import Chart
 from marsupial_ros.clock import Clock
-from marsupial_ros.fleet import Fleet
+from marsupial_ros.fleet import RobotFleet
 from marsupial_ros.messages import (
     CLOCK_TYPE,
     MAP_TYPE,
@@ -21,7 +21,7 @@ from marsupial_ros.messages import (
     seconds_of,
     update_in,
 )
-from marsupial_ros.rosbridge import Ended, Subscription
+from marsupial_ros.rosbridge import ActionEnd, Subscription
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
@@ -59,7 +59,7 @@ class Hearing:
         self._say = say
         self._said: set[str] = set()
         self._open = False
-        self.fleet: Fleet | None = None
+        self.fleet: RobotFleet | None = None
         self._readers: dict[str, Reader] = {
             settings.map.topic: self._map,
             settings.map.updates: self._update,
@@ -95,7 +95,7 @@ class Hearing:
         if self.fleet is not None:
             self.fleet.hear(goal, values, self._clock.now_s)
 
-    def ended(self, end: Ended) -> None:
+    def ended(self, end: ActionEnd) -> None:
         """Let the fleet know."""
         if self.fleet is not None:
             self.fleet.ended(end)

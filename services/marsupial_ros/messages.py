@@ -40,7 +40,7 @@ class Update:
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class StampedTransform:
     """One transform of a message: where `child` is in `parent`, and at what time (s) by its stamp, 0 for none."""
 
     parent: str
@@ -80,12 +80,12 @@ def check_frame(message: Mapping[str, Any], frame: str) -> None:
         raise MapError(f"is in the frame {found!r}, not in {frame!r}")
 
 
-def link_in(stamped: Mapping[str, Any]) -> Link:
+def link_in(stamped: Mapping[str, Any]) -> StampedTransform:
     """Return the link in a `geometry_msgs/TransformStamped`."""
     header, parts = stamped["header"], stamped["transform"]
     transform = transform_of(parts["translation"], parts["rotation"])
     stamp_s = seconds_of(header["stamp"]) if "stamp" in header else 0.0
-    return Link(_frame(header["frame_id"]), _frame(stamped["child_frame_id"]), transform, stamp_s)
+    return StampedTransform(_frame(header["frame_id"]), _frame(stamped["child_frame_id"]), transform, stamp_s)
 
 
 def seconds_of(time: Mapping[str, Any]) -> float:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from marsupial_client.mission_documents import Command
-from marsupial_ros.goals import Goal
+from marsupial_ros.goals import ActionGoal
 from marsupial_ros.progress import Progress
 from marsupial_ros.settings import RobotSettings
 from marsupial_ros.transforms import Frames, Transform
@@ -36,7 +36,7 @@ class Errand:
     """
 
     command: Command
-    goal: Goal | None = None
+    goal: ActionGoal | None = None
     name: str = ""
     attempt: int = 0
     passed: int = 0
@@ -71,7 +71,7 @@ class Errand:
 
 
 @dataclass(slots=True)
-class Robot:
+class TrackedRobot:
     """A robot, and what is known of it.
 
     Parameters

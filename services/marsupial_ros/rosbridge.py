@@ -41,7 +41,7 @@ MOST_BYTES = 512 * 2**20
 MOST_FRAGMENTS = 100_000
 
 
-class Status(IntEnum):
+class GoalStatus(IntEnum):
     """How an action ended (`action_msgs/GoalStatus`)."""
 
     UNKNOWN = 0
@@ -51,7 +51,7 @@ class Status(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class ActionEnd:
     """The end of a goal: its status, and what the action says about it."""
 
     goal: str
@@ -94,7 +94,7 @@ class Listener(Protocol):
         """An action tells how a goal gets on."""
         ...
 
-    def ended(self, end: Ended) -> None:
+    def ended(self, end: ActionEnd) -> None:
         """A goal has ended."""
         ...
 
@@ -214,8 +214,8 @@ class Rosbridge:
         self._listener.feedback(str(document.get("id")), document["values"])
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
-        status = int(document.get("status", Status.SUCCEEDED if document.get("result") else Status.UNKNOWN))
-        self._listener.ended(Ended(str(document.get("id")), status, document.get("values")))
+        status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
+        self._listener.ended(ActionEnd(str(document.get("id")), status, document.get("values")))
 
     def _told(self, document: Mapping[str, Any]) -> None:
         if document.get("level") in ("error", "warning"):

@@ -30,7 +30,7 @@ SECONDS = Bound(0, 10**6, "s", above=True)
 METRES = Bound(0, 100, "m")
 
 
-class Drive(StrEnum):
+class DriveAction(StrEnum):
     """Which action of nav2 carries a drive out."""
 
     FOLLOW_PATH = "follow_path"
@@ -69,7 +69,7 @@ class RobotSettings:
     carrier: str | None
     tf: str
     base_frame: str
-    drive: Drive
+    drive: DriveAction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -277,7 +277,9 @@ def _read_robot(fields: Fields, kinds: Mapping[str, RobotType | None]) -> RobotS
         "namespace": _namespace(fields, f"/{name}"),
         "tf": fields.text("tf", "/tf"),
         "base_frame": fields.text("base_frame", f"{name or 'robot'}/base_link").lstrip("/"),
-        "drive": Drive(fields.choice("drive", list(Drive), Drive.FOLLOW_PATH) or Drive.FOLLOW_PATH),
+        "drive": DriveAction(
+            fields.choice("drive", list(DriveAction), DriveAction.FOLLOW_PATH) or DriveAction.FOLLOW_PATH
+        ),
     }
     fields.finish()
     return None if kind is None else RobotSettings(name=name, kind=kind, carrier=carrier, **settings)  # type: ignore[arg-type]

@@ -43,7 +43,7 @@ class Transform(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class LastTransform:
     """The last that was told of a frame: its parent, where it is in that, and when (s); None for what is for good.
 
     `stamp_s` is that of the message, by whatever clock; 0 if there was none.
@@ -59,7 +59,7 @@ class Frames:
     """The frames that one pair of topics (``/tf``, ``/tf_static``) tells of."""
 
     def __init__(self) -> None:
-        self._told: dict[str, Told] = {}
+        self._told: dict[str, LastTransform] = {}
 
     def tell(self, parent: str, child: str, transform: Transform, at_s: float | None, stamp_s: float = 0.0) -> None:
         """Take a link in; `at_s` is None for one that holds for good.
@@ -70,7 +70,7 @@ class Frames:
         before = self._told.get(child)
         if before is not None and stamp_s and before.stamp_s == stamp_s and before.at_s is not None:
             return
-        self._told[child] = Told(parent, transform, at_s, stamp_s)
+        self._told[child] = LastTransform(parent, transform, at_s, stamp_s)
 
     def find(self, frame: str, ancestor: str) -> tuple[Transform, float | None] | None:
         """Return where a frame is in another and when that was told; None if they are not connected.

@@ -131,7 +131,7 @@ def test_ctrl_c_leaves_what_is_done_and_no_mission_on_the_cluster(nodes: Nodes, 
     below = psutil.Process(program.pid).children(recursive=True)
     error = interrupt(program)
     assert program.returncode == 130
-    assert f"what is done is kept in {tmp_path}" in error
+    assert f"results so far are in {tmp_path}" in error
     assert "Traceback" not in error
     assert psutil.wait_procs(below, HANG_S)[1] == []
     assert psutil.wait_procs(nodes.missions(), HANG_S)[1] == []

@@ -191,7 +191,7 @@ def test_ctrl_c_leaves_what_is_done_and_no_worker(done: Path, tmp_path: Path) ->
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     error = process.communicate(timeout=HANG_S)[1].decode()
     assert process.returncode == 130
-    assert f"what is done is kept in {tmp_path}" in error
+    assert f"results so far are in {tmp_path}" in error
     assert "Traceback" not in error
     assert psutil.wait_procs(children, HANG_S)[1] == []
     assert len(read_rows(tmp_path)) >= 1

@@ -95,7 +95,7 @@ def test_a_log_is_of_one_mission_and_takes_no_options_of_scenarios(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
 ) -> None:
     assert main(["export", str(log), "-o", str(tmp_path / "moment"), option, "1"]) == 2
-    assert "are for scenarios: the mission of a log is what it is" in capsys.readouterr().err
+    assert "only apply to scenarios, not to logs" in capsys.readouterr().err
 
 
 def test_a_log_that_is_broken_is_invalid_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

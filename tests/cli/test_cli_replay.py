@@ -37,7 +37,7 @@ def test_two_logs_make_a_page_with_both_and_nothing_else(
     assert page.read_text().count('class="log"') == 2
     capsys.readouterr()
     assert main(["replay", str(log), str(log)]) == 2
-    assert "two logs are played on a page only: add --html FILE" in capsys.readouterr().err
+    assert "two logs can only be played on a page: add --html FILE" in capsys.readouterr().err
 
 
 def test_a_log_that_was_cut_off_is_replayed_as_far_as_it_goes(
@@ -79,7 +79,7 @@ def test_what_can_not_be_exported_is_a_wrong_usage(
         ("x.svg", "--speed 5", ".svg takes no speed"),
         ("x.gif", "--at 5", ".gif takes no moment (at); a moment (at) is for .svg, .png, .pdf"),
         ("x.mcap", "--dark", ".mcap takes no dark ground"),
-        ("x.html", "--speed 5", "--speed: a page has a speed of its own"),
+        ("x.html", "--speed 5", "--speed does not apply to pages"),
     ],
 )
 def test_an_option_that_a_file_makes_nothing_of_is_refused(

@@ -174,12 +174,6 @@ def test_a_quiet_mission_still_tells_errors(capsys: pytest.CaptureFixture[str]) 
     assert told.startswith("error: nowhere: neither")
 
 
-def test_a_strategy_goes_by_its_former_name_with_a_notice(capsys: pytest.CaptureFixture[str]) -> None:
-    _, summary, errors = run_json(capsys, "lobby", "--strategy", "greedy")
-    assert (summary["strategy"], summary["planner"]) == ("assignment", "none")
-    assert "strategy greedy is now called assignment" in errors
-
-
 def test_a_mission_that_runs_out_of_time_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:
     code, summary, _ = run_json(capsys, "lobby", *QUICK, "--time-limit", "5")
     assert (code, summary["status"]) == (5, "time_limit")

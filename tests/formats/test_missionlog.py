@@ -54,13 +54,6 @@ def line_of(event: MissionEvent) -> str:
     return list(log_lines([START, event]))[1]
 
 
-def old_line_of(event: MissionEvent) -> str:
-    """Return the line of an event as version 1 had it."""
-    if isinstance(event, Revealed):
-        return json.dumps({"event": "reveal", "t_ms": event.t_ms, "robot": event.robot, "runs": event.runs})
-    return LogEncoder().line(event).replace('"version":2', '"version":1')
-
-
 def painted(seen: Mapping[int, int]) -> Bytes:
     """Return the cells of the map in one row, with these terrain codes by number and all others unknown."""
     cells = np.full(START.width * START.height, UNKNOWN, dtype=np.uint8)
@@ -283,29 +276,10 @@ def test_a_plan_that_names_what_was_not_in_the_one_before_is_refused() -> None:
     assert 'line 2: targets[0]: does not stand in the plan before: "t_9"' in said
 
 
-# Older logs.
-
-
-def test_a_log_of_version_1_says_the_same() -> None:
-    lines = [old_line_of(event) for event in synthetic_mission()]
-    assert parse_log("\n".join(lines).encode("ascii")).events == synthetic_mission()
-
-
-@pytest.mark.parametrize(
-    ("runs", "message"),
-    [
-        ([7, 2], r"must be \(start, length, code\) three by three"),
-        ([2399, 2, 1], "must be .*, inside the map"),
-        ([7, 0, 1], "must be"),
-        ([7, 2, 1, 8, 1, 1], "must be .* no cell twice"),
-        ([7, 2, 255], "must be .* codes 0 to 254"),
-        ([10**30, 2, 1], "must be"),
-    ],
-)
-def test_runs_of_version_1_that_make_no_sense_are_named(runs: list[int], message: str) -> None:
-    old = f"{old_line_of(START)}\n{old_line_of(replace(SEEN, runs=runs))}\n"  # type: ignore[arg-type]
-    with pytest.raises(LogError, match=f"line 2: runs: {message}"):
-        parse_log(old.encode("ascii"))
+def test_cells_that_are_seen_twice_are_named() -> None:
+    twice = text_of(START, replace(SEEN, runs=[7, 2, 1, 8, 1, 1]))  # type: ignore[arg-type]
+    with pytest.raises(LogError, match=r"line 2: looks.*: it has a cell twice"):
+        parse_log(twice)
 
 
 def test_what_is_no_number_is_not_written() -> None:
@@ -375,7 +349,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         (b"{}\n", "line 1: event: must be one of mission, reveal, .*, got null"),
         (b"[" * 100_000 + b"\n", "line 1: is not JSON"),
         (b'{"event":"mission"}\n', 'line 1: format: must be "marsupial-log", got null'),
-        (b'{"event":"mission","format":"marsupial-log","version":3}\n', "line 1: version: must be 1 or 2, .*, got 3"),
+        (b'{"event":"mission","format":"marsupial-log","version":3}\n', "line 1: version: must be 2, got 3"),
     ],
 )
 def test_a_file_that_is_no_log_is_refused(data: bytes, message: str) -> None:
@@ -414,7 +388,7 @@ SEEN = Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
         (SEEN, "looks", [["rover1_1", 0, 7]], r"looks\[0\]\[2\]: must be a string, got 7"),
         (SEEN, "looks", [["rover9", 0, ""]], "robot: no such robot: 'rover9'"),
         (SEEN, "looks", [["rover1_1", 0, "BB"]], r"looks\[0\]\[2\]: stands for no cells: it ends too early"),
-        (SEEN, "looks", [["rover1_1", 0, "/HBBA"]], "runs: must be .* codes 0 to 254"),
+        (SEEN, "looks", [["rover1_1", 0, "/HBBA"]], "looks: must have codes 0 to 254"),
         (BEGIN, "action.name", "fly", 'action.name: must be one of move, explore, dock, undock, got "fly"'),
         (BEGIN, "action.name", "dock", "action.robot: a carrier can't be carried"),
         (BEGIN, "action.carrier", "carrier1", "action.carrier: a move has none, got 'carrier1'"),

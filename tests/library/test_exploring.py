@@ -187,10 +187,6 @@ def test_what_cannot_be_done_is_told_before_anything_is_written(tmp_path: Path) 
         assert not log.exists()
 
 
-def test_a_strategy_goes_by_its_former_name_too() -> None:
-    assert marsupial.explore("lobby", "greedy", **QUICK).strategy == "assignment"
-
-
 def test_a_result_says_what_it_is(lobby: marsupial.Exploration) -> None:
     assert repr(lobby).startswith("<lobby by temporal (greedy), seed 1: complete, exploration time 0:")
     html = lobby._repr_html_()

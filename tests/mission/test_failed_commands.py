@@ -18,7 +18,7 @@ from small_missions import (
 
 from marsupial.cli.display.watch import Watch
 from marsupial.formats.triggers import trigger_text
-from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observers
 from marsupial.mission.playback import Playback
 from marsupial.model.mission import ActionEnd, ActionEnded, MissionEnded, MissionStarted, PlacedRobot, Planned, Status
@@ -57,7 +57,7 @@ def fly(
     both.event(started)
     order = MissionOrder(goal=Goal(), limits=MissionLimits(time_ms=600_000), planning_time=planning_time)
     world = ClumsyWorld(grid, kinds, team, fails)
-    ended = Mission(world, kinds, strategy or greedy_strategy(), order, both).run()
+    ended = MissionLoop(world, kinds, strategy or greedy_strategy(), order, both).run()
     return ended, watcher, watch
 
 

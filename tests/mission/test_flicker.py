@@ -10,7 +10,7 @@ from small_missions import Watcher, greedy_strategy
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.flicker import MOST_FLIPS, MOST_LOSSES, STEADY_MS, Flicker
-from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import ActionEnd, ActionEnded, Changed, MissionEnded, Planned, Revealed, Status
@@ -29,7 +29,7 @@ def flown(blinks: Blinks, *, forgets: bool = False) -> tuple[MissionEnded, Watch
     world = FlickeringWorld(LOBBY.grid, kinds, robots, blinks, forgets=forgets)
     watcher = Watcher(LOBBY.grid, kinds, robots)
     order = MissionOrder(goal=LOBBY.goal, limits=MissionLimits(time_ms=600_000), waits=True)
-    return Mission(world, kinds, greedy_strategy(), order, watcher).run(), watcher
+    return MissionLoop(world, kinds, greedy_strategy(), order, watcher).run(), watcher
 
 
 def floor(count: int, seed: int) -> list[Cell]:

@@ -9,7 +9,7 @@ from clumsy_world import ClumsyWorld
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.mission.rebuild import moment_at
@@ -71,7 +71,7 @@ def fly(
     if fails is not None:
         world = ClumsyWorld(scenario.grid, kinds, robots, fails)
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits)
-    Mission(world, kinds, strategy, order, recorder).run()
+    MissionLoop(world, kinds, strategy, order, recorder).run()
     return recorder.events, strategy.asked
 
 

@@ -95,7 +95,7 @@ def sim(
         str,
         typer.Option("--planner", "-p", autocompletion=completing.planner, help="Engine of strategies that ask one."),
     ] = "anytime",
-    steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
+    steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = COMPARE_STEPS,
     sizes: Sizes = None,
     seed: Annotated[int, typer.Option(min=0, help="Draws the maps of views and the starts.")] = 1,
     repeats: Annotated[int, typer.Option(min=1, help="How often each is timed; the median counts.")] = 3,
@@ -146,17 +146,18 @@ def first_use(
 def planners(
     engines: Annotated[
         list[str] | None,
-        typer.Option("--engine", autocompletion=completing.planner, help="Only this engine; may be repeated."),
+        typer.Option("--engine", autocompletion=completing.planner, help="Only this planner; repeatable."),
     ] = None,
     instances: Annotated[
-        list[str] | None, typer.Option("--instance", help="Only instances like 'rooms-*'; may be repeated.")
+        list[str] | None,
+        typer.Option("--instance", help="Only instances matching a pattern such as 'rooms-*'; repeatable."),
     ] = None,
     budgets: Annotated[
-        list[float] | None, typer.Option("--budget", help="Seconds; may be repeated [default: 0.1, 1 and 10].")
+        list[float] | None, typer.Option("--budget", help="Seconds; repeatable [default: 0.1, 1 and 10].")
     ] = None,
-    json: Annotated[Path | None, typer.Option("--json", help="Write a row per run there.")] = None,
+    json: Annotated[Path | None, typer.Option("--json", help="Write one row per run to this file.")] = None,
     update: Annotated[
-        Path | None, typer.Option("--update", help="Merge better plans and bounds into this file of best plans.")
+        Path | None, typer.Option("--update", help="Merge better plans and bounds into this file of best known plans.")
     ] = None,
     quiet: Quiet = False,
 ) -> None:

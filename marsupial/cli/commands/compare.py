@@ -36,8 +36,7 @@ def compare(
         str,
         typer.Option(
             autocompletion=completing.strategies,
-            help="STRATEGY or STRATEGY:PLANNER, separated by commas; the last is the base of comparison. There are "
-            f"{STRATEGIES}.",
+            help=f"STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. Strategies: {STRATEGIES}.",
         ),
     ] = "temporal,heuristic",
     planner: Annotated[
@@ -46,31 +45,31 @@ def compare(
             "--planner",
             "-p",
             autocompletion=completing.planner,
-            help="Planner of strategies that name none [default: auto].",
+            help="Planner for strategies given without one [default: auto].",
         ),
     ] = None,
-    carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, as 1-6 or 2,4.")] = None,
-    rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, as 1-3.")] = None,
-    runs: Annotated[int, typer.Option(min=1, max=100_000, help="Missions for each case: seeds 1, 2, ...")] = 30,
+    carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, such as 1-6 or 2,4.")] = None,
+    rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, such as 1-3.")] = None,
+    runs: Annotated[int, typer.Option(min=1, max=100_000, help="Missions per case, with seeds 1, 2, ...")] = 30,
     steps: Annotated[
-        int | None, typer.Option(help=f"Steps for each planning: reproducible [default: {COMPARE_STEPS}].")
+        int | None, typer.Option(help=f"Steps per planning call, reproducible [default: {COMPARE_STEPS}].")
     ] = None,
-    budget: Annotated[float | None, typer.Option(help="Seconds for each planning instead: not reproducible.")] = None,
+    budget: Annotated[float | None, typer.Option(help="Seconds per planning call instead, not reproducible.")] = None,
     routes: RouteChoice = None,
     time_limit: TimeLimit = None,
     workers: Workers = None,
     ray: RayAddress = None,
-    out: Annotated[Path | None, typer.Option(help="Folder to write to; a comparison in it is resumed.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Output folder; resumes a comparison found in it.")] = None,
     retry_failed: RetryFailed = False,
     report: Annotated[
-        Path | None, typer.Option(help="Only write tables, figures and report of this folder again.")
+        Path | None, typer.Option(help="Rebuild tables, figures and report from the results in this folder.")
     ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Compare strategies and planners on the same missions.
+    """Compare strategies and planners on identical missions.
 
-    All have the same maps, teams, starts and seeds; the rows, tables and figures are in the folder --out.
+    Every strategy runs on the same maps, teams, starts and seeds. Rows, tables and figures go to the folder --out.
 
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
     """

@@ -20,12 +20,12 @@ STEPS = 100
 
 
 def demo(
-    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("demo"),
+    out: Annotated[Path, typer.Option(help="Output folder.")] = Path("demo"),
     scenario: Annotated[
-        str, typer.Option(autocompletion=completing.scenario_or_file, help="Scenario, as `marsupial run` takes it.")
+        str, typer.Option(autocompletion=completing.scenario_or_file, help="A scenario accepted by `marsupial run`.")
     ] = "office",
     seed: Seed = None,
-    budget: Annotated[float | None, typer.Option(help=f"Seconds for each planning, not {STEPS} steps.")] = None,
+    budget: Annotated[float | None, typer.Option(help=f"Seconds per planning call instead of {STEPS} steps.")] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:

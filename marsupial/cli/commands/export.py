@@ -15,14 +15,16 @@ def export(
     source: Annotated[
         str,
         typer.Argument(
-            autocompletion=completing.scenario_or_file, help="A mission log, or a scenario as `marsupial run` takes it."
+            autocompletion=completing.scenario_or_file, help="A mission log, or a scenario accepted by `marsupial run`."
         ),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to write to.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Output folder.")],
     at: Annotated[float, typer.Option(help="Simulated seconds since the start of the mission.")] = 0.0,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers (scenarios only).")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier (scenarios only).")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Draws the starts (scenarios only) [default: 1].")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Random seed of the start positions (scenarios only) [default: 1].")
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Write the planning problem of one moment.

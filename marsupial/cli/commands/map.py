@@ -1,4 +1,4 @@
-"""`marsupial map`: how a map was understood."""
+"""`marsupial map`: how a map is interpreted."""
 
 from __future__ import annotations
 
@@ -28,20 +28,21 @@ def describe_map(
         ),
     ],
     json: Json = False,
-    out: Annotated[Path | None, typer.Option(help="Write a picture of it there: .png, .svg or .pdf.")] = None,
-    picture: Annotated[bool, typer.Option(help="Show it as text too.")] = True,
+    out: Annotated[Path | None, typer.Option(help="Write a picture to this file: .png, .svg or .pdf.")] = None,
+    picture: Annotated[bool, typer.Option(help="Draw the map as text.")] = True,
     clean: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Write the map without specks smaller than a robot.")
+        Path | None,
+        typer.Option(metavar="OUT", help="Write the map with obstacle specks smaller than a robot removed."),
     ] = None,
     boundary: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Write the map closed along the hull of its obstacles.")
+        Path | None, typer.Option(metavar="OUT", help="Write the map with a wall along the hull of its obstacles.")
     ] = None,
     quiet: Quiet = False,
 ) -> None:
-    """Say how a map was understood, in a picture and in numbers.
+    """Show how a map is interpreted, as a picture and in numbers.
 
-    Size, shares of free, occupied and unknown, leaks to the border, islands, reach per robot type. A map without a
-    scenario is looked at with the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
+    Reports size, shares of free, occupied and unknown cells, leaks to the border, islands, and reach per robot type. A
+    map without a scenario is analysed for the default robot types: carriers of 0.5 m radius, rovers of 0.15 m.
 
     Example: marsupial map office --out office_map.png
     """

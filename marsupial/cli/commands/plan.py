@@ -16,8 +16,8 @@ def plan(
     situation: Annotated[Path, typer.Argument(help="A situation (.json) or a problem of the domain (.pddl).")],
     planner: Planner = None,
     budget: Annotated[float | None, typer.Option(help="Seconds [default: 10].")] = None,
-    steps: Annotated[int | None, typer.Option(help="Steps instead: reproducible.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan there.")] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps instead of seconds, reproducible.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the best plan to this file.")] = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:

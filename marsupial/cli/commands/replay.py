@@ -21,23 +21,25 @@ TERMINAL_SPEED = 20.0
 
 def replay(
     log: Annotated[Path, typer.Argument(help="A mission log.")],
-    other: Annotated[Path | None, typer.Argument(help="Another one, to be seen beside it on the page.")] = None,
-    html: Annotated[Path | None, typer.Option(help="Write one self-contained HTML page there instead.")] = None,
+    other: Annotated[Path | None, typer.Argument(help="A second log, shown beside the first on the page.")] = None,
+    html: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page instead.")] = None,
     export: Annotated[
         Path | None,
         typer.Option(help="Write a film (.gif, .mp4), a figure (.svg, .pdf, .png) or a recording (.mcap) instead."),
     ] = None,
     speed: Annotated[
         float | None,
-        typer.Option(min=0.1, help=f"Simulated seconds in a second [default: {TERMINAL_SPEED:g}; films last 20 s]."),
+        typer.Option(min=0.1, help=f"Simulated seconds per second [default: {TERMINAL_SPEED:g}; films last 20 s]."),
     ] = None,
-    at: Annotated[float | None, typer.Option(min=0, help="The second that a figure shows [default: the end].")] = None,
-    dark: Annotated[bool, typer.Option("--dark", help="Films and figures on a dark ground.")] = False,
+    at: Annotated[
+        float | None, typer.Option(min=0, help="Simulated second shown in a figure [default: the end].")
+    ] = None,
+    dark: Annotated[bool, typer.Option("--dark", help="Use a dark background for films and figures.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Play a mission log, or write it as a page, film or figure.
 
-    Without --html and --export it is played in the terminal. Two logs make a page with both side by side. A recording
+    Plays in the terminal unless --html or --export is given. Two logs make one page, side by side. A recording
     (MCAP) is for Foxglove, Lichtblick and other viewers of robots' data. MP4 needs the extra marsupial[video], MCAP the
     extra marsupial[mcap].
 
@@ -50,9 +52,9 @@ def replay(
     if export is None and (at is not None or dark):
         raise UsageError("--at and --dark are for --export")
     if html is not None and export is None and speed is not None:
-        raise UsageError("--speed: a page has a speed of its own, which is chosen on it")
+        raise UsageError("--speed does not apply to pages: choose the speed on the page")
     if other is not None and (html is None or export is not None):
-        raise UsageError("two logs are played on a page only: add --html FILE")
+        raise UsageError("two logs can only be played on a page: add --html FILE")
     if export is not None:
         from marsupial.exports.write import ExportOptions, check_export
 

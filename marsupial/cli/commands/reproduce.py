@@ -14,11 +14,11 @@ from marsupial.cli.options import COMPARE_STEPS, Quiet, RayAddress, RetryFailed,
 def reproduce(
     paper: Annotated[
         str,
-        typer.Argument(autocompletion=completing.paper, help="Which paper: wurm2010, wurm2008, alkhawaldah or mei."),
+        typer.Argument(autocompletion=completing.paper, help="Paper: wurm2010, wurm2008, alkhawaldah or mei."),
     ],
-    out: Annotated[Path, typer.Option(help="Folder to write to; a comparison in it is resumed.")],
+    out: Annotated[Path, typer.Option(help="Output folder; resumes a comparison found in it.")],
     runs: Annotated[
-        int | None, typer.Option(min=1, max=100_000, help="Missions for each case [default: as below].")
+        int | None, typer.Option(min=1, max=100_000, help="Missions per case [default: see above].")
     ] = None,
     planner: Annotated[
         str | None,
@@ -26,12 +26,12 @@ def reproduce(
             "--planner",
             "-p",
             autocompletion=completing.planner,
-            help="Planner of the temporal strategy [default: anytime].",
+            help="Planner for the temporal strategy [default: anytime].",
         ),
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps for each planning.")] = COMPARE_STEPS,
+    steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = COMPARE_STEPS,
     maps: Annotated[
-        Path | None, typer.Option(help="Folder with maps of real buildings, for wurm2008 [default: ../shared/maps].")
+        Path | None, typer.Option(help="Folder of real building maps for wurm2008 [default: ../shared/maps].")
     ] = None,
     workers: Workers = None,
     ray: RayAddress = None,
@@ -39,9 +39,9 @@ def reproduce(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Carry out the experiment of a paper.
+    """Run the experiments of a paper.
 
-    Its tables and figures are made with our data, and each of its statements gets a verdict.
+    Redraws its tables and figures with our data and gives a verdict on each of its claims.
 
     wurm2010: office and maze, 1-6 carriers with 1-3 rovers each, 30 runs, temporal planning against the heuristic.
 

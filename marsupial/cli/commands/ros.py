@@ -14,7 +14,7 @@ from marsupial.cli.options import Json, Quiet
 from marsupial.errors import EngineUnavailable, UsageError
 
 if TYPE_CHECKING:
-    from marsupial_ros.bridge import Outcome
+    from marsupial_ros.bridge import BridgeOutcome
     from marsupial_ros.journal import Journal
     from marsupial_ros.settings import Settings
 
@@ -23,28 +23,26 @@ PATIENCE_S = 300.0
 
 
 def ros(
-    settings: Annotated[Path, typer.Argument(help="The robots, their types, topics and frames: docs/ros.md.")],
+    settings: Annotated[Path, typer.Argument(help="Settings file with robots, types, topics and frames: docs/ros.md.")],
     server: Annotated[
         str,
-        typer.Option(help="URL of the service that plans; an API key is taken from MARSUPIAL_KEY."),
+        typer.Option(help="URL of the planning service; MARSUPIAL_KEY holds the API key."),
     ] = "http://127.0.0.1:8080",
     rosbridge: Annotated[
-        str | None, typer.Option(help="Address of rosbridge, instead of that in the settings (ws://HOST:PORT).")
+        str | None, typer.Option(help="Address of rosbridge (ws://HOST:PORT); overrides the settings.")
     ] = None,
     state: Annotated[
         Path | None,
-        typer.Option(help="Keep there how far the mission is: started again, the bridge takes it up."),
+        typer.Option(help="State file; a restarted bridge resumes from it."),
     ] = None,
-    log: Annotated[Path | None, typer.Option(help="Write the mission log there when the mission is over.")] = None,
-    check: Annotated[
-        bool, typer.Option("--check", help="Read the settings, say what is wrong with them, exit.")
-    ] = False,
+    log: Annotated[Path | None, typer.Option(help="Write the mission log to this file at the end.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Check the settings and exit.")] = False,
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Let robots with ROS 2 carry out a mission.
+    """Run a mission on robots with ROS 2.
 
-    Maps and poses come in and paths and dockings go out over rosbridge: docs/ros.md.
+    Receives maps and poses and sends paths and docking goals over rosbridge: docs/ros.md.
 
     Example: marsupial ros fleet.yaml --state fleet.state
     """
@@ -73,14 +71,14 @@ def ros(
     raise typer.Exit(INTERRUPTED if ended is None else MISSION_CODES[status])
 
 
-def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> Outcome:
+def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> BridgeOutcome:
     from marsupial.cli.display.messages import say
     from marsupial.cli.interrupt import stop_requests
     from marsupial.cli.outputs import writing
     from marsupial_client import AsyncClient, Busy, ClientError
     from marsupial_ros.bridge import Bridge
 
-    async def drive() -> Outcome:
+    async def drive() -> BridgeOutcome:
         key = os.environ.get("MARSUPIAL_KEY")
         async with AsyncClient(server, key=key, patience_s=PATIENCE_S) as client:
             outcome = await Bridge(settings, client, journal, say, stops).run()

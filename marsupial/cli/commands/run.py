@@ -30,17 +30,17 @@ def run(
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
     seed: Seed = None,
     budget: PlanningBudget = None,
-    steps: Annotated[int | None, typer.Option(help="Steps for each planning instead: reproducible.")] = None,
-    log: Annotated[Path | None, typer.Option(help="Write the mission log there.")] = None,
+    steps: Annotated[int | None, typer.Option(help="Steps per planning call instead, reproducible.")] = None,
+    log: Annotated[Path | None, typer.Option(help="Write the mission log to this file.")] = None,
     json: Json = False,
     planning_time: Annotated[
-        str | None, typer.Option(help="instant, or charged to the clock of the mission [default: the scenario's].")
+        str | None, typer.Option(help="instant, or charged to the mission clock [default: the scenario's].")
     ] = None,
     routes: RouteChoice = None,
     time_limit: TimeLimit = None,
     server: Annotated[
         str | None,
-        typer.Option(help="URL of a service that plans the mission; an API key is taken from MARSUPIAL_KEY."),
+        typer.Option(help="URL of a service that plans the mission; MARSUPIAL_KEY holds the API key."),
     ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from marsupial_service.operations.keys import Keys
 
 serve = typer.Typer(no_args_is_help=False)
-keys = typer.Typer(no_args_is_help=True, help="Make, list and revoke API keys.")
+keys = typer.Typer(no_args_is_help=True, help="Create, list and revoke API keys.")
 serve.add_typer(keys, name="keys")
 
 DEFAULT_DATA = Path("marsupial-data")
@@ -31,7 +31,7 @@ Shared = Annotated[
         "--store",
         envvar="MARSUPIAL_STORE",
         show_default=False,
-        help="Keep them in this PostgreSQL database instead, with other servers (postgresql://user@host/name).",
+        help="Keep them in this PostgreSQL database instead, shared by several servers (postgresql://user@host/name).",
     ),
 ]
 
@@ -40,9 +40,9 @@ Shared = Annotated[
 def run(
     context: typer.Context,
     host: Annotated[
-        str, typer.Option(help="Address to listen at; others than this machine's need keys.")
+        str, typer.Option(help="Address to listen on; addresses beyond this machine require keys.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8080,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 picks a free one.")] = 8080,
     data: Data = DEFAULT_DATA,
     store: Shared = None,
     ray: Annotated[
@@ -53,12 +53,14 @@ def run(
             help="Run jobs and missions on this Ray cluster (HOST:PORT, ray://HOST:PORT, auto or local).",
         ),
     ] = None,
-    require_keys: Annotated[bool, typer.Option("--require-keys", help="Ask for keys on this machine too.")] = False,
+    require_keys: Annotated[
+        bool, typer.Option("--require-keys", help="Require keys from clients on this machine too.")
+    ] = False,
     planner: Annotated[
-        list[str] | None, typer.Option(help="NAME=COMMAND: offer an external planner under a name; may be repeated.")
+        list[str] | None, typer.Option(help="NAME=COMMAND: offer an external planner under this name; repeatable.")
     ] = None,
     limit: Annotated[
-        list[str] | None, typer.Option(help="NAME=NUMBER: set a limit, as /v1/limits lists them; may be repeated.")
+        list[str] | None, typer.Option(help="NAME=NUMBER: set one of the limits listed at /v1/limits; repeatable.")
     ] = None,
     log_level: Annotated[str, typer.Option(help="debug, info, warning or error.")] = "info",
     openapi: Annotated[bool, typer.Option("--openapi", help="Print the OpenAPI document and exit.")] = False,
@@ -112,17 +114,17 @@ def run(
 
 @keys.command()
 def add(
-    name: Annotated[str, typer.Argument(help="Who it is for; jobs and missions belong to this name.")],
+    name: Annotated[str, typer.Argument(help="Owner of the key; jobs and missions belong to this name.")],
     scope: Annotated[
-        list[str] | None, typer.Option(help="plan, mission or admin; may be repeated, or separated by commas.")
+        list[str] | None, typer.Option(help="plan, mission or admin; repeatable or comma-separated.")
     ] = None,
-    days: Annotated[float, typer.Option(help="How long it is good.")] = 90.0,
+    days: Annotated[float, typer.Option(help="Days until the key expires.")] = 90.0,
     data: Data = DEFAULT_DATA,
     store: Shared = None,
 ) -> None:
-    """Make a key and print it; it is shown this once.
+    """Create a key and print it; it is shown only once.
 
-    A name may have two good keys at a time: make the new one, give it to all clients, revoke the old one.
+    A name may have two valid keys: create the new one, give it to all clients, then revoke the old one.
 
     Example: marsupial serve keys add fleet --scope plan,mission --data jobs
     """
@@ -152,11 +154,11 @@ def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
 
 @keys.command()
 def revoke(
-    which: Annotated[str, typer.Argument(help="A name: all its keys; or the id of one key.")],
+    which: Annotated[str, typer.Argument(help="The id of one key, or a name to revoke all its keys.")],
     data: Data = DEFAULT_DATA,
     store: Shared = None,
 ) -> None:
-    """Make keys useless at once.
+    """Revoke keys immediately.
 
     Example: marsupial serve keys add fleet --data jobs
 

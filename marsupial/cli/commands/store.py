@@ -16,7 +16,7 @@ from marsupial.cli.commands.serve import DEFAULT_DATA, Data, Shared, check_extra
 from marsupial.cli.options import Quiet
 from marsupial.errors import UsageError
 
-store = typer.Typer(no_args_is_help=True, help="Look into a store, back it up, restore, upgrade and thin it out.")
+store = typer.Typer(no_args_is_help=True, help="Inspect, back up, restore and prune a store.")
 
 
 @store.command()
@@ -24,11 +24,11 @@ def info(
     data: Data = DEFAULT_DATA,
     store: Shared = None,
     live: Annotated[
-        bool, typer.Option("--live", help="Tell too what the rows alone take; it takes a copy's space and time.")
+        bool, typer.Option("--live", help="Also measure the size of the rows alone; needs time and space for a copy.")
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Show what is stored: its version, size, rows, and how old the oldest is. Servers may run.
+    """Show version, size, row counts and the age of the oldest row. Servers may run.
 
     Example: marsupial serve store info --data jobs
     """
@@ -56,11 +56,11 @@ def info(
 
 @store.command()
 def backup(
-    file: Annotated[Path, typer.Argument(help="The file to be written; it is not there yet.")],
+    file: Annotated[Path, typer.Argument(help="File to create.")],
     data: Data = DEFAULT_DATA,
     store: Shared = None,
 ) -> None:
-    """Write the store of one moment to a file, with the hashes of the keys. A server may run.
+    """Write a consistent backup to a file, with the hashes of the keys. A server may run.
 
     Example: marsupial serve store backup monday.backup --data jobs
     """
@@ -74,7 +74,7 @@ def restore(
     data: Data = DEFAULT_DATA,
     quiet: Quiet = False,
 ) -> None:
-    """Check a backup and make the store of a new folder of it.
+    """Check a backup and restore it into a new folder.
 
     Example: marsupial serve store backup monday.backup --data jobs
 
@@ -102,13 +102,15 @@ def upgrade(data: Data = DEFAULT_DATA, store: Shared = None, quiet: Quiet = Fals
 
 @store.command()
 def retain(
-    days: Annotated[float | None, typer.Option(min=0, help="Remove what ended more days ago.")] = None,
-    kept: Annotated[int | None, typer.Option(min=0, help="Keep so many jobs and so many missions that ended.")] = None,
+    days: Annotated[float | None, typer.Option(min=0, help="Remove what ended more than this many days ago.")] = None,
+    kept: Annotated[
+        int | None, typer.Option(min=0, help="Keep this many finished jobs and this many finished missions.")
+    ] = None,
     data: Data = DEFAULT_DATA,
     store: Shared = None,
     quiet: Quiet = False,
 ) -> None:
-    """Remove jobs and missions that ended, now, and give their space back. Servers may run.
+    """Remove finished jobs and missions now and free their space. Servers may run.
 
     Example: marsupial serve store retain --days 2 --data jobs
     """

@@ -11,7 +11,7 @@ from marsupial.cli.exit_codes import INVALID_PLAN
 
 
 def validate(
-    domain: Annotated[Path, typer.Argument(help="The domain; it has to be the one of `marsupial export`.")],
+    domain: Annotated[Path, typer.Argument(help="The domain file that `marsupial export` writes.")],
     problem: Annotated[Path, typer.Argument(help="A problem of that domain.")],
     plan: Annotated[Path, typer.Argument(help="A plan in IPC format.")],
 ) -> None:

@@ -25,16 +25,16 @@ _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in 
 """Characters for a scenario's own terrains, one for each code from 3 to 254."""
 
 
-class _Line(list[Any]):
+class _FlowLine(list[Any]):
     """A list that is written on one line."""
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes `_Line` lists on one line and everything else as blocks."""
+    """Writes `_FlowLine` lists on one line and everything else as blocks."""
 
 
 _Dumper.add_representer(
-    _Line, lambda dumper, line: dumper.represent_sequence("tag:yaml.org,2002:seq", line, flow_style=True)
+    _FlowLine, lambda dumper, line: dumper.represent_sequence("tag:yaml.org,2002:seq", line, flow_style=True)
 )
 
 
@@ -91,7 +91,10 @@ def _map_fields(grid: Grid) -> dict[str, Any]:
     nameless = np.setdiff1d(grid.cells, np.flatnonzero(characters))
     if nameless.size:
         raise ScenarioError(f"terrain code {nameless[0]} of the map has no name")
-    fields: dict[str, Any] = {"resolution_m": float(grid.resolution_m), "origin_m": _Line(map(float, grid.origin_m))}
+    fields: dict[str, Any] = {
+        "resolution_m": float(grid.resolution_m),
+        "origin_m": _FlowLine(map(float, grid.origin_m)),
+    }
     if own:
         fields["legend"] = {symbol: terrain.name for symbol, terrain in own.items()}
     return fields | {"rows": ["".join(characters[row]) for row in grid.cells[::-1]]}
@@ -105,7 +108,7 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
         "speed_mps": kind.speed_mps,
         "sensor_range_m": kind.sensor_range_m,
         "radius_m": kind.radius_m,
-        "terrains": _Line(terrain_names[code] for code in sorted(kind.terrains)),
+        "terrains": _FlowLine(terrain_names[code] for code in sorted(kind.terrains)),
     }
     if kind.role is Role.CARRIER:
         fields["capacity"] = kind.capacity
@@ -121,7 +124,7 @@ def _energy_fields(energy: EnergyModel) -> dict[str, Any]:
     """Return the fields of an energy model; what distance and manoeuvres use only where that is something."""
     fields: dict[str, Any] = {"idle_w": energy.idle_w, "drive_w": energy.drive_w}
     fields |= {key: value for key in ("metre_j", "stop_j") if (value := getattr(energy, key))}
-    return fields | ({"turn_j": _Line(energy.turn_j)} if any(energy.turn_j) else {})
+    return fields | ({"turn_j": _FlowLine(energy.turn_j)} if any(energy.turn_j) else {})
 
 
 def _team_fields(scenario: Scenario) -> dict[str, Any] | list[dict[str, Any]]:
@@ -140,4 +143,4 @@ def _member_fields(member: TeamMember, grid: Grid) -> dict[str, Any]:
     fields: dict[str, Any] = {"name": member.name, "type": member.type}
     if member.carrier is not None:
         return fields | {"carrier": member.carrier}
-    return fields | {"start": DRAWN if member.start is None else _Line(grid.centre_m(member.start))}
+    return fields | {"start": DRAWN if member.start is None else _FlowLine(grid.centre_m(member.start))}

@@ -181,10 +181,10 @@ class Encoding:
 
 def encode(situation: Situation) -> Encoding:
     """Return the problem for Aries."""
-    return _Writer(situation).write()
+    return _AriesWriter(situation).write()
 
 
-class _Writer:
+class _AriesWriter:
     """Writes the problem; objects have plain names of our own, so that any name may occur in a situation."""
 
     def __init__(self, situation: Situation) -> None:

@@ -95,7 +95,7 @@ def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem,
     within_ms
         When the goal has to be reached at the latest.
     """
-    writer = _Writer(situation)
+    writer = _TamerWriter(situation)
     for robot in situation.robots:
         for action in writer.words.drives(robot):
             writer.drive(action)
@@ -105,7 +105,7 @@ def encode(situation: Situation, within_ms: int | None = None) -> tuple[Problem,
     return writer.problem, writer.actions
 
 
-class _Writer:
+class _TamerWriter:
     """Writes the actions one by one; propositions come into being when first named."""
 
     def __init__(self, situation: Situation) -> None:

@@ -104,7 +104,7 @@ class Listing:
         plan = next(self.drafts(start)).plan
         return plan, frozenset(target.name for target in self._detours.situation.targets) - plan.explored
 
-    def drafts(self, start: Plan | None = None) -> Iterator[_Draft]:
+    def drafts(self, start: Plan | None = None) -> Iterator[_GreedyPlan]:
         """Yield one plan per round without end, all with the actions of `start` first.
 
         Each round gives the target that came last a head start.
@@ -124,14 +124,14 @@ class Listing:
             if goal.return_home:
                 trouble = go_home(timeline)
                 complaint = complaint or trouble
-            yield _Draft(plan=self._detours.told(timeline.plan), complaint=complaint)
+            yield _GreedyPlan(plan=self._detours.told(timeline.plan), complaint=complaint)
             if last is None:
                 return
             head_start_ms[last] += timeline.plan.makespan_ms // 2 + 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Draft:
+class _GreedyPlan:
     """A plan, and a sentence on what of the goal it does not reach: empty if nothing."""
 
     plan: Plan

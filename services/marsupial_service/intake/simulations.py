@@ -23,7 +23,6 @@ from marsupial.model.mapreading import MapReading
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
-from marsupial.strategies.registry import current_name
 from marsupial_service.intake.counts import check_count
 from marsupial_service.intake.maps import decoded_image, yaml_header
 from marsupial_service.intake.reading import INLINE_CELLS, Digested, Reading
@@ -114,7 +113,7 @@ def _brief(
     limits: ServiceLimits,
     commands: Mapping[str, str],
 ) -> Brief:
-    strategy = current_name(asked.strategy)
+    strategy = asked.strategy
     try:
         planner = str(planner_for(strategy, asked.planner))
     except EngineUnavailable as error:

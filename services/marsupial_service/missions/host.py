@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from marsupial.formats.loglines import LogEncoder
 from marsupial.library.first_use import try_mission
-from marsupial.mission.loop import Mission, MissionOrder
+from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer
 from marsupial.model.mission import (
     ActionStarted,
@@ -66,7 +66,7 @@ def fly(brief: Brief, channel: Channel) -> None:
         waits=True,
     )
     desk.event(_started(brief, world))
-    Mission(world, kinds, desk, order, desk).run(lambda: world.cancelled)
+    MissionLoop(world, kinds, desk, order, desk).run(lambda: world.cancelled)
     world.stop_all()
     desk.end(world.now_ms)
 

@@ -12,7 +12,7 @@ from fake_ros import rooms, settings_text, team
 from marsupial.formats.mapfiles.filter_masks import FilterMasks
 from marsupial.model.grid import TERRAINS
 from marsupial_ros.chart import Chart
-from marsupial_ros.fleet import Fleet
+from marsupial_ros.fleet import RobotFleet
 from marsupial_ros.messages import occupancy_in
 from marsupial_ros.settings import Settings, read_settings
 from marsupial_ros.transforms import Frames, Transform
@@ -58,7 +58,7 @@ class House:
         self.frames = {"/tf": Frames()}
         self.actions, self.said = Actions(), []
         chart = chart_of(*[[0] * 20] * 10)
-        self.fleet = Fleet(self.settings, self.frames, chart, self.actions, self.said.append)  # type: ignore[arg-type]
+        self.fleet = RobotFleet(self.settings, self.frames, chart, self.actions, self.said.append)  # type: ignore[arg-type]
         self.fleet.mission = "m"
         self.at("carrier1", 2.5, 2.5)
         self.fleet.place()

@@ -12,7 +12,7 @@ from patience import HANG_S
 from servers import Server
 
 from marsupial_client import AsyncClient
-from marsupial_ros.bridge import Bridge, Outcome
+from marsupial_ros.bridge import Bridge, BridgeOutcome
 from marsupial_ros.journal import Journal
 from marsupial_ros.settings import read_settings
 
@@ -34,7 +34,7 @@ class Talk:
         return Bridge(read_settings(path), client, Journal(state), self.said.append, lambda: self.stops), client
 
 
-async def drive(bridge: Bridge, client: AsyncClient) -> Outcome:
+async def drive(bridge: Bridge, client: AsyncClient) -> BridgeOutcome:
     async with client:
         return await bridge.run()
 

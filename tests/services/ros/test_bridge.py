@@ -18,11 +18,11 @@ from ros_stories import Talk, drive, play, until
 from servers import Server
 
 from marsupial.model.grid import UNKNOWN
-from marsupial_ros.bridge import Outcome
+from marsupial_ros.bridge import BridgeOutcome
 
 
 def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_path: Path) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
 
     async def story(ros: FakeRos, talk: Talk) -> None:
         outcomes.append(await drive(*talk.bridge(server, ros, tmp_path)))
@@ -45,7 +45,7 @@ def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_pat
 
 
 def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Server, tmp_path: Path) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
     state = tmp_path / "state.json"
 
     async def story(ros: FakeRos, talk: Talk) -> None:
@@ -72,7 +72,7 @@ def test_a_lost_connection_and_a_bridge_started_again_lose_nothing(server: Serve
 
 
 def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server: Server, tmp_path: Path) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
     state = tmp_path / "state.json"
 
     def coarser(message: dict[str, Any]) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def test_a_mission_taken_up_passes_maps_of_another_resolution_over(server: Serve
 
 
 def test_what_ended_just_before_a_bridge_was_ended_is_reported_by_the_next_one(server: Server, tmp_path: Path) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
     state = tmp_path / "state.json"
 
     async def story(ros: FakeRos, talk: Talk) -> None:
@@ -118,7 +118,7 @@ def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
     server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("marsupial_ros.bridge.STOP_S", HANG_S)
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
 
     async def story(ros: FakeRos, talk: Talk) -> None:
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
@@ -135,7 +135,7 @@ def test_a_user_who_stops_gets_the_mission_ended_and_its_robots_stopped(
 
 
 def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(server: Server, tmp_path: Path) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
 
     async def story(ros: FakeRos, talk: Talk) -> None:
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
@@ -151,7 +151,7 @@ def test_a_user_who_stops_twice_leaves_at_once_with_all_goals_cancelled(server: 
 
 
 def test_a_carrier_that_is_not_heard_of_is_told_and_lost_with_its_rover(server: Server, tmp_path: Path) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
 
     async def story(ros: FakeRos, talk: Talk) -> None:
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
@@ -168,7 +168,7 @@ def test_a_carrier_that_is_not_heard_of_is_told_and_lost_with_its_rover(server: 
 
 
 def test_a_robot_whose_transforms_are_repeated_is_lost_as_one_that_is_silent(server: Server, tmp_path: Path) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
 
     async def story(ros: FakeRos, talk: Talk) -> None:
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))
@@ -185,7 +185,7 @@ def test_a_robot_whose_transforms_are_repeated_is_lost_as_one_that_is_silent(ser
 def test_a_robot_that_shuffles_and_gets_nowhere_is_stuck_and_the_mission_goes_on(
     server: Server, tmp_path: Path
 ) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[BridgeOutcome] = []
 
     async def story(ros: FakeRos, talk: Talk) -> None:
         work = asyncio.ensure_future(drive(*talk.bridge(server, ros, tmp_path)))

@@ -21,7 +21,7 @@ from servers import Server
 import marsupial_ros.bridge as bridges
 from marsupial_client import ClientError
 from marsupial_ros import rosbridge
-from marsupial_ros.bridge import Bridge, Outcome
+from marsupial_ros.bridge import Bridge, BridgeOutcome
 
 NORMAL = 1000
 BROKEN = 1006
@@ -47,7 +47,7 @@ class Broken(Exception):
     """Whatever may go wrong within the bridge."""
 
 
-Work = asyncio.Future[Outcome]
+Work = asyncio.Future[BridgeOutcome]
 
 
 async def user_leaves(talk: Talk, bridge: Bridge, work: Work) -> None:
