@@ -229,7 +229,7 @@ class Remaining:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEnded:
-    """Last event: the stop report and the metrics (definitions: README).
+    """Last event: the stop report and the metrics (definitions: docs/command-line.md).
 
     `exploration_ms` is when the last target was gone, or None if that never happened.
     """

@@ -11,7 +11,7 @@ import marsupial
 from marsupial.bench.compare.rows import METRIC_BY_COLUMN, Row, Timing
 from marsupial.library.metrics import METRICS
 
-README = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+DOCUMENT = (Path(__file__).resolve().parents[2] / "docs" / "command-line.md").read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -54,4 +54,4 @@ def test_a_metric_that_a_mission_does_not_have_is_none(lobby: marsupial.Explorat
 
 @pytest.mark.parametrize("key", [key for key in METRICS if "." not in key])
 def test_the_readme_names_every_key(key: str) -> None:
-    assert f"`{key}`" in README
+    assert f"`{key}`" in DOCUMENT

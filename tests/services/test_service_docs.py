@@ -26,7 +26,7 @@ def run(command: list[str], server: Server, folder: Path) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("document", ["docs/service.md", "README.md"])
+@pytest.mark.parametrize("document", ["docs/service.md", "docs/command-line.md"])
 def test_the_example_with_curl_works(document: str, server: Server, tmp_path: Path) -> None:
     (script,) = blocks("sh", document)
     assert re.fullmatch(r"(optimal|satisficing) \d+\n", run(["sh", "-euc", script], server, tmp_path))

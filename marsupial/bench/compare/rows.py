@@ -30,7 +30,7 @@ Record = TypeVar("Record", "Row", "Timing", "Curve")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One mission: how it ended, and its metrics (README), None where it has none.
+    """One mission: how it ended, and its metrics (docs/command-line.md), None where it has none.
 
     `remaining` counts the frontiers left, `aboard` the rovers aboard at the end.
     """
