@@ -47,8 +47,8 @@ def client_of(ports: Sequence[int]) -> httpx2.Client:
 class Reporter(Client):
     """A client that remembers its missions, and with them what was acknowledged; `begun` is given their ids."""
 
-    def __init__(self, ports: Sequence[int], begun: Callable[[str], None]) -> None:
-        super().__init__(_URL, patience_s=_PATIENCE_S, http=client_of(ports))
+    def __init__(self, ports: Sequence[int], begun: Callable[[str], None], key: str | None) -> None:
+        super().__init__(_URL, key=key, patience_s=_PATIENCE_S, http=client_of(ports))
         self.missions: list[Mission] = []
         self._begun = begun
 
@@ -92,11 +92,19 @@ class Journeys:
 class Explorer:
     """Carries out one mission after the other until told to stop."""
 
-    def __init__(self, ports: Sequence[int], journeys: Journeys, begun: Callable[[str], None], first: int = 0) -> None:
+    def __init__(
+        self,
+        ports: Sequence[int],
+        journeys: Journeys,
+        begun: Callable[[str], None],
+        first: int = 0,
+        key: str | None = None,
+    ) -> None:
         self._ports = ports
         self._journeys = journeys
         self._begun = begun
         self._first = first
+        self._key = key
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._go, daemon=True)
         self._thread.start()
@@ -120,7 +128,7 @@ class Explorer:
 
     def _explore(self, seed: int) -> None:
         expected, seen = undisturbed_mission(seed), LogLines()
-        client = Reporter(self._ports, self._begun)
+        client = Reporter(self._ports, self._begun, self._key)
         self._journeys.missions += 1
         try:
             simulate_by(
@@ -137,7 +145,7 @@ class Explorer:
             if _UNREACHED in str(error):
                 self._journeys.missions -= 1
             raise
-        with Client(_URL, patience_s=_PATIENCE_S, http=client_of(self._ports)) as afterwards:
+        with Client(_URL, key=self._key, patience_s=_PATIENCE_S, http=client_of(self._ports)) as afterwards:
             for mission in client.missions:
                 self._journeys.reports += mission.n
                 self._journeys.lost += max(0, mission.n - afterwards.mission(mission.id).n)

@@ -167,9 +167,9 @@ class Postgres:
         return _Connection(self._connect(idle_s=LEASE_S))
 
     def visitor(self) -> _Connection:
-        """Connect. Raises StoreError if that fails."""
+        """Connect, to read and to write as servers do. Raises StoreError if that fails."""
         try:
-            return self.reader()
+            return _Connection(self._connect())
         except psycopg.Error as error:
             raise StoreError(f"{self.place}: {_said(error)}") from error
 
@@ -246,6 +246,8 @@ class Postgres:
 
     def _prepare(self, connection: psycopg.Connection[Row]) -> None:
         with connection.transaction():
+            # whoever comes while another server brings the tables up to date waits for as long as that takes
+            connection.execute("SET LOCAL lock_timeout = 0; SET LOCAL statement_timeout = 0")
             connection.execute("SELECT pg_advisory_xact_lock(%s)", (_PREPARING,))
             connection.execute("CREATE TABLE IF NOT EXISTS marsupial (version BIGINT NOT NULL)")
             version = self.version(_Connection(connection))

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from typing import Any
 
 import psycopg
 import pytest
 from databases import PostgresServer
-from patience import HANG_S
+from patience import HANG_S, until
 
 from marsupial_service.store import Store, Transaction, open_store
+from marsupial_service.store import postgres as postgres_store
 from marsupial_service.store.engine import Connection
+from marsupial_service.store.visitor import visit
 
 
 @pytest.fixture
@@ -133,11 +137,35 @@ def _until_ended(store: Store) -> None:
         pass
 
 
-def test_every_connection_bounds_what_it_can_hold_up(postgres: PostgresServer) -> None:
+def bounds(tx: Transaction) -> list[str]:
     settings = "idle_in_transaction_session_timeout", "lock_timeout", "statement_timeout"
-    store = open_store(postgres.database())
+    return [tx.execute(f"SHOW {name}").fetchone()[0] for name in settings]
+
+
+def test_every_connection_that_writes_bounds_what_it_can_hold_up(postgres: PostgresServer) -> None:
+    url = postgres.database()
+    store = open_store(url)
     try:
-        shown = store.write(lambda tx: [tx.execute(f"SHOW {name}").fetchone()[0] for name in settings]).result(HANG_S)
-        assert shown == ["2s", "4s", "1min"]
+        assert store.write(bounds).result(HANG_S) == ["2s", "4s", "1min"]
+        with visit(url) as visitor:
+            assert visitor.write(bounds) == ["2s", "4s", "1min"]
     finally:
         store.close()
+
+
+def test_a_server_waits_until_another_one_has_brought_the_tables_up_to_date(
+    postgres: PostgresServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = postgres.database()
+    open_store(url).close()
+    monkeypatch.setattr(postgres_store, "_LOCK_S", 0.01)  # rather than wait for longer than it is
+    waits = "SELECT count(*) FROM pg_locks WHERE locktype = 'advisory' AND NOT granted"
+    with psycopg.connect(url) as upgrading, ThreadPoolExecutor(1) as threads:
+        upgrading.execute("SELECT pg_advisory_xact_lock(%s)", (postgres_store._PREPARING,))
+        coming = threads.submit(open_store, url)
+        until(lambda: coming.done() or upgrading.execute(waits).fetchone() == (1,))
+        with suppress(TimeoutError):
+            coming.result(0.1)
+        assert not coming.done()
+        upgrading.rollback()
+        coming.result(HANG_S).close()
