@@ -34,14 +34,16 @@ LOAD = 8
 """Column of robots: how many rovers of the first type are aboard at first; those of the other types follow."""
 
 EPOCH, LOGGED, QUEUED, CHECKS, UNUSED, DROPPED = range(6)
-REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, TOLL = range(6, 15)
-SUMS = 15
-"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, the time that is late, and what
-setting a rover down counts as driving."""
+REACHING, DRIVING, LATE, OLD_REACHING, OLD_DRIVING, OLD_LATE, OLD_UNUSED, DUE, TOLL, SOONER = range(6, 16)
+SUMS = 16
+"""Columns of the first row of `work`: lengths of its other rows, sums over the nodes, the time that is late, what
+setting a rover down counts as driving, and how many nodes in the queue may end sooner than before."""
 
-QUEUE, CHECK, SPARE, DROP, TAKEN = range(1, 6)
-"""Other rows of `work`: nodes to be timed, carriers whose load is to be checked, transfers not in use, transfers no
-longer in use once the change is accepted, targets taken out."""
+QUEUE, FORMER, CHECK, SPARE, DROP, TAKEN, ASKED = range(1, 8)
+ROWS = 8
+"""Other rows of `work`: nodes to be timed, their former ends, carriers whose load is to be checked, transfers not in
+use, transfers no longer in use once the change is accepted, targets taken out; per node, in which change it was last
+put into the queue as one that may end later (twice its number) or also sooner (one more), 0 out of the queue."""
 
 NODE, WORTH, NEAR = 0, 1, 2
 """Columns of `hints`; after the nodes of the nearest targets come the doors: entries and exits per type."""

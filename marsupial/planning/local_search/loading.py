@@ -15,7 +15,7 @@ def net_of(data: ProblemData, transfers: int, seed: int) -> Net:
     """Return an empty net with room for that many transfers more than there could be use for."""
     robots, targets = len(data.robots), int(data.groups[col.TARGETS, 0])
     size = robots + targets + transfers + 2 * robots + 4 * targets
-    work = np.zeros((6, max(col.SUMS, size)), dtype=np.int64)
+    work = np.zeros((col.ROWS, max(col.SUMS, size)), dtype=np.int64)
     work[0, col.TOLL] = data.toll
     return Net(
         nodes=np.zeros((size, col.WIDTH), dtype=np.int64),

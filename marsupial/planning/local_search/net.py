@@ -34,7 +34,7 @@ class Net(NamedTuple):
     log
         (nodes, `WIDTH` + 1): rows as they were before the change, and which they are.
     work
-        (6, n): see `SUMS` and `QUEUE`.
+        (`ROWS`, n): see `SUMS` and `QUEUE`.
     leg
         (types, places, places): ms, as in `ProblemData`, `FAR` without a path.
     robots, groups
@@ -152,26 +152,26 @@ def first_load(net: Net, carrier: int) -> int:
 
 
 @inlined
-def ask(net: Net, node: int) -> None:
-    """Have a node timed again."""
-    _note(net, col.QUEUE, col.QUEUED, node)
+def ask(net: Net, node: int, sooner: bool = True) -> None:
+    """Have a node timed again; `sooner` says whether it may end sooner than before."""
+    asked, now = net.work[col.ASKED, node], 2 * net.work[0, col.EPOCH]
+    if asked < now:
+        net.work[col.QUEUE, net.work[0, col.QUEUED]] = node
+        net.work[0, col.QUEUED] += 1
+    if sooner and asked <= now:
+        net.work[0, col.SOONER] += 1
+    net.work[col.ASKED, node] = max(asked, now + sooner)
 
 
 @inlined
 def check_load(net: Net, carrier: int) -> None:
     """Have the load of a carrier checked."""
-    _note(net, col.CHECK, col.CHECKS, carrier)
-
-
-@inlined
-def _note(net: Net, row: int, length: int, number: int) -> None:
-    """Add a number to a row of `work`, unless it stands there."""
-    n = net.work[0, length]
+    n = net.work[0, col.CHECKS]
     for i in range(n):
-        if net.work[row, i] == number:
+        if net.work[col.CHECK, i] == carrier:
             return
-    net.work[row, n] = number
-    net.work[0, length] = n + 1
+    net.work[col.CHECK, n] = carrier
+    net.work[0, col.CHECKS] = n + 1
 
 
 @inlined
@@ -252,29 +252,31 @@ def lateness(net: Net, end: int) -> int:
 
 
 @inlined
+def set_times(net: Net, node: int, end: int, drive: int) -> None:
+    """Let what a node stands for end at a time, after so much driving, and bring the sums up to date."""
+    touch(net, node)
+    _add_to_sums(net, node, end, drive)
+    net.nodes[node, col.CARRIER_BEFORE if net.nodes[node, col.KIND] == col.START else col.END] = end
+    net.nodes[node, col.DRIVE], net.nodes[node, col.COUNTED] = drive, 1
+
+
+@inlined
 def discount(net: Net, node: int) -> None:
     """Take what a node adds to the sums out of them."""
-    if net.nodes[node, col.COUNTED]:
-        touch(net, node)
-        net.nodes[node, col.COUNTED] = 0
-        _add(net, node, -1)
+    touch(net, node)
+    _add_to_sums(net, node, 0, 0)
+    net.nodes[node, col.COUNTED] = 0
 
 
 @inlined
-def count(net: Net, node: int) -> None:
-    """Add a node to the sums."""
-    net.nodes[node, col.COUNTED] = 1
-    _add(net, node, 1)
-
-
-@inlined
-def _add(net: Net, node: int, times: int) -> None:
-    net.work[0, col.DRIVING] += times * net.nodes[node, col.DRIVE]
-    end = end_of(net, node)
+def _add_to_sums(net: Net, node: int, end: int, drive: int) -> None:
+    """Have the sums contain an end and driving of a node in place of those that they contain now, if any."""
+    counted = net.nodes[node, col.COUNTED]
+    former = counted * end_of(net, node)
+    net.work[0, col.DRIVING] += drive - counted * net.nodes[node, col.DRIVE]
+    net.work[0, col.LATE] += lateness(net, end) - lateness(net, former)
     if net.nodes[node, col.KIND] == col.EXPLORE:
-        net.work[0, col.REACHING] += times * net.hints[net.nodes[node, col.PLACE], col.WORTH] * end
-    if end > net.work[0, col.DUE]:
-        net.work[0, col.LATE] += times * lateness(net, end)
+        net.work[0, col.REACHING] += net.hints[net.nodes[node, col.PLACE], col.WORTH] * (end - former)
 
 
 @inlined
@@ -316,7 +318,7 @@ def begin(net: Net) -> None:
     net.work[0, col.OLD_LATE] = net.work[0, col.LATE]
     net.work[0, col.OLD_UNUSED] = net.work[0, col.UNUSED]
     net.work[0, col.LOGGED] = 0
-    net.work[0, col.QUEUED] = 0
+    net.work[0, col.QUEUED] = net.work[0, col.SOONER] = 0
     net.work[0, col.CHECKS] = 0
     net.work[0, col.DROPPED] = 0
 

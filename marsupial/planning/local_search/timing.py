@@ -4,6 +4,10 @@ What is to be timed waits in a queue, the node with the earliest former end firs
 has changed is timed after it. Nothing else is looked at. A change that can't be carried out is seen when a node is
 timed, or when a carrier's load is counted; chains that wait for each other in a circle grow later until they are too
 late.
+
+Most changes are not worth what they cost, and that is seen before everything is timed. A node in the queue may end
+sooner than before if the change was made there, or if what it waits for ends sooner. Once there is no such node left,
+ends can only grow, and so can the cost: a net that costs too much already is given up.
 """
 
 from __future__ import annotations
@@ -30,10 +34,14 @@ def propagate(net: Net, limit: float, blend: Floats) -> float:
         if _overloaded(net, net.work[col.CHECK, i]):
             return np.inf
     latest = LATEST if limit >= LATEST else net.work[0, col.DUE] + np.int64(limit / blend[0])
+    for i in range(net.work[0, col.QUEUED]):
+        net.work[col.FORMER, i] = _former_end(net, net.work[col.QUEUE, i])
     patience = 4 * len(net.nodes)
     while net.work[0, col.QUEUED]:
         patience -= 1
         if patience < 0 or not _time(net, _earliest(net), latest):
+            return np.inf
+        if not net.work[0, col.SOONER] and cost_of(net, blend) > limit:
             return np.inf
     return cost_of(net, blend)
 
@@ -48,28 +56,36 @@ def cost_of(net: Net, blend: Floats) -> float:
 def _earliest(net: Net) -> int:
     """Take the node with the earliest former end out of the queue; ends of chains come last."""
     n, best, best_end = net.work[0, col.QUEUED] - 1, 0, LATEST
-    robots = len(net.robots)
     for i in range(n + 1):
-        node = net.work[col.QUEUE, i]
-        if node >= robots and net.nodes[node, col.END] < best_end:
-            best, best_end = i, net.nodes[node, col.END]
+        if net.work[col.FORMER, i] < best_end:
+            best, best_end = i, net.work[col.FORMER, i]
     node = net.work[col.QUEUE, best]
-    net.work[col.QUEUE, best] = net.work[col.QUEUE, n]
+    net.work[col.QUEUE, best], net.work[col.FORMER, best] = net.work[col.QUEUE, n], net.work[col.FORMER, n]
     net.work[0, col.QUEUED] = n
+    net.work[0, col.SOONER] -= net.work[col.ASKED, node] & 1
+    net.work[col.ASKED, node] = 0
     return node
+
+
+@inlined
+def _former_end(net: Net, node: int) -> int:
+    return LATEST if node < len(net.robots) else net.nodes[node, col.END]
 
 
 @inlined
 def _overloaded(net: Net, carrier: int) -> bool:
     """Say whether a carrier has more rovers aboard than there is room for, or sets down one of a type it has not."""
     total = nets.first_load(net, carrier)
-    for kind in range(len(net.leg)):
-        load, all_load = net.robots[carrier, col.LOAD + kind], total
+    for i in range(net.groups[col.ROVERS, 0]):
+        rover = net.groups[col.ROVERS, 1 + i]
+        if net.nodes[rover, col.ROBOT] != rover:
+            continue
+        load, all_load = net.robots[carrier, col.LOAD + net.robots[rover, col.TYPE]], total
         node = net.nodes[carrier, col.AFTER]
         while node != carrier:
             change = nets.boarding(net, node)
             all_load += change
-            if net.robots[net.nodes[node, col.ROBOT], col.TYPE] == kind:
+            if net.nodes[node, col.ROBOT] == rover:
                 load += change
             if change and (load < 0 or all_load > net.robots[carrier, col.CAPACITY]):
                 return True
@@ -93,15 +109,13 @@ def _time(net: Net, node: int, latest: int) -> bool:
             net.work[0, col.DRIVING] += drive - net.nodes[node, col.DRIVE]
             net.nodes[node, col.DRIVE] = drive
         return True
-    nets.touch(net, node)
-    nets.discount(net, node)
-    net.nodes[node, col.END], net.nodes[node, col.DRIVE] = end, drive
-    nets.count(net, node)
+    sooner = end < net.nodes[node, col.END]
+    nets.set_times(net, node, end, drive)
     following = net.nodes[node, col.AFTER]
     if net.nodes[following, col.KIND] != col.UNDOCK or net.nodes[following, col.ROBOT] != net.nodes[node, col.ROBOT]:
-        _ask_next(net, following)
+        _ask_next(net, following, sooner)
     if net.nodes[node, col.KIND] != col.EXPLORE:
-        _ask_next(net, net.nodes[node, col.CARRIER_AFTER])
+        _ask_next(net, net.nodes[node, col.CARRIER_AFTER], sooner)
     return True
 
 
@@ -129,9 +143,10 @@ def _work_out(net: Net, node: int) -> tuple[bool, int, int]:
 
 
 @inlined
-def _ask_next(net: Net, node: int) -> None:
+def _ask_next(net: Net, node: int, sooner: bool) -> None:
     if net.nodes[node, col.KIND] != col.START or net.robots[node, col.HOME] >= 0:
-        nets.ask(net, node)
+        net.work[col.FORMER, net.work[0, col.QUEUED]] = _former_end(net, node)  # not read if it is asked for already
+        nets.ask(net, node, sooner)
 
 
 @inlined
@@ -140,17 +155,12 @@ def _close(net: Net, robot: int, latest: int) -> bool:
     last = net.nodes[robot, col.BEFORE]
     if net.robots[robot, col.HOME] < 0:
         return not net.recover or net.robots[robot, col.CAPACITY] >= 0 or net.nodes[last, col.KIND] == col.DOCK
-    nets.touch(net, robot)
-    nets.discount(net, robot)
     leg = nets.leg_ms(net, robot, net.nodes[last, col.PLACE], net.robots[robot, col.HOME])
     if leg >= col.FAR:
         return False
-    net.nodes[robot, col.DRIVE] = leg
-    net.nodes[robot, col.CARRIER_BEFORE] = 0
-    if net.nodes[last, col.PLACE] != net.robots[robot, col.HOME]:
-        net.nodes[robot, col.CARRIER_BEFORE] = net.nodes[last, col.END] + leg
-    nets.count(net, robot)
-    return net.nodes[robot, col.CARRIER_BEFORE] <= latest
+    end = 0 if net.nodes[last, col.PLACE] == net.robots[robot, col.HOME] else net.nodes[last, col.END] + leg
+    nets.set_times(net, robot, end, leg)
+    return end <= latest
 
 
 @inlined
