@@ -19,12 +19,6 @@ RAY = {"nodes", "cluster"}
 LONG = {"ray", "test_tutorial.py", "test_docs.py"}
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Give whole files to workers (`pytest -n 3`): what their tests share is made once."""
-    if config.getoption("dist", "no") == "load":
-        config.option.dist, config.option.loadscopereorder = "loadgroup", False
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Give all tests on a Ray cluster to one worker, and begin with the groups that take long."""
