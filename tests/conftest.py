@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+import typer
 from browser import Browser, chromium, missing, tab
 
 if TYPE_CHECKING:
@@ -17,6 +19,11 @@ SHARED_MAPS = TESTS.parents[1] / "shared" / "maps"
 
 RAY = {"nodes", "cluster"}
 LONG = {"ray", "test_tutorial.py", "test_docs.py"}
+
+
+def pytest_configure() -> None:
+    """Have the commands' options read once, not whenever a test calls `main`: that takes 40 ms."""
+    typer.main.get_command = cache(typer.main.get_command)
 
 
 @pytest.hookimpl(tryfirst=True)
