@@ -3,37 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+import typer
 from browser import Browser, chromium, missing, tab
 
 if TYPE_CHECKING:
     from selenium.webdriver.chrome.webdriver import WebDriver
+    from xdist.remote import Producer
+    from xdist.scheduler import Scheduling
 
 TESTS = Path(__file__).resolve().parent
 SHARED_MAPS = TESTS.parents[1] / "shared" / "maps"
 
-RAY = {"nodes", "cluster"}
-LONG = {"ray", "test_tutorial.py", "test_docs.py"}
+TOGETHER = {
+    "tests/bench/test_compare_ray.py": "Ray",
+    "tests/services/jobs/test_cluster_jobs.py": "Ray",
+    "tests/services/missions/test_cluster_missions.py": "Ray",
+    "tests/services/test_service_cluster.py": "Ray",
+    "tests/replay/test_page_in_browser.py": "browser",
+    "tests/services/test_live_page.py": "browser",
+}
+"""Files that share what takes long to start, and what that is."""
+
+LONG = (
+    *TOGETHER,
+    "tests/library/test_missions.py",
+    "tests/services/test_readiness.py",
+    "tests/services/test_service_connections.py",
+    "tests/test_conformance_missions.py",
+    "tests/test_docs.py",
+    "tests/test_keeping.py",
+    "tests/test_library_docs.py",
+    "tests/test_tutorial.py",
+    "tests/test_wheel.py",
+)
+"""Files that take long, or come last where they stand."""
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Give whole files to workers (`pytest -n 3`): what their tests share is made once."""
-    if config.getoption("dist", "no") == "load":
-        config.option.dist, config.option.loadscopereorder = "loadgroup", False
+def pytest_configure() -> None:
+    """Have the commands' options read once, not whenever a test calls `main`: that takes 40 ms."""
+    typer.main.get_command = cache(typer.main.get_command)
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> Scheduling:
+    """Give whole files to workers (`pytest -n 3`), and those that share something to one: it is made once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class FilesTogether(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = super()._split_scope(nodeid)
+            return TOGETHER.get(file, file)
+
+    config.option.loadscopereorder = False
+    return FilesTogether(config, log)
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Give all tests on a Ray cluster to one worker, and begin with the groups that take long."""
-    if not getattr(config.option, "loadgroup", False):
-        return
-    groups = {item: "ray" if RAY & set(item.fixturenames) else str(item.path.relative_to(TESTS)) for item in items}
-    for item, group in groups.items():
-        item.add_marker(pytest.mark.xdist_group(group))
-    items.sort(key=lambda item: groups[item] not in LONG)
+    """Have workers begin with what takes long."""
+    if hasattr(config, "workerinput"):
+        items.sort(key=lambda item: not item.nodeid.startswith(LONG))
 
 
 @pytest.fixture(scope="session")
