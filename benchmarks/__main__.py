@@ -8,6 +8,7 @@ from importlib import import_module
 PROGRAMS = {
     "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
     "storm": ("benchmarks.storm.runs", "random missions of every strategy, judged by an independent oracle"),
+    "trial": ("benchmarks.trial.runs", "the HTTP service killed, given hostile planners, timed and fuzzed"),
 }
 """The module of each program, which has a function `main(arguments) -> exit code`, and what it does."""
 

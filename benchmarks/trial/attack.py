@@ -11,8 +11,8 @@ from contextlib import ExitStack
 from attacks import ATTACKS, MOST_MB, MOST_S, REPORTS, Cost, cost_of, mission
 from talk import HOST, ask
 
-from trial.house import opened
-from trial.rows import TrialRow, judged, times
+from benchmarks.trial.house import opened
+from benchmarks.trial.rows import TrialRow, judged, times
 
 ATTACK = "attack"
 HEALTH_GOAL_S = 0.1

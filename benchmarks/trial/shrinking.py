@@ -11,12 +11,12 @@ from pathlib import Path
 
 from talk import ask
 
+from benchmarks.trial.house import House, opened
+from benchmarks.trial.lines import Line
+from benchmarks.trial.pressing import begun, reports
+from benchmarks.trial.rows import TrialRow, judged
+from benchmarks.trial.tasks import short_jobs
 from marsupial_service.store.sqlite import FILE
-from trial.house import House, opened
-from trial.lines import Line
-from trial.pressing import begun, reports
-from trial.rows import TrialRow, judged
-from trial.tasks import short_jobs
 
 STORE = "store"
 MOST_OF_LIVE = 1.2

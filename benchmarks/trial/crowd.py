@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 
 from talk import ACCEPTED, BROKEN, BUSY, Frame, Refusal, Reply, Talk, frames
 
-from trial.promises import Promises
-from trial.tasks import short_jobs
+from benchmarks.trial.promises import Promises
+from benchmarks.trial.tasks import short_jobs
 
 SENDERS, FOLLOWERS = 2, 6
 _PAUSE_S = 0.05

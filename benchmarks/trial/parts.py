@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from trial import attack, fair, fuzz, hostile, kills, loads, pages, shared_kills, shrinking, speed
-from trial.rows import TrialRow
+from benchmarks.trial import attack, fair, fuzz, hostile, kills, loads, pages, shared_kills, shrinking, speed
+from benchmarks.trial.rows import TrialRow
 
 
 class Stores(StrEnum):

@@ -1,7 +1,7 @@
 """Servers and their processes are killed as by ``kill -9``, at random moments, while clients are at work.
 
 They send, follow and cancel jobs, and one reports to missions. The database is a file (SQLite), which dies with its
-server; `trial.shared_kills` has servers that share one.
+server; `shared_kills` has servers that share one.
 
 A server lives three kinds of lives: it is killed while it starts; it is killed before or after a commit, by a failpoint
 in its store; or it is killed at work, after some of the processes below it were.
@@ -17,13 +17,13 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
+from benchmarks.trial.crowd import Crowd
+from benchmarks.trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
+from benchmarks.trial.house import House, NotStarted, strays, unopened
+from benchmarks.trial.promises import Promises, audit
+from benchmarks.trial.rows import TrialRow, none_of
+from benchmarks.trial.toll import COMMITTING, DEPTHS, SERVER, SHARES, Toll, report
 from marsupial_service.store.failpoints import AFTER_COMMIT, BEFORE_COMMIT, VARIABLE
-from trial.crowd import Crowd
-from trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
-from trial.house import House, NotStarted, strays, unopened
-from trial.promises import Promises, audit
-from trial.rows import TrialRow, none_of
-from trial.toll import COMMITTING, DEPTHS, SERVER, SHARES, Toll, report
 
 OPTIONS = ("--limit", "queue=600", "--limit", "kept_jobs=1000000", "--limit", "streams=500")
 _GONE_S = 5.0

@@ -16,11 +16,11 @@ from typing import Any
 
 from talk import ACCEPTED, BROKEN, Talk, ask, frames
 
+from benchmarks.trial.house import House, opened, strays
+from benchmarks.trial.promises import improving
+from benchmarks.trial.rows import TrialRow, judged, none_of, percentile, times
+from benchmarks.trial.tasks import LARGEST, body, read_situation, scored, small_floor, suite_body
 from marsupial.model.situation import Situation
-from trial.house import House, opened, strays
-from trial.promises import improving
-from trial.rows import TrialRow, judged, none_of, percentile, times
-from trial.tasks import LARGEST, body, read_situation, scored, small_floor, suite_body
 
 ANSWER, FIRST, CROWD, END, FLOOD = "answer", "first plan", "clients at once", "end", "full queue"
 ANSWER_GOAL_S, FIRST_GOAL_S, END_GOAL_S = 0.05, 0.15, 3.0

@@ -6,9 +6,9 @@ import math
 import pytest
 from talk import Frame, Reply
 
-from trial.fuzz import read
-from trial.promises import Promises, improving, in_order
-from trial.rows import Judgement, TrialRow, none_of, percentile, table, times
+from benchmarks.trial.fuzz import read
+from benchmarks.trial.promises import Promises, improving, in_order
+from benchmarks.trial.rows import Judgement, TrialRow, none_of, percentile, table, times
 
 
 def frame(number: int, kind: str, **data: object) -> Frame:

@@ -1,6 +1,6 @@
 """Fleets of simulated robots that report at a rate, as clocks on the wall have it, and do what they are commanded.
 
-Run as ``python -m trial.fleets LOAD``, a process of its own: what it costs is told apart from what servers cost.
+Run as ``python -m benchmarks.trial.fleets LOAD`` in a process of its own: its cost is told apart from that of servers.
 Everything is in one event loop, over sockets, as hundreds of requests and events a second are to cost little.
 """
 
@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.trial.lines import Line
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
@@ -28,7 +29,6 @@ from marsupial.model.robots import uniform_team
 from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial_service.missions.scenarios import mission_document
 from marsupial_service.missions.simulated import SimulatedTeam
-from trial.lines import Line
 
 _LAST_S = 10.0
 """How long commands are waited for after the last report."""

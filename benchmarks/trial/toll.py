@@ -8,9 +8,9 @@ from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from trial.house import end_strays, strays
-from trial.promises import Findings, Promises
-from trial.rows import Judgement, TrialRow, none_of, times
+from benchmarks.trial.house import end_strays, strays
+from benchmarks.trial.promises import Findings, Promises
+from benchmarks.trial.rows import Judgement, TrialRow, none_of, times
 
 DEPTHS = {1: "launcher", 2: "supervisor", 3: "worker"}
 """What runs so far below a server; a worker carries out a job or a mission."""

@@ -26,11 +26,11 @@ from typing import Any
 from databases import PostgresServer
 from talk import ACCEPTED, BROKEN, Talk
 
-from trial.crowd import Crowd
-from trial.explorers import Explorer, Journeys, undisturbed_mission
-from trial.house import House, end_strays
-from trial.promises import Promises
-from trial.tasks import short_jobs
+from benchmarks.trial.crowd import Crowd
+from benchmarks.trial.explorers import Explorer, Journeys, undisturbed_mission
+from benchmarks.trial.house import House, end_strays
+from benchmarks.trial.promises import Promises
+from benchmarks.trial.tasks import short_jobs
 
 GOAL_S = 3.0
 _PAUSE_S = 0.1

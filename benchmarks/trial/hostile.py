@@ -17,12 +17,12 @@ from typing import Any
 import psutil
 from talk import Talk, ask
 
+from benchmarks.trial import villain
+from benchmarks.trial.house import House, opened, strays
+from benchmarks.trial.promises import FINAL
+from benchmarks.trial.rows import TrialRow, none_of, times
+from benchmarks.trial.tasks import body
 from marsupial_service.jobs.warm import tiny
-from trial import villain
-from trial.house import House, opened, strays
-from trial.promises import FINAL
-from trial.rows import TrialRow, none_of, times
-from trial.tasks import body
 
 PART = "hostile planners"
 LIMIT_S = 1.0

@@ -15,14 +15,14 @@ from tempfile import TemporaryDirectory
 
 from databases import NoPostgres, PostgresServer
 
-from trial.crowd import Crowd
-from trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
-from trial.house import House, end_strays, strays
-from trial.kills import OPTIONS, armed, kill_below
-from trial.owners import Ownership, keep_account, ownership
-from trial.promises import Promises, audit
-from trial.rows import Judgement, TrialRow, none_of
-from trial.toll import COMMITTING, DATABASE, SERVER, Toll, report
+from benchmarks.trial.crowd import Crowd
+from benchmarks.trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
+from benchmarks.trial.house import House, end_strays, strays
+from benchmarks.trial.kills import OPTIONS, armed, kill_below
+from benchmarks.trial.owners import Ownership, keep_account, ownership
+from benchmarks.trial.promises import Promises, audit
+from benchmarks.trial.rows import Judgement, TrialRow, none_of
+from benchmarks.trial.toll import COMMITTING, DATABASE, SERVER, Toll, report
 
 PART = "kills, shared"
 SERVERS, EXPLORERS = 2, 3

@@ -13,6 +13,9 @@ from typing import Any
 from browser import Browser, chromium, missing, tab
 from talk import ask, frames
 
+from benchmarks.trial.house import House, opened
+from benchmarks.trial.rows import Judgement, TrialRow, judged, times
+from benchmarks.trial.tasks import LARGEST, suite_body
 from marsupial.bench.drawn import generated
 from marsupial.generators.builtin import bare_map_scenario
 from marsupial.library.missions import simulate
@@ -22,9 +25,6 @@ from marsupial.model.planning import Budget
 from marsupial.model.scenario import MissionLimits, Scenario
 from marsupial.replay.page import replay_page
 from marsupial_service.store.visitor import visit
-from trial.house import House, opened
-from trial.rows import Judgement, TrialRow, judged, times
-from trial.tasks import LARGEST, suite_body
 
 PAGE = "pages"
 SHOWN_GOAL_S, FRAMES_GOAL_HZ, SIZE_GOAL_KB = 0.1, 30.0, 500.0

@@ -1,4 +1,4 @@
-"""Reports as fast as they are taken: ``python -m trial.pressing PRESS``, a process of its own.
+"""Reports as fast as they are taken: ``python -m benchmarks.trial.pressing PRESS``, a process of its own.
 
 Robots rest whatever they are commanded, so nothing is planned anew: what reports themselves cost is what is asked.
 """
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from trial.lines import Line
+from benchmarks.trial.lines import Line
 
 _SIDE = 200
 _PLACES = [[12 * (i % 12) + 10, 20 + 60 * (i // 12)] for i in range(24)]

@@ -19,10 +19,10 @@ from typing import Any
 import psutil
 from talk import Talk
 
-from trial.fleets import Load, Speaker
-from trial.house import House, opened
-from trial.pressing import ROBOTS, Press
-from trial.rows import TrialRow, judged, none_of, times
+from benchmarks.trial.fleets import Load, Speaker
+from benchmarks.trial.house import House, opened
+from benchmarks.trial.pressing import ROBOTS, Press
+from benchmarks.trial.rows import TrialRow, judged, none_of, times
 
 PRESS, ONE, MANY = "reports", "one mission", "missions at once"
 RATE_GOAL_HZ, LAG_GOAL_S = 1000.0, 0.3
@@ -32,7 +32,7 @@ MANY_LAG_GOAL_S = 1 / MANY_HZ
 
 OPTIONS = ("--limit=missions=100", "--limit=streams=1000")
 
-_TESTS = Path(__file__).resolve().parents[1]
+_ROOT = Path(__file__).resolve().parents[2]
 _SLACK_S = 240.0
 _LATE_S = 60.0
 _MISSIONS = 4
@@ -119,8 +119,8 @@ def _fleet_rows(part: str, seconds: float, speaker: Speaker, goal_s: float, how:
 
 def _run(module: str, text: str, seconds: float) -> Any:
     done = subprocess.run(
-        [sys.executable, "-m", f"trial.{module}", text],
-        cwd=_TESTS,
+        [sys.executable, "-m", f"benchmarks.trial.{module}", text],
+        cwd=_ROOT,
         stdout=subprocess.PIPE,
         timeout=seconds + _SLACK_S,
         check=True,

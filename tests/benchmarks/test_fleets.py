@@ -3,6 +3,8 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 
+from benchmarks.trial.fleets import Load, Speaker, TickingTeam, together
+from benchmarks.trial.pressing import Press, brief, reports
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.placement import place_team
 from marsupial_service.missions.frames import Frame
@@ -10,8 +12,6 @@ from marsupial_service.missions.reading import brief_of, reports_of
 from marsupial_service.missions.values import expand
 from marsupial_service.operations.settings import ServiceLimits
 from marsupial_service.schemas.missions import MissionBody, ReportsBody
-from trial.fleets import Load, Speaker, TickingTeam, together
-from trial.pressing import Press, brief, reports
 
 
 def team() -> TickingTeam:

@@ -12,12 +12,12 @@ import httpx2
 import talk
 from undisturbed import STEPS, LogLines, undisturbed
 
+from benchmarks.trial.rows import TrialRow, none_of
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import Client, Mission
 from marsupial_client.mission_documents import Brief
 from marsupial_service.missions.driving import simulate_by
-from trial.rows import TrialRow, none_of
 
 SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
 SEEDS = 5

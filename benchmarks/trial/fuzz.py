@@ -17,8 +17,8 @@ from tempfile import TemporaryDirectory
 
 import talk
 
-from trial.house import opened
-from trial.rows import Judgement, TrialRow, none_of
+from benchmarks.trial.house import opened
+from benchmarks.trial.rows import Judgement, TrialRow, none_of
 
 PART = "fuzzing"
 INSTALL = "pip install 'marsupial[fuzz]'"

@@ -14,9 +14,9 @@ from typing import Any
 
 from talk import ACCEPTED, BUSY, Frame, Reply, ask, frames
 
+from benchmarks.trial.tasks import read_situation, scored
 from marsupial.model.objective import Value
 from marsupial.model.situation import Situation
-from trial.tasks import read_situation, scored
 
 FINAL = ("succeeded", "failed", "cancelled")
 GIVEN_UP = "given up after"

@@ -9,10 +9,10 @@ from contextlib import closing
 
 from talk import Talk
 
+from benchmarks.trial.house import House, unopened
+from benchmarks.trial.rows import TrialRow, none_of, percentile, times
+from benchmarks.trial.tasks import LARGEST, body, small_floor, suite_body
 from marsupial_service.operations.keys import KeyFile
-from trial.house import House, unopened
-from trial.rows import TrialRow, none_of, percentile, times
-from trial.tasks import LARGEST, body, small_floor, suite_body
 
 FAIR = "fair between keys"
 DONE_GOAL_S = 3.0
