@@ -13,10 +13,10 @@ from typing import Any
 from browser import Browser, chromium, missing, tab
 from talk import ask, frames
 
+from benchmarks.speed.drawn import generated
 from benchmarks.trial.house import House, opened
 from benchmarks.trial.rows import Judgement, TrialRow, judged, times
 from benchmarks.trial.tasks import LARGEST, suite_body
-from marsupial.bench.drawn import generated
 from marsupial.generators.builtin import bare_map_scenario
 from marsupial.library.missions import simulate
 from marsupial.library.recording import Recorder

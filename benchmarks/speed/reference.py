@@ -1,6 +1,6 @@
 """Searches in plain C that marsupial's are timed beside: compiled where there is a compiler, when they are first used.
 
-The sources are part of the package. What is made of them lives in a temporary folder until the process ends.
+What is made of the sources lives in a temporary folder until the process ends.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import subprocess
 import tempfile
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +39,8 @@ def compiled(name: str) -> ctypes.CDLL | NotCompiled:
     compiler = shutil.which(COMPILER[0])
     if compiler is None:
         return NotCompiled(f"there is no compiler ({COMPILER[0]})")
-    kept = files("marsupial.bench.reference") / f"{name}.c"
-    with tempfile.TemporaryDirectory(prefix="marsupial-") as folder, as_file(kept) as source:
+    source = Path(__file__).with_name(f"{name}.c")
+    with tempfile.TemporaryDirectory(prefix="marsupial-") as folder:
         library = Path(folder, f"{name}.so")
         command = [compiler, *COMPILER[1:], str(source), "-o", str(library), "-lm"]
         try:

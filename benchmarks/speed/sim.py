@@ -2,7 +2,7 @@
 
 Views are taken from cells drawn at random on maps that grow, by the sensor of simulated robots and by `sight.c`, and
 must be the same. Missions are carried out as `marsupial run` does, their events written to a log; once plainly, for the
-times, and once more for where they go (`marsupial.bench.attribution`).
+times, and once more for where they go (`attribution`).
 """
 
 from __future__ import annotations
@@ -11,21 +11,26 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.speed.attribution import CALLERS, profiled
+from benchmarks.speed.drawn import generated
+from benchmarks.speed.reference import NotCompiled, PlainSight, compiled
+from benchmarks.speed.timing import Options, at_least, show, timed
 from marsupial.arrays import Ints
-from marsupial.bench.attribution import CALLERS, profiled
-from marsupial.bench.drawn import generated
-from marsupial.bench.reference.compiled import NotCompiled, PlainSight, compiled
-from marsupial.bench.timing import timed
+from marsupial.cli.display.messages import say
+from marsupial.cli.options import COMPARE_STEPS
+from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.choices import planner_for
 from marsupial.library.first_use import prepare_mission
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.library.recording import LogFile
+from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.grid import FLOOR, Cell, Grid
 from marsupial.model.mission import MissionEvent, Revealed
@@ -33,8 +38,10 @@ from marsupial.model.planning import Budget
 from marsupial.model.robots import default_types
 from marsupial.model.scenario import Scenario
 from marsupial.sim.sensors import FieldOfView
+from marsupial.strategies.registry import strategy as named_strategy
 
 SIZES = (256, 512, 1024, 2048)
+STRATEGIES = ("heuristic", "temporal")
 
 SIGHT_MAP, RESOLUTION_M, VIEWS = "rooms", 0.05, 200
 """The generator of the maps on which views are taken, the edge of their cells, and how many views."""
@@ -261,3 +268,27 @@ def _mission_line(row: MissionRow) -> str:
         f"{row.scenario:<15}{f'{row.width} x {row.height}':>12}  {row.strategy:<15}{row.planner:<9}"
         f"{row.simulated_s:>12.1f}{row.cpu_s:>8.2f}{row.ratio:>7.0f}x{row.replans:>8}{row.revealed:>10}"
     )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    what = "The simulator beside the time it simulates and sensing beside plain C; where the time of missions goes."
+    options = Options("sim", what, repeats=3)
+    options.add_maps(64, SIZES)
+    options.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="as for `marsupial run` (the built-in ones)")
+    options.add_argument("--strategy", "-s", action="append", help=f"may be repeated ({', '.join(STRATEGIES)})")
+    options.add_argument("--planner", "-p", default="anytime", help="of strategies that ask one (%(default)s)")
+    options.add_argument("--steps", type=at_least(1), default=COMPARE_STEPS, help="for each planning (%(default)s)")
+    chosen = options.chosen(arguments)
+    strategies, budget = chosen.strategy or STRATEGIES, Budget(steps=chosen.steps)
+    for name in strategies:
+        named_strategy(name, planner=chosen.planner, budget=budget)  # refuses before anything runs
+    scenarios = [load_scenario(source).scenario for source in chosen.scenarios or SCENARIOS]
+    sizes = chosen.size or SIZES
+    say(f"views on maps of {', '.join(map(str, sizes))} cells a side")
+    sights, missions = list(bench_sight(sizes, chosen.seed, chosen.repeats)), []
+    for scenario, name in product(scenarios, strategies):
+        say(f"{scenario.name} by {name}")
+        missions.append(bench_mission(scenario, name, chosen.planner, budget, chosen.seed, chosen.repeats))
+    show(table(sights, missions), values(sights, missions), chosen.json)
+    return 0

@@ -18,7 +18,9 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks.speed.timing import Options, show
 from marsupial.bench.suite.catalogue import INSTANCES
+from marsupial.cli.display.messages import say
 from marsupial.errors import UsageError
 from marsupial.formats.situation import situation_to_json
 
@@ -129,3 +131,14 @@ def values(rows: Iterable[FirstUseRow]) -> list[dict[str, Any]]:
 def _cpu_of_children_s() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    what = "The first use of a command, with no compiled code kept, beside the ones after it."
+    options = Options("first-use", what, repeats=3)
+    options.add_argument("commands", nargs="*", metavar="COMMAND", help=f"{', '.join(COMMANDS)} (both)")
+    chosen = options.chosen(arguments)
+    rows = list(bench_first_use(chosen.commands, repeats=chosen.repeats, tell=say))
+    show(table(rows), values(rows), chosen.json)
+    return 0

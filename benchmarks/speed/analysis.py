@@ -4,7 +4,7 @@ Half of what can be seen of a map is known, and a team stands here and there. Th
 near the place of a target is revealed, 1 % of the map each time, robots move to that and other targets, and everything
 that planning needs is worked out twice: by a surveyor that has seen all that came before, and by a new one that knows
 nothing but the map. Both must come to the same situation. Times are the medians of these moments; where they go is
-looked up in as many more, by profile (`marsupial.bench.attribution`).
+looked up in as many more, by profile (`attribution`).
 """
 
 from __future__ import annotations
@@ -18,11 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import ndimage
 
+from benchmarks.speed.attribution import CALLERS, profiled
+from benchmarks.speed.drawn import generated
+from benchmarks.speed.timing import LONG_S, Options, show, timed
 from marsupial.arrays import Bytes, Floats, Ints
-from marsupial.bench.attribution import CALLERS, profiled
-from marsupial.bench.drawn import generated
 from marsupial.bench.suite.best import digest_of
-from marsupial.bench.timing import LONG_S, timed
+from marsupial.cli.display.messages import say
 from marsupial.generators.builtin import bare_map_scenario
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
@@ -255,3 +256,13 @@ def values(rows: Iterable[AnalysisRow]) -> list[dict[str, Any]]:
 def _line(part: str, kept_s: float, scratch_s: float) -> str:
     ratio = f"{scratch_s / kept_s:>8.1f}x" if min(kept_s, scratch_s) > LEAST_S else f"{'-':>9}"
     return f"{part:<21}{1e3 * kept_s:>10.2f}{1e3 * scratch_s:>12.1f}{ratio}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code."""
+    options = Options("analysis", "Map work after 1 % of a map was revealed, beside the same from scratch.", repeats=5)
+    options.add_maps(256, SIZES)
+    chosen = options.chosen(arguments)
+    rows = list(bench_analysis(sizes=chosen.size or SIZES, seed=chosen.seed, repeats=chosen.repeats, tell=say))
+    show(table(rows), values(rows), chosen.json)
+    return 0
