@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 from drawn_maps import carrier
 
-from marsupial.bench.papers.segments import segments_figure
-from marsupial.bench.papers.teams import explorers
+from marsupial.generators.builtin import explorers
 from marsupial.model.grid import FLOOR, Grid
 from marsupial.model.scenario import Scenario
+from marsupial.papers.wurm2008.figure import segments_figure
 
 
 def two_rooms() -> Scenario:

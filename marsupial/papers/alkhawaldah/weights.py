@@ -19,10 +19,8 @@ from marsupial.bench.compare.figures import Figure, SquareMap, squares_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable
-from marsupial.bench.papers.worlds import CELLS, cell_world
+from marsupial.papers.alkhawaldah.experiment import CELLS, ROBOTS, WEIGHTS, cell_world
 
-NAME = "alkhawaldah-weights"
-ROBOTS = 2
 WORLDS = {
     "no obstacles": (CELLS, CELLS, 0),
     "10 obstacles": (CELLS, CELLS, 10),
@@ -53,7 +51,7 @@ def comparison(terms: ExperimentTerms) -> Comparison:
         for name, (columns, rows, obstacles) in WORLDS.items()
     }
     contenders = tuple(_contender(*pair) for pair in product(VALUES, VALUES))
-    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=NAME)
+    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=WEIGHTS)
 
 
 def _contender(of_neighbours: float, of_partner: float) -> Contender:

@@ -17,13 +17,12 @@ from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, interval_text, percent
-from marsupial.bench.papers.segments import segments_figure
-from marsupial.bench.papers.teams import explorers
 from marsupial.formats.mapfiles.read import read_map
-from marsupial.generators.builtin import builtin_scenario
+from marsupial.generators.builtin import builtin_scenario, explorers
 from marsupial.model.grid import Grid
 from marsupial.model.robots import RobotType, default_types
 from marsupial.model.scenario import Scenario
+from marsupial.papers.wurm2008.figure import segments_figure
 
 NAME = "wurm2008"
 TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}

@@ -17,7 +17,6 @@ from marsupial.arrays import Floats, Ints
 from marsupial.bench.compare.figures import COLOURS, INK, Figure, as_figure
 from marsupial.library.missions import simulate
 from marsupial.maps.growth import reach_of
-from marsupial.maps.segmentation import Segmentation, segment
 from marsupial.maps.targets import TargetFinder
 from marsupial.maps.territory import Territory
 from marsupial.maps.window import Window
@@ -27,6 +26,7 @@ from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import MissionEvent, PlacedRobot
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
+from marsupial.papers.wurm2008.segmentation import Segmentation, segment
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -18,10 +18,7 @@ from marsupial.bench.compare.figures import Figure, coverage_figure, mean_covera
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
-from marsupial.bench.papers import mei_paths
-from marsupial.bench.papers.mei_paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
-from marsupial.bench.papers.mei_routes import routes_figure
-from marsupial.bench.papers.teams import explorers
+from marsupial.generators.builtin import explorers
 from marsupial.generators.canvas import close_border
 from marsupial.generators.scattered import scattered
 from marsupial.generators.walled import SIDE, WALLED
@@ -29,6 +26,9 @@ from marsupial.maps.reach import largest_reach
 from marsupial.model.grid import FLOOR, Cell, Grid
 from marsupial.model.robots import EnergyModel, RobotType, Role, Routes
 from marsupial.model.scenario import Scenario
+from marsupial.papers.mei2006 import paths
+from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
+from marsupial.papers.mei2006.routes import routes_figure
 
 NAME, CORNER = "mei", "mei-corner"
 ORIENTATION, WIDEST = Contender("orientation"), Contender("widest-frontier")
@@ -112,7 +112,7 @@ def _case(name: str) -> Case:
 @cache
 def routes_table(*, cuts_corners: bool) -> RoutePairs:
     """Return the comparison of routes by either rule of movement."""
-    return mei_paths.path_table(cuts_corners=cuts_corners)
+    return paths.path_table(cuts_corners=cuts_corners)
 
 
 def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
@@ -159,7 +159,7 @@ def _explored(outcome: ComparisonOutcome) -> ReportTable:
 def _routes() -> ReportTable:
     table = ReportTable(
         title="Section V-B: routes of least energy beside shortest paths",
-        caption=f"On {mei_paths.MAPS} maps of {mei_paths.SIDE} x {mei_paths.SIDE} cells, a fifth of them blocked at "
+        caption=f"On {paths.MAPS} maps of {paths.SIDE} x {paths.SIDE} cells, a fifth of them blocked at "
         "random. Means of the ratios over all pairs and, behind them, ratios of the sums.",
         heads=("movement", "pairs", "energy saved", "printed", "longer", "printed"),
     )

@@ -11,14 +11,17 @@ from compare_workers import invented
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.header import header_of
 from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, StatementVerdict
-from marsupial.bench.documents import documents
-from marsupial.bench.papers import alkhawaldah, mei, weights, wurm2008
-from marsupial.bench.papers.catalogue import PAPERS, PARTS, experiment
-from marsupial.bench.papers.mei_paths import RoutePairs
 from marsupial.model.grid import FLOOR
 from marsupial.model.planning import Budget
+from marsupial.papers import PAPERS, PARTS, experiment
+from marsupial.papers.alkhawaldah import experiment as alkhawaldah
+from marsupial.papers.alkhawaldah import weights
+from marsupial.papers.mei2006 import experiment as mei
+from marsupial.papers.mei2006.paths import RoutePairs
+from marsupial.papers.wurm2008 import experiment as wurm2008
 
 HOLDS, PARTLY, FAILS, OPEN = (
     StatementVerdict.HOLDS,
@@ -45,6 +48,10 @@ def named(name: str) -> Experiment:
     return found
 
 
+def written(found: ComparisonOutcome) -> dict[str, bytes]:
+    return dict(documents(found, experiment(str(found.header["paper"]))))
+
+
 def verdicts(name: str, found: ComparisonOutcome) -> list[StatementVerdict]:
     return [finding.verdict for finding in named(name).findings(found)]
 
@@ -58,7 +65,7 @@ def test_parts_of_an_experiment_are_no_papers_of_their_own() -> None:
 def test_an_experiment_without_data_leaves_every_statement_open(name: str) -> None:
     found = outcome(named(name).comparison(terms()), lambda trial: 1.0, runs=0)
     assert set(verdicts(name, found)) == {OPEN}
-    made = dict(documents(found))
+    made = written(found)
     assert b"not enough data" in made["checklist.md"]
 
 
@@ -91,7 +98,7 @@ def test_segments_that_are_faster_everywhere_are_found_so() -> None:
     slower = outcome(wurm2008.comparison(terms(runs=5)), lambda trial: 200.0 - of_office(trial), runs=5)
     assert verdicts("wurm2008", slower)[0] is FAILS
     assert verdicts("wurm2008", slower)[4] is FAILS
-    names = set(dict(documents(found)))
+    names = set(written(found))
     assert {"figures/figure-5.svg", "figures/times.png", "report.html"} <= names
 
 
@@ -134,7 +141,7 @@ def test_weights_near_the_line_that_are_best_are_found_so() -> None:
 
     found = outcome(comparison, time_s, runs=1)
     assert verdicts("alkhawaldah-weights", found) == [HOLDS, HOLDS, HOLDS]
-    names = set(dict(documents(found)))
+    names = set(written(found))
     assert names == {
         "checklist.md",
         "tables.md",
@@ -184,7 +191,7 @@ def test_the_printed_ways_of_mei_confirm_what_the_paper_says_of_them(monkeypatch
     assert texts[2:8] == ["710.8 ± 0.1", "710.8", "1222.6 ± 0.1", "1222.6", "+41.9 %", "+41.9 %"]
     assert len(explored.rows) == 6
     assert routes.rows[0][3].text == "+8.4 %"
-    assert {"figures/figure-11.svg", "figures/figure-13.png"} <= set(dict(documents(found)))
+    assert {"figures/figure-11.svg", "figures/figure-13.png"} <= set(written(found))
 
 
 def test_missions_from_the_corner_start_where_there_is_floor() -> None:

@@ -5,8 +5,8 @@ from drawn_maps import draw, random_cells
 from hypothesis import given, settings
 from scipy import ndimage
 
-from marsupial.maps.voronoi import Blocks, VoronoiGraph, _traced, voronoi_graph
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
+from marsupial.papers.wurm2008.voronoi import Blocks, VoronoiGraph, _traced, voronoi_graph
 
 FLOORS = frozenset({FLOOR})
 EIGHT = np.ones((3, 3))

@@ -16,10 +16,31 @@ from marsupial.bench.compare.figures import Figure, Series, lines_figure
 from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
 from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
 from marsupial.bench.compare.tables import ReportTable, mean_text, percent
-from marsupial.bench.papers import weights
-from marsupial.bench.papers.worlds import CELLS, cell_world
+from marsupial.generators.builtin import explorers
+from marsupial.generators.scattered import scattered
+from marsupial.model.grid import FLOOR
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Scenario
 
-NAME = "alkhawaldah"
+NAME, WEIGHTS = "alkhawaldah", "alkhawaldah-weights"
+"""What the experiment and its part are called."""
+
+CELLS = 25
+"""Columns and rows of most worlds of Al-Khawaldah et al."""
+
+SEED = 1
+"""Of the obstacles' places."""
+
+HOPPER = RobotType(
+    name="robot",
+    role=Role.CARRIER,
+    speed_mps=1.0,
+    sensor_range_m=1.5,
+    radius_m=0.0,
+    terrains=frozenset({FLOOR}),
+    diagonal=1.0,
+)
+"""Sees its eight neighbours; each move takes a second."""
 ROBOTS = 2
 BIDDING, SHENG = Contender("bidding"), Contender("sheng")
 
@@ -40,6 +61,11 @@ NEAR = 0.05
 
 FEW_STEPS = 115
 """How many steps temporal planning may take in the mean; a printed mean is 125."""
+
+
+def cell_world(name: str, columns: int, rows: int, obstacles: int, robots: int) -> Scenario:
+    """Return the scenario of that many robots in a world of cells of 1 m, some of which are obstacles."""
+    return explorers(name, scattered(columns, rows, obstacles, SEED), HOPPER, robots)
 
 
 def comparison(terms: ExperimentTerms) -> Comparison:
@@ -178,5 +204,5 @@ EXPERIMENT = Experiment(
     figures=_figures,
     findings=findings,
     tables=_tables,
-    parts={"weights": weights.NAME},
+    parts={"weights": WEIGHTS},
 )

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.maps.reach import parts
-from marsupial.maps.segmentation import Segmentation, segment
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid
+from marsupial.papers.wurm2008.segmentation import Segmentation, segment
 
 FLOORS = frozenset({FLOOR})
 CODES = (OBSTACLE, FLOOR, FLOOR, FLOOR, UNKNOWN)

@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from marsupial.bench.papers.mei_paths import (
+from marsupial.model.grid import Cell
+from marsupial.papers.mei2006.paths import (
     PRINTED_LONGER,
     PRINTED_SAVED,
     RoutePairs,
@@ -16,7 +17,6 @@ from marsupial.bench.papers.mei_paths import (
     shortest_paths,
     together,
 )
-from marsupial.model.grid import Cell
 from marsupial.paths.energy import MotionCosts
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import route_length

@@ -28,9 +28,9 @@ from scipy.sparse.csgraph import connected_components
 
 from marsupial.arrays import Flags, Floats, Ints, Ints32
 from marsupial.maps.reach import parts
-from marsupial.maps.voronoi import Blocks, VoronoiGraph, voronoi_graph
 from marsupial.model.grid import Grid, Mask, code_table
 from marsupial.native import native
+from marsupial.papers.wurm2008.voronoi import Blocks, VoronoiGraph, voronoi_graph
 
 RISE = 1.3
 """A point is narrow if the clearance rises by this factor on both sides of it: less is the unevenness of walls."""

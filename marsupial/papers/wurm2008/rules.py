@@ -1,14 +1,17 @@
-"""Each robot to a segment of the map of its own: a room, a corridor, or a part of one.
+"""Each robot to a segment of the map of its own: a room, a corridor, or a part of one; or to the closest frontier.
 
 Segments that have something left to explore are assigned to the robots by the Hungarian method, at the length of the
 way to their nearest frontier; one's own segment is cheaper, so that robots finish what they have begun. Robots that
 share a segment share out its frontiers likewise. A frontier is a group of frontier cells that touch.
 
+The closest frontier, what the segmentation is compared with, is as close as the nearest of its cells. Robots that have
+none choose one after the other, in the order of the team; once every frontier has a robot they choose among all.
+
 References
 ----------
 Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
-sections III and V, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is made of the map known
-so far, as in section IV and as on their robots.
+sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is made of the map
+known so far, as in section IV and as on their robots.
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.reach import groups
-from marsupial.maps.segmentation import segment
+from marsupial.papers.wurm2008.segmentation import segment
 from marsupial.planning.matching import least_assignment
 from marsupial.strategies.frontier.view import FrontierView
 
@@ -57,6 +60,35 @@ class Segments:
             members, inside = np.flatnonzero(assigned == k), labels[cells] == label
             goals = _share(ways[np.ix_(members, inside)], cells[inside], view.grid.cells.shape)
             chosen |= {view.robots[i].name: goal for i, goal in zip(members.tolist(), goals, strict=True)}
+        return chosen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClosestFrontier:
+    """The closest frontier without a robot."""
+
+    name: ClassVar[str] = "closest-frontier"
+    each_step: ClassVar[bool] = False
+    gives_up: ClassVar[bool] = True
+    most_robots: ClassVar[int | None] = None
+
+    def choose(self, view: FrontierView) -> Mapping[str, int]:
+        """Return the nearest cell of the frontier for each robot that has none and can get to one."""
+        taken = {robot.goal for robot in view.robots if robot.goal is not None}
+        chosen: dict[str, int] = {}
+        for robot in view.robots:
+            if robot.goal is not None:
+                continue
+            cells, ways = view.frontier(robot).cells, view.ways(robot)
+            free = np.array(ways)
+            for group in view.groups(robot):
+                if not taken.isdisjoint(group.tolist()):
+                    free[np.searchsorted(cells, group)] = np.inf
+            best = view.closest(robot, free)
+            best = view.closest(robot, ways) if best is None else best
+            if best is not None:
+                chosen[robot.name] = best
+                taken.add(best)
         return chosen
 
 

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.growth import reach_of
-from marsupial.maps.segmentation import segment
 from marsupial.maps.targets import TargetFinder, cell_at
 from marsupial.maps.territory import Territory
 from marsupial.model.grid import FLOOR, UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.robots import RobotType
+from marsupial.papers.wurm2008.rules import Segments, assignment
+from marsupial.papers.wurm2008.segmentation import segment
 from marsupial.paths.fields import PathSearch
-from marsupial.strategies.frontier.segmentation import Segments, assignment
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 SLIM = carrier("slim", radius_m=0.15)

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from marsupial.arrays import Floats, Ints
-from marsupial.bench.papers.worlds import HOPPER, cell_world
 from marsupial.library.missions import simulate
 from marsupial.maps.growth import reach_of
 from marsupial.maps.targets import TargetFinder, cell_at
@@ -21,8 +20,11 @@ from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid
 from marsupial.model.mission import DriveStarted, MissionEvent, Status
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
+from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
+from marsupial.papers.alkhawaldah.rule import Bidding
+from marsupial.papers.sheng2006.rule import Sheng
 from marsupial.paths.fields import PathSearch
-from marsupial.strategies.frontier.bidding import Bidding, Sheng, counted
+from marsupial.strategies.frontier.bidders import counted
 from marsupial.strategies.frontier.view import Explorer, FrontierView
 
 HALLWAY = draw(
