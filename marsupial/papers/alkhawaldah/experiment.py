@@ -41,6 +41,7 @@ HOPPER = RobotType(
     diagonal=1.0,
 )
 """Sees its eight neighbours; each move takes a second."""
+
 ROBOTS = 2
 BIDDING, SHENG = Contender("bidding"), Contender("sheng")
 
