@@ -17,7 +17,7 @@ slow: $(STAMP)
 
 # The HTTP service killed, given hostile planners and timed: some minutes. docs/benchmarks.md says what more there is.
 trial: $(STAMP)
-	cd tests && $(CURDIR)/$(BIN)/python -m trial --quick
+	$(BIN)/python -m benchmarks trial --quick
 
 check: lint types contract test
 

@@ -5,9 +5,16 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
+from marsupial.errors import MarsupialError
+
 PROGRAMS = {
+    "analysis": ("benchmarks.speed.analysis", "map work after 1 % of a map was revealed, beside the same from scratch"),
+    "first-use": ("benchmarks.speed.first_use", "a command with no compiled code kept, beside the times after it"),
     "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
+    "paths": ("benchmarks.speed.paths", "path costs beside searches in plain C and scipy's csgraph"),
+    "sim": ("benchmarks.speed.sim", "missions beside the time they simulate, sensing beside plain C"),
     "storm": ("benchmarks.storm.runs", "random missions of every strategy, judged by an independent oracle"),
+    "trial": ("benchmarks.trial.runs", "the HTTP service killed, given hostile planners, timed and fuzzed"),
 }
 """The module of each program, which has a function `main(arguments) -> exit code`, and what it does."""
 
@@ -21,7 +28,11 @@ def main() -> int:
             print(f"  {known}: {does}")
         return 0 if name in ("", "-h", "--help") else 2
     module, _ = PROGRAMS[name]
-    return int(import_module(module).main(arguments))
+    try:
+        return int(import_module(module).main(arguments))
+    except MarsupialError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

@@ -93,14 +93,6 @@ def test_a_wheel_runs_a_mission_and_finds_its_files(elsewhere: Elsewhere) -> Non
     assert "best known" in elsewhere.marsupial(*bench)
 
 
-def test_a_wheel_has_the_sources_in_c_that_benches_compile(elsewhere: Elsewhere) -> None:
-    shown = elsewhere.marsupial("bench", "paths", "--size", "64", "--repeats", "1")
-    if shutil.which("cc") is None:
-        assert shown.endswith("C is left out: there is no compiler (cc)\n")
-    else:
-        assert "C is left out" not in shown
-
-
 def test_a_wheel_is_a_typed_library(elsewhere: Elsewhere) -> None:
     program = (
         "import marsupial; from importlib.metadata import version; from importlib.resources import files;"

@@ -12,10 +12,10 @@ from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
 from marsupial.bench.compare.plan import Comparison
 from marsupial.bench.compare.pool import LocalPool
 from marsupial.bench.compare.ray_pool import RayPool
+from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import CRASHED, ERROR
 from marsupial.bench.compare.runner import Runner
 from marsupial.bench.compare.tables import BETTER, headline_table
-from marsupial.bench.documents import documents
 from marsupial.cli.display.compare_progress import compare_progress
 from marsupial.cli.display.messages import say, warn
 from marsupial.cli.display.tables import print_table
@@ -25,6 +25,7 @@ from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import replace_file
 from marsupial.library.first_use import prepare_mission
+from marsupial.papers import experiment
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import check_suits
 from marsupial.strategies.registry import strategy as made
@@ -100,7 +101,7 @@ def report(out: Path) -> None:
     with writing(out):
         (out / "figures").mkdir(exist_ok=True)
         stale = {*out.glob("checklist.md"), *out.glob("figures/*.svg"), *out.glob("figures/*.png")}
-        for name, data in documents(outcome, replays_in(out, outcome)):
+        for name, data in documents(outcome, experiment(str(outcome.header.get("paper"))), replays_in(out, outcome)):
             replace_file(out / name, data)
             stale.discard(out / name)
         for file in stale:  # of what the folder held before it grew, and can't be true of what it holds now

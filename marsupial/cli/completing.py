@@ -38,7 +38,7 @@ def strategies(incomplete: str) -> list[str]:
 
 def paper(incomplete: str) -> list[str]:
     """Return the papers that begin like this."""
-    from marsupial.bench.papers.catalogue import PAPERS
+    from marsupial.papers import PAPERS
 
     return _starting(incomplete, PAPERS)
 

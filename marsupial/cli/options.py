@@ -66,7 +66,10 @@ JsonList = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 Workers = Annotated[int | None, typer.Option(min=1, max=1024, help="Worker processes [default: one per core].")]
 RayAddress = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Run on this Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),
+    typer.Option(
+        metavar="ADDRESS",
+        help="Run on this Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local.",
+    ),
 ]
 RetryFailed = Annotated[
     bool, typer.Option("--retry-failed", help="Rerun missions that ended with status error or crashed.")

@@ -17,8 +17,8 @@ from marsupial.errors import Problem, ScenarioError
 from marsupial.generators import GENERATORS
 from marsupial.model.bounds import BOUNDS, team_fault
 from marsupial.model.grid import FLOOR, ROUGH, Grid
-from marsupial.model.robots import RobotType, default_types, uniform_team
-from marsupial.model.scenario import Scenario
+from marsupial.model.robots import RobotType, TeamMember, default_types, uniform_team
+from marsupial.model.scenario import Goal, Scenario
 from marsupial.model.sizes import MOST, Extent, ground_faults, radius_fault
 
 DEFAULT_CARRIERS, DEFAULT_ROVERS = 2, 2
@@ -143,6 +143,12 @@ def bare_map_scenario(
     if faults:
         raise ScenarioError([Problem("resolution_m", f"the default robots are too large: {faults[0]}")])
     return Scenario(name=name, grid=grid, robot_types=kinds, team=uniform_team(carriers, rovers))
+
+
+def explorers(name: str, grid: Grid, kind: RobotType, robots: int) -> Scenario:
+    """Return the scenario of that many robots of one type on a map, their starts drawn by the mission's seed."""
+    team = tuple(TeamMember(name=f"{kind.name}{i}", type=kind.name) for i in range(1, robots + 1))
+    return Scenario(name=name, grid=grid, robot_types=(kind,), team=team, goal=Goal(recover_rovers=False))
 
 
 def check_team_size(carriers: int, rovers: int) -> None:

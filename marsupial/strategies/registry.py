@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from marsupial.strategies.frontier.rule import FrontierRule
 
 RULES: Mapping[str, str] = {
-    "closest-frontier": "marsupial.strategies.frontier.closest:ClosestFrontier",
-    "segmentation": "marsupial.strategies.frontier.segmentation:Segments",
-    "bidding": "marsupial.strategies.frontier.bidding:Bidding",
-    "sheng": "marsupial.strategies.frontier.bidding:Sheng",
-    "orientation": "marsupial.strategies.frontier.orientation:Orientation",
-    "widest-frontier": "marsupial.strategies.frontier.orientation:WidestFrontier",
+    "closest-frontier": "marsupial.papers.wurm2008.rules:ClosestFrontier",
+    "segmentation": "marsupial.papers.wurm2008.rules:Segments",
+    "bidding": "marsupial.papers.alkhawaldah.rule:Bidding",
+    "sheng": "marsupial.papers.sheng2006.rule:Sheng",
+    "orientation": "marsupial.papers.mei2006.rules:Orientation",
+    "widest-frontier": "marsupial.papers.mei2006.rules:WidestFrontier",
     "covering": "marsupial.strategies.frontier.covering:Covering",
 }
 """Those that send robots to frontiers; they lead carriers without rovers."""
@@ -126,7 +126,7 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
     base, _, parameters = name.partition("/")
     if base in RULES:
         from marsupial.strategies.frontier.exploration import FrontierStrategy
-        from marsupial.strategies.frontier.parameters import with_parameters
+        from marsupial.strategies.frontier.rule import with_parameters
 
         return FrontierStrategy(with_parameters(frontier_rule(base), parameters), name)
     found = _extension(name)

@@ -13,7 +13,7 @@ from marsupial.bench.compare.cells import TIME, tally
 from marsupial.bench.compare.figures import COLOURS
 from marsupial.bench.compare.pairs import notable_pairs, replays_in
 from marsupial.bench.compare.plan import Contender
-from marsupial.bench.documents import documents
+from marsupial.bench.compare.report import documents
 
 
 def sections(text: str) -> list[str]:
@@ -99,7 +99,7 @@ def test_pairs_that_can_be_watched_are_linked(tmp_path: Path) -> None:
     best = notable_pairs(outcome)[0].path
     (tmp_path / best).parent.mkdir()
     (tmp_path / best).touch()
-    text = dict(documents(outcome, replays_in(tmp_path, outcome)))["report.html"].decode()
+    text = dict(documents(outcome, replays=replays_in(tmp_path, outcome)))["report.html"].decode()
     said = "best pair of temporal (greedy): lobby 1x1, seed 1, 50.0 % faster than heuristic"
     assert f'<a href="{best}">{said}</a>' in text
 

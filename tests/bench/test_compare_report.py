@@ -5,22 +5,21 @@ import warnings
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
 from compare_outcomes import CASE, outcome_of, with_times
-from compare_workers import GREEDY, HEURISTIC, invented, lobby
+from compare_workers import GREEDY, HEURISTIC, lobby
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure as Drawing
 from scipy import stats
 
-from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, tally
+from marsupial.bench.compare.cells import QUALITY, TIME, tally
 from marsupial.bench.compare.figures import as_figure, mean_coverage
-from marsupial.bench.compare.header import header_of
-from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
+from marsupial.bench.compare.plan import Case, Contender, Trial
+from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve, Row
-from marsupial.bench.compare.statements import ExperimentTerms, StatementVerdict, share_verdict
+from marsupial.bench.compare.statements import StatementVerdict, share_verdict
 from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
     failure_table,
@@ -31,9 +30,6 @@ from marsupial.bench.compare.tables import (
     status_table,
     tables,
 )
-from marsupial.bench.documents import documents
-from marsupial.bench.papers import wurm2010
-from marsupial.model.planning import Budget
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
@@ -259,82 +255,8 @@ def test_drawing_letters_that_the_font_lacks_changes_no_filter_of_other_threads(
     warnings.warn("set while a figure is drawn", stacklevel=1)  # an error but for the filter
 
 
-@pytest.fixture(scope="module")
-def paper() -> Comparison:
-    return wurm2010.comparison(ExperimentTerms(runs=5, planner="greedy", budget=Budget(steps=1), maps=Path()))
-
-
-def paper_outcome(paper: Comparison, *, saved_s: float = 10.0, runs: int = 5, better: float = 0.5) -> ComparisonOutcome:
-    """Return an outcome in which temporal planning saves that much time everywhere and gains that much quality."""
-    rows = []
-    for trial in paper.trials():
-        if trial.seed > runs:
-            break
-        row = invented(trial).row
-        ours = trial.contender == paper.contenders[0]
-        time_s = 400.0 / trial.case.carriers + trial.seed - saved_s * ours
-        quality = 2.0 + better * trial.case.carriers * ours + 0.01 * trial.seed
-        rows.append(replace(row, exploration_time_s=time_s, quality=quality))
-    return ComparisonOutcome(header_of(paper), tuple(rows))
-
-
-def test_the_paper_s_experiment_has_its_teams_and_robots(paper: Comparison) -> None:
-    assert len(list(paper.trials())) == 2 * 36 * 5
-    assert {case.scenario for case in paper.scenarios} == {"office", "maze"}
-    for scenario in paper.scenarios.values():
-        carrier, rover = scenario.robot_types
-        assert carrier.speed_mps == 2 * rover.speed_mps
-        assert carrier.sensor_range_m == 2 * rover.sensor_range_m
-
-
-def test_statements_hold_where_the_data_say_so(paper: Comparison) -> None:
-    found = wurm2010.findings(paper_outcome(paper))
-    verdicts = [finding.verdict for finding in found]
-    assert verdicts == [
-        StatementVerdict.HOLDS,  # faster everywhere
-        StatementVerdict.FAILS,  # 400/3 - 400/6 is 17 % of 400
-        StatementVerdict.FAILS,  # office and maze are alike here
-        StatementVerdict.HOLDS,
-        StatementVerdict.HOLDS,
-        StatementVerdict.HOLDS,
-        StatementVerdict.HOLDS,
-    ]
-    assert "better in 18 of 18 cells" in found[0].evidence[0]
-
-
-def test_statements_do_not_hold_where_the_data_say_the_opposite(paper: Comparison) -> None:
-    found = wurm2010.findings(paper_outcome(paper, saved_s=-5.0, better=-0.1))
-    assert found[0].verdict is StatementVerdict.FAILS
-    assert "worse in 18" in found[0].evidence[0]
-    assert [found[i].verdict for i in (3, 4, 5)] == [StatementVerdict.FAILS] * 3
-
-
-def test_statements_are_open_while_there_is_too_little_to_judge_by(paper: Comparison) -> None:
-    found = wurm2010.findings(paper_outcome(paper, runs=0))
-    assert {finding.verdict for finding in found} == {StatementVerdict.OPEN}
-    assert wurm2010.findings(paper_outcome(paper, runs=4))[0].verdict is StatementVerdict.OPEN
-
-
 def test_a_statement_for_several_places_may_hold_in_part() -> None:
     assert share_verdict([True, False]) is StatementVerdict.PARTLY
     assert share_verdict([True, False, False]) is StatementVerdict.FAILS
     assert share_verdict([True, None]) is StatementVerdict.OPEN
     assert share_verdict([]) is StatementVerdict.OPEN
-
-
-def test_the_paper_s_page_has_its_figures_and_the_checklist(paper: Comparison) -> None:
-    written = dict(documents(paper_outcome(paper)))
-    assert {"figures/figure-6.svg", "figures/figure-7.png", "checklist.md"} < written.keys()
-    assert "**holds**: Temporal planning explores significantly faster" in written["checklist.md"].decode()
-    text = written["report.html"].decode()
-    assert text.count('class="verdict ') == 7
-    assert "Each cell has 5 missions, the paper&#x27;s 30. With so few" in text
-    assert "Eq. 2 is printed the other way round" in text
-
-
-def test_the_paper_s_figure_7_has_the_maze_above_the_office_and_cuts_nothing_off(paper: Comparison) -> None:
-    outcome = paper_outcome(paper)
-    high = tuple(replace(row, exploration_time_s=5000.0) if row.trial.case.rovers == 3 else row for row in outcome.rows)
-    svg = dict(documents(replace(outcome, rows=high)))["figures/figure-7.svg"].decode()
-    assert svg.index(">maze: 1 rover per carrier<") < svg.index(">office: 1 rover per carrier<")
-    assert ">4000<" in svg

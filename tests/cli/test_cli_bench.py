@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,51 +15,21 @@ from marsupial.planning.checker import check
 SMALL = ("--instance", "rooms-1x1-3", "--budget", "0.2")
 
 
-def test_paths_are_timed_beside_references(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_in_a_checkout_paths_and_missions_are_timed(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     rows_file = tmp_path / "rows.json"
-    sizes = ("--size", "64", "--size", "96")
-    assert main(["bench", "paths", *sizes, "--repeats", "1", "--json", str(rows_file)]) == 0
-    shown = capsys.readouterr()
-    assert "matrix" in shown.out
-    assert " scipy " in shown.out
-    assert "cave, 96 x 96 cells" in shown.err
-    assert {row["size"] for row in json.loads(rows_file.read_text())} == {64, 96}
+    assert main(["bench", "paths", "--size", "64", "--repeats", "1", "-q", "--json", str(rows_file)]) == 0
+    assert " scipy " in capsys.readouterr().out
+    assert {row["size"] for row in json.loads(rows_file.read_text())} == {64}
+    assert main(["bench", "sim", "nowhere"]) == 3
+    assert capsys.readouterr().err.startswith("error: nowhere: neither a built-in scenario nor a file")
 
 
-def test_map_work_is_timed_beside_that_from_scratch(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    rows_file = tmp_path / "rows.json"
-    assert main(["bench", "analysis", "--size", "256", "--repeats", "1", "--json", str(rows_file)]) == 0
-    assert "both come to the same" in capsys.readouterr().out
-    assert [row["map"] for row in json.loads(rows_file.read_text())] == ["rooms", "cave"]
-
-
-def test_missions_are_timed_by_scenario_and_strategy(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    rows_file = tmp_path / "rows.json"
-    asked = ["lobby", "--strategy", "heuristic", "--strategy", "assignment", "--size", "256", "--json", str(rows_file)]
-    assert main(["bench", "sim", *asked]) == 0
-    shown = capsys.readouterr()
-    assert "lobby by assignment" in shown.err
-    assert "sensing and driving" in shown.out
-    rows = json.loads(rows_file.read_text())
-    assert [(row["kind"], row.get("strategy")) for row in rows] == [
-        ("sight", None), ("mission", "heuristic"), ("mission", "assignment"),
-    ]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "message"),
-    [
-        (["sim", "nowhere"], 3, "error: nowhere: neither a built-in scenario nor a file"),
-        (["sim", "lobby", "--strategy", "none"], 2, "error: unknown strategy 'none'"),
-        (["sim", "lobby", "--planner", "none"], 2, "error: unknown planner 'none'"),
-        (["first-use", "demo"], 2, "error: no first use of 'demo' is measured"),
-    ],
-)
-def test_what_cannot_be_timed_is_said(
-    arguments: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
+def test_without_a_checkout_it_is_said_where_they_are_timed(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert main(["bench", *arguments]) == code
-    assert capsys.readouterr().err.startswith(message)
+    monkeypatch.setitem(sys.modules, "benchmarks.speed.paths", None)
+    assert main(["bench", "paths"]) == 2
+    assert capsys.readouterr().err == "error: bench paths: only in a checkout, as `python -m benchmarks paths`\n"
 
 
 def test_an_unknown_benchmark_is_named(capsys: pytest.CaptureFixture[str]) -> None:

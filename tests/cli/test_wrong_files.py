@@ -17,7 +17,6 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "replay": ("replay", "FILE", "--html", "OUT"),
     "plan": ("plan", "FILE", "--steps", "1"),
     "validate": ("validate", "FILE", "FILE", "FILE"),
-    "bench sim": ("bench", "sim", "FILE"),
 }
 
 SUFFIXES = ("yaml", "map", "json", "jsonl", "pddl", "pgm", "scen", "txt")

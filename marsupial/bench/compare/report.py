@@ -1,4 +1,7 @@
-"""A comparison as one HTML page that needs nothing else: figures inside it, for light and dark screens."""
+"""All documents made of a comparison's rows: tables in Markdown, figures, and one page that holds them all.
+
+The page needs nothing else: figures are inside it, for light and dark screens.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,14 @@ from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 
-from marsupial.bench.compare.answer import quality_sentence, sentences
+from marsupial.bench.compare.answer import answer_figure, quality_sentence, sentences
 from marsupial.bench.compare.cells import ComparisonOutcome
-from marsupial.bench.compare.figures import INK, Figure
+from marsupial.bench.compare.figures import INK, Figure, figures
 from marsupial.bench.compare.header import budget_text
 from marsupial.bench.compare.pairs import PairReplay
-from marsupial.bench.compare.statements import Experiment, Finding, reading
+from marsupial.bench.compare.statements import Experiment, Finding, checklist, reading
 from marsupial.bench.compare.statistics import FEWEST_PAIRS
-from marsupial.bench.compare.tables import ReportTable, TableCell
+from marsupial.bench.compare.tables import ReportTable, TableCell, markdown, status_table, tables
 from marsupial.wording import counted
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -34,6 +37,30 @@ class Opening:
 
     figure: Figure | None = None
     replays: Sequence[PairReplay] = ()
+
+
+def documents(
+    outcome: ComparisonOutcome, experiment: Experiment | None = None, replays: Sequence[PairReplay] = ()
+) -> Iterator[tuple[str, bytes]]:
+    """Yield the path in the folder and the content of each document; they depend on nothing but the outcome.
+
+    `experiment` is that of a paper, if it was carried out; `replays` are the pages of pairs that the folder holds, to
+    be linked.
+    """
+    findings: list[Finding] = []
+    overview = experiment is None or experiment.overview
+    written, drawn = (tables(outcome), list(figures(outcome))) if overview else ([status_table(outcome)], [])
+    answer = answer_figure(outcome) if experiment is None else None
+    if experiment is not None:
+        written = [*experiment.tables(outcome), *written]
+        drawn = [*experiment.figures(outcome), *drawn]
+        findings = experiment.findings(outcome)
+        yield "checklist.md", checklist(findings, reading(outcome.runs, experiment.paper_runs)).encode()
+    yield "tables.md", "\n".join(map(markdown, written)).encode()
+    for figure in (*filter(None, [answer]), *drawn):
+        yield f"figures/{figure.name}.svg", figure.svg.encode()
+        yield f"figures/{figure.name}.png", figure.png
+    yield "report.html", page(outcome, written, drawn, Opening(answer, replays), experiment, findings).encode()
 
 
 def page(

@@ -53,17 +53,17 @@ def reproduce(
 
     Example: marsupial reproduce wurm2010 --out wurm2010
     """
-    from marsupial.bench.papers.catalogue import PAPERS, experiment
     from marsupial.errors import UsageError
+    from marsupial.papers import PAPERS, experiment
     from marsupial.wording import unknown_name
 
     whole = experiment(paper) if paper in PAPERS else None
     if whole is None:
         raise UsageError(unknown_name("paper", paper, PAPERS))
     from marsupial.bench.compare.statements import ExperimentTerms
-    from marsupial.bench.papers import wurm2008
     from marsupial.cli import comparing
     from marsupial.model.planning import Budget
+    from marsupial.papers.wurm2008 import experiment as wurm2008
     from marsupial.planning.engines import mission_engine
 
     if maps is not None and paper != wurm2008.NAME:

@@ -5,17 +5,17 @@ import pytest
 from simulated_missions import Plans
 from small_missions import drawn_grid
 
-from marsupial.bench.papers.teams import explorers
-from marsupial.bench.papers.worlds import HOPPER, cell_world
 from marsupial.errors import ScenarioError, UsageError
+from marsupial.generators.builtin import explorers
 from marsupial.library.missions import simulate
 from marsupial.model.mission import Cause, Planned, Status
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
-from marsupial.strategies.frontier.bidding import Bidding
-from marsupial.strategies.frontier.closest import ClosestFrontier
+from marsupial.papers.alkhawaldah.experiment import HOPPER, cell_world
+from marsupial.papers.alkhawaldah.rule import Bidding
+from marsupial.papers.wurm2008.rules import ClosestFrontier
 from marsupial.strategies.frontier.exploration import FrontierStrategy
-from marsupial.strategies.frontier.parameters import with_parameters
+from marsupial.strategies.frontier.rule import with_parameters
 from marsupial.strategies.registry import check_suits, is_strategy, strategy
 
 

@@ -1,0 +1,61 @@
+"""What strangers can do to a server: small requests that ask for much, and connections that never ask."""
+
+from __future__ import annotations
+
+import resource
+import socket
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+
+from attacks import ATTACKS, MOST_MB, MOST_S, REPORTS, Cost, cost_of, mission
+from talk import HOST, ask
+
+from benchmarks.trial.house import opened
+from benchmarks.trial.rows import TrialRow, judged, times
+
+ATTACK = "attack"
+HEALTH_GOAL_S = 0.1
+OPTIONS = ("--limit=header_s=60",)
+
+_FILES = 512
+
+
+def small_rows(say: Callable[[str], None]) -> Iterator[TrialRow]:
+    """Send every small request there is, and measure what each costs the server's process."""
+    say(f"attack: {len(ATTACKS) + len(REPORTS)} small requests")
+    with opened() as house:
+        for name, attack in ATTACKS.items():
+            yield _small_row(name, cost_of(house, "POST", attack.path, attack.body()), attack.statuses)
+        links = ask(house.port, "POST", "/v1/missions", mission()).document["links"]
+        for name, (body, status) in REPORTS.items():
+            yield _small_row(name, cost_of(house, "POST", links["reports"], body), (status,))
+
+
+def _small_row(name: str, cost: Cost, statuses: tuple[int, ...]) -> TrialRow:
+    held = cost.cpu_s <= MOST_S and cost.memory_mb <= MOST_MB and cost.reply.status in statuses
+    return TrialRow(
+        part=ATTACK,
+        requirement=name,
+        figure=f"{1000 * cost.cpu_s:.0f} ms, {cost.memory_mb:.0f} MB in the server; status {cost.reply.status}",
+        goal=f"{1000 * MOST_S:.0f} ms, {MOST_MB} MB",
+        judgement=judged(held),
+        values={"cpu_s": cost.cpu_s, "memory_mb": cost.memory_mb, "status": cost.reply.status},
+    )
+
+
+def half_open_rows(connections: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
+    """Open connections that say nothing or half of a request, and ask over others whether the server is well."""
+    say(f"attack: {connections} half-open connections")
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, max(soft, connections + _FILES)), hard))
+    seconds = []
+    with opened(OPTIONS) as house, ExitStack() as kept:
+        for i in range(connections):
+            line = kept.enter_context(socket.create_connection((HOST, house.port), timeout=30))
+            line.sendall(b"GET /healthz HTTP/1.1\r\nHost: l" * (i % 2))
+        for _ in range(100):
+            begun = time.monotonic()
+            ask(house.port, "GET", "/healthz")
+            seconds.append(time.monotonic() - begun)
+    yield times(ATTACK, f"/healthz among {connections} half-open connections", seconds, HEALTH_GOAL_S)

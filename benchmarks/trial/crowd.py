@@ -1,0 +1,127 @@
+"""Clients that send, look at, cancel and follow jobs, and follow missions, whether there is a server or not.
+
+Each speaks to any of the servers, and to another one when that is dead.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import threading
+import time
+import uuid
+from collections.abc import Callable, Sequence
+
+from talk import ACCEPTED, BROKEN, BUSY, Frame, Refusal, Reply, Talk, frames
+
+from benchmarks.trial.promises import Promises
+from benchmarks.trial.tasks import short_jobs
+
+SENDERS, FOLLOWERS = 2, 6
+_PAUSE_S = 0.05
+_SENDER_S = 0.4
+"""Senders rest so long, so that most jobs are begun soon and can be followed."""
+
+_CANCELLED = 0.1
+_END_S = 600.0
+
+
+class Crowd:
+    """Threads that are at it until they are told to stop; `ports` are those of the servers."""
+
+    def __init__(self, ports: Sequence[int], promises: Promises, draw: random.Random) -> None:
+        self.promises = promises
+        self._ports = ports
+        self._draw = draw
+        self._over = threading.Event()
+        acts = [self._send] * SENDERS + [self._look] + [self._follow] * FOLLOWERS
+        self._threads = [threading.Thread(target=self._repeat, args=(act,), daemon=True) for act in acts]
+        for thread in self._threads:
+            thread.start()
+
+    def stop(self) -> None:
+        """Have them finish what they are at."""
+        self._over.set()
+        for thread in self._threads:
+            thread.join(_END_S)
+
+    def _repeat(self, act: Callable[[], None]) -> None:
+        while not self._over.is_set():
+            try:
+                act()
+            except Exception as error:
+                self.promises.note_odd(f"client failed: {error!r}")
+
+    def _ask(self, method: str, path: str, body: object = None, key: str | None = None) -> Reply | None:
+        """Ask any server once; None if it does not answer."""
+        time.sleep(_PAUSE_S)
+        talk = Talk(self._draw.choice(self._ports))
+        try:
+            answer = talk.ask(method, path, body, {} if key is None else {"Idempotency-Key": key})
+        except BROKEN:
+            return None
+        finally:
+            talk.close()
+        if answer.status in BUSY and talk.retry_after is None:
+            self.promises.note_odd(f"status {answer.status} without Retry-After")
+        return answer
+
+    def _send(self) -> None:
+        """Send a job, again and again until it is acknowledged; sometimes cancel it."""
+        time.sleep(_SENDER_S)
+        key, body = uuid.uuid4().hex, self._draw.choice(short_jobs())
+        while not self._over.is_set():
+            answer = self._ask("POST", "/v1/jobs", body, key)
+            if answer is None:
+                continue
+            self.promises.acknowledge(key, answer)
+            if answer.status in ACCEPTED and self._draw.random() < _CANCELLED:
+                cancelled = self._ask("POST", f"/v1/jobs/{answer.document['id']}/cancel")
+                if cancelled is not None:
+                    self.promises.look(cancelled, "a cancellation")
+            if answer.status not in BUSY:
+                break
+
+    def _look(self) -> None:
+        """Look at some job."""
+        job = self.promises.any_job(self._draw)
+        if job is None:
+            time.sleep(_PAUSE_S)
+            return
+        answer = self._ask("GET", f"/v1/jobs/{job}")
+        if answer is not None:
+            self.promises.look(answer, "a look at a job")
+
+    def _follow(self) -> None:
+        """Follow some job or mission to its end, through all breaks."""
+        path = self.promises.any_stream(self._draw)
+        if path is None or path in self.promises.streams:
+            time.sleep(_PAUSE_S)
+            return
+        told = self.promises.streams.setdefault(path, [])
+        last = None
+        while not self._over.is_set() and not (told and told[-1].type == "end"):
+            port = self._draw.choice(self._ports)
+            before = len(told)
+            self._listen(port, path, told)
+            if len(told) > before and before:
+                self.promises.resumed["in all"] += 1
+                self.promises.resumed["elsewhere"] += last not in (None, port)
+            last = port if len(told) > before else last
+            time.sleep(_PAUSE_S)
+
+    def _listen(self, port: int, path: str, told: list[Frame]) -> None:
+        """Take a stream up where it broke, and add what it says until it breaks again."""
+        _, _, kind, entry, _ = path.split("/")
+        try:
+            for frame in frames(port, path, after=len(told)):
+                told.append(frame)
+                if kind == "jobs" and frame.type == "plan":
+                    self.promises.see_plan(entry, json.loads(frame.data))
+                if self._over.is_set():
+                    return
+        except Refusal as refusal:
+            if refusal.status not in (*BUSY, 204):
+                self.promises.note_odd(f"status {refusal.status} for a stream")
+        except BROKEN:
+            pass

@@ -1,0 +1,157 @@
+"""Missions that our simulator reports to through all kills: each has to end as if nobody had ever been killed."""
+
+from __future__ import annotations
+
+import random
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+
+import httpx2
+import talk
+from undisturbed import STEPS, LogLines, undisturbed
+
+from benchmarks.trial.rows import TrialRow, none_of
+from marsupial.errors import UsageError
+from marsupial.generators.builtin import builtin_scenario
+from marsupial_client import Client, Mission
+from marsupial_client.mission_documents import Brief
+from marsupial_service.missions.driving import simulate_by
+
+SCENARIO, STRATEGY, PLANNER = "lobby", "temporal", "greedy"
+SEEDS = 5
+_UNREACHED = "can't be reached"
+_PATIENCE_S = 60.0
+_URL = f"http://{talk.HOST}"
+
+
+class AnyServer(httpx2.HTTPTransport):
+    """Sends each request to any of the servers at `ports`."""
+
+    def __init__(self, ports: Sequence[int]) -> None:
+        super().__init__()
+        self._ports = ports
+
+    def handle_request(self, request: httpx2.Request) -> httpx2.Response:
+        """Send it."""
+        request.url = request.url.copy_with(port=random.choice(self._ports))
+        return super().handle_request(request)
+
+
+def client_of(ports: Sequence[int]) -> httpx2.Client:
+    """Return a client that speaks to any of the servers, and by that to another one when that is dead."""
+    return httpx2.Client(transport=AnyServer(ports), trust_env=False)
+
+
+class Reporter(Client):
+    """A client that remembers its missions, and with them what was acknowledged; `begun` is given their ids."""
+
+    def __init__(self, ports: Sequence[int], begun: Callable[[str], None], key: str | None) -> None:
+        super().__init__(_URL, key=key, patience_s=_PATIENCE_S, http=client_of(ports))
+        self.missions: list[Mission] = []
+        self._begun = begun
+
+    def begin(self, brief: Brief, idempotency_key: str | None = None) -> Mission:
+        """Begin a mission and remember it."""
+        self.missions.append(super().begin(brief, idempotency_key))
+        self._begun(self.missions[-1].id)
+        return self.missions[-1]
+
+
+@dataclass(slots=True)
+class Journeys:
+    """What became of missions.
+
+    Attributes
+    ----------
+    reports, lost
+        Reports that were acknowledged, and those of them that the service does not know any more.
+    differ
+        Missions whose log is not that of the undisturbed one, the service's own included.
+    odd
+        How missions broke off.
+    """
+
+    missions: int = 0
+    reports: int = 0
+    lost: int = 0
+    differ: int = 0
+    odd: list[str] = field(default_factory=list)
+
+    def rows(self, part: str) -> list[TrialRow]:
+        """Return what must not have happened."""
+        said = "".join(f"; {reason}" for reason in sorted(set(self.odd)))
+        return [
+            none_of(part, "acknowledged reports of missions lost", self.lost, f" of {self.reports}"),
+            none_of(part, "missions unlike the undisturbed one", self.differ, f" of {self.missions}"),
+            none_of(part, "missions that broke off", len(self.odd), f" of {self.missions}{said}"),
+        ]
+
+
+class Explorer:
+    """Carries out one mission after the other until told to stop."""
+
+    def __init__(
+        self,
+        ports: Sequence[int],
+        journeys: Journeys,
+        begun: Callable[[str], None],
+        first: int = 0,
+        key: str | None = None,
+    ) -> None:
+        self._ports = ports
+        self._journeys = journeys
+        self._begun = begun
+        self._first = first
+        self._key = key
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._go, daemon=True)
+        self._thread.start()
+
+    def stop(self, within_s: float) -> None:
+        """Let it finish the mission it is at."""
+        self._over.set()
+        self._thread.join(within_s)
+        if self._thread.is_alive():
+            self._journeys.odd.append("it does not end")
+
+    def _go(self) -> None:
+        number = self._first
+        while not self._over.is_set():
+            number += 1
+            try:
+                self._explore(1 + number % SEEDS)
+            except Exception as error:
+                if _UNREACHED not in str(error):
+                    self._journeys.odd.append(f"{error}")
+
+    def _explore(self, seed: int) -> None:
+        expected, seen = undisturbed_mission(seed), LogLines()
+        client = Reporter(self._ports, self._begun, self._key)
+        self._journeys.missions += 1
+        try:
+            simulate_by(
+                client,
+                builtin_scenario(SCENARIO),
+                strategy=STRATEGY,
+                planner=PLANNER,
+                budget=STEPS,
+                seed=seed,
+                observer=seen,
+                stopping=lambda: nullcontext(lambda: False),
+            )
+        except UsageError as error:
+            if _UNREACHED in str(error):
+                self._journeys.missions -= 1
+            raise
+        with Client(_URL, key=self._key, patience_s=_PATIENCE_S, http=client_of(self._ports)) as afterwards:
+            for mission in client.missions:
+                self._journeys.reports += mission.n
+                self._journeys.lost += max(0, mission.n - afterwards.mission(mission.id).n)
+        self._journeys.differ += seen.text != expected
+
+
+def undisturbed_mission(seed: int) -> str:
+    """Return the log of the mission carried out in this process."""
+    return undisturbed(SCENARIO, PLANNER, STRATEGY, seed)

@@ -1,0 +1,157 @@
+"""Writes of servers that come up rarely: one is frozen after each of its statements while another server does the same.
+
+So both want the same rows and locks. Each time the entries are made anew; the server that was frozen writes again when
+it wakes, and finds that the other one was first.
+"""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Iterator
+from functools import partial
+from unittest.mock import patch
+
+from databases import PostgresServer
+
+from benchmarks.trial.freezing import Act, Proxy, Row, rows_of
+from marsupial.model.planning import Budget
+from marsupial_service.entries.quota import Quota
+from marsupial_service.entries.records import NewEntry
+from marsupial_service.jobs import table as jobs
+from marsupial_service.jobs.records import JobSettings
+from marsupial_service.missions import table as missions
+from marsupial_service.missions.records import MissionPhase
+from marsupial_service.missions.table import MISSIONS
+from marsupial_service.store import Store, Transaction, open_store, tables
+
+Write = Callable[[Transaction], object]
+
+
+_SETTINGS, _QUOTA = JobSettings(max_attempts=1), Quota(seconds=10_000, steps_s=10)
+_OLD_VERSION = 2
+_MADE_MS, _NOW_MS = 1_000_000, 1_100_000
+
+
+def rows(database: PostgresServer, proxy: Proxy) -> Iterator[Row]:
+    """Freeze a server at each statement of each of these writes, and of an upgrade of the tables."""
+    yield from rows_of(proxy, partial(_upgrade, database, proxy))
+    url = database.database()
+    frozen, healthy = open_store(proxy.through(url)), open_store(url)
+    try:
+        for made in (charged, given_back, given_up, recovered, makes_way, left, taken_up, called_off, waits):
+            yield from rows_of(proxy, partial(_both, made, frozen, healthy))
+    finally:
+        proxy.free()
+        frozen.close()
+        healthy.close()
+
+
+def _upgrade(database: PostgresServer, proxy: Proxy) -> tuple[Act, Act]:
+    """Return how a server starts on tables of an earlier version through the proxy, and another one beside it."""
+    url = database.database()
+    with patch.multiple(tables, _STEPS=tables._STEPS[:_OLD_VERSION], VERSION=_OLD_VERSION):
+        open_store(url).close()
+    return lambda: open_store(proxy.through(url)).close(), lambda: open_store(url).close()
+
+
+def _both(made: Callable[[Store], Write], frozen: Store, healthy: Store) -> tuple[Act, Act]:
+    """Return how one server does a write, and how the other does."""
+    healthy.write(_clear).result()
+    write = made(frozen)
+    return lambda: frozen.write(write).result(), lambda: healthy.write(write).result()
+
+
+def _clear(tx: Transaction) -> None:
+    for name in ("jobs", "missions", "documents"):
+        tx.execute(f"DELETE FROM {name}")
+
+
+def charged(store: Store) -> Write:
+    """Charge an owner who has a quota."""
+    return lambda tx: _QUOTA.charge(tx, "ann", 500, _NOW_MS)
+
+
+def given_back(store: Store) -> Write:
+    """Give a claim up: the server ends, or a mission wants to plan."""
+    claim = _claim(store, "ann")
+    return lambda tx: jobs.give_back(tx, claim, "", _SETTINGS, _NOW_MS, _QUOTA, 500)
+
+
+def given_up(store: Store) -> Write:
+    """End a job whose last attempt was lost."""
+    claim = _claim(store, "ann")
+    return lambda tx: jobs.give_back(tx, claim, "it was killed", _SETTINGS, _NOW_MS, _QUOTA, 500)
+
+
+def recovered(store: Store) -> Write:
+    """Put jobs into the queue again whose server has died."""
+    _claim(store, "ann")
+    _claim(store, "bob")
+    store.write(lambda tx: tx.execute("UPDATE jobs SET holder = 'dead', attempts = 0")).result()
+    return lambda tx: jobs.recover(tx, _SETTINGS, _NOW_MS, frozenset(), _QUOTA)
+
+
+def makes_way(store: Store) -> Write:
+    """Have a job make way for that of another owner."""
+    for _ in range(2):
+        _claim(store, "ann")
+    _job(store, "bob")
+    return lambda tx: jobs.make_way(tx, _SETTINGS, _NOW_MS, (), _QUOTA)
+
+
+def left(store: Store) -> Write:
+    """Leave missions to others, as a server does that ends."""
+    _mission(store)
+    return missions.leave
+
+
+def taken_up(store: Store) -> Write:
+    """Take up missions that another server has left."""
+    for _ in range(2):
+        _mission(store)
+    store.write(missions.leave).result()
+    return lambda tx: missions.take_up(tx, 4, frozenset())
+
+
+def called_off(store: Store) -> Write:
+    """Cancel a mission that nobody reports to."""
+    mission, _ = _mission(store)
+    return lambda tx: missions.call_off(tx, mission, "no report came", _NOW_MS)
+
+
+def waits(store: Store) -> Write:
+    """Tell that a mission waits for its owner's quota."""
+    mission, term = _mission(store)
+    return lambda tx: missions.tell_quota(tx, mission, term, "your planning time is used up", 5.0, _NOW_MS)
+
+
+def _job(store: Store, owner: str) -> None:
+    new = jobs.NewJob(
+        id=uuid.uuid4().hex,
+        owner=owner,
+        key=None,
+        digest=b"",
+        planner="greedy",
+        budget=Budget(seconds=1.0),
+        task=b"task",
+        source=b"source",
+    )
+    store.write(lambda tx: jobs.insert(tx, new, _SETTINGS, _MADE_MS)).result()
+
+
+def _claim(store: Store, owner: str) -> jobs.Claim:
+    _job(store, owner)
+    claim = store.write(lambda tx: jobs.claim(tx, _MADE_MS)).result()
+    assert claim is not None
+    return claim
+
+
+def _mission(store: Store) -> tuple[str, int]:
+    """Make a mission that is a server's; return its id and term."""
+    new = NewEntry(id=uuid.uuid4().hex, owner="ann", key=None, digest=b"")
+
+    def make(tx: Transaction) -> int:
+        described = {"name": "hall", "strategy": "temporal", "planner": "greedy"}
+        return MISSIONS.take_over(tx, MISSIONS.add(tx, new, MissionPhase.RUNNING, _MADE_MS, **described))
+
+    return new.id, store.write(make).result()

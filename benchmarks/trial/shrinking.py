@@ -1,0 +1,85 @@
+"""A store from which nearly all has gone: what it takes on the disk, beside what is left in it."""
+
+from __future__ import annotations
+
+import asyncio
+import sqlite3
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+from talk import ask
+
+from benchmarks.trial.house import House, opened
+from benchmarks.trial.lines import Line
+from benchmarks.trial.pressing import begun, reports
+from benchmarks.trial.rows import TrialRow, judged
+from benchmarks.trial.tasks import short_jobs
+from marsupial_service.store.sqlite import FILE
+
+STORE = "store"
+MOST_OF_LIVE = 1.2
+RETENTION_S = 2.0
+
+_BATCH = 100
+_STAYS = 0.1
+_WITHIN_S = 120.0
+_POLL_S = 0.5
+
+
+def rows(count: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
+    """Report so often to missions of which one in ten goes on, end the others, and wait until they are removed."""
+    say(f"store: {count} reports, of which one in ten stays")
+    with opened((f"--limit=retention_s={RETENTION_S:g}",)) as house:
+        asyncio.run(_fill(house.port, count))
+        most = on_disk(house)
+        left = _left(house)
+        size, live = on_disk(house), _live(house)
+    yield TrialRow(
+        part=STORE,
+        requirement=f"on the disk after retention, beside what is left of {count} reports and {len(short_jobs())} jobs",
+        figure=f"{size / 1000:.0f} kB of {most / 1000:.0f} before; {live / 1000:.0f} kB are live; {left} entries",
+        goal=f"{MOST_OF_LIVE:.0%} of live",
+        judgement=judged(size <= MOST_OF_LIVE * live and left == 1),
+        values={"bytes": size, "live_bytes": live, "most_bytes": most},
+    )
+
+
+async def _fill(port: int, count: int) -> None:
+    line = await Line.to(port)
+    for body in short_jobs():
+        await line.post("/v1/jobs", body)
+    for share, stays in ((1 - _STAYS, False), (_STAYS, True)):
+        path = await begun(line)
+        told = reports(of_team=True)
+        for _ in range(round(share * count / _BATCH)):
+            await line.report(path, [next(told) for _ in range(_BATCH)])
+        if not stays:
+            await line.post(f"{path}/cancel", b"")
+            await line.report(path, [next(told)])
+
+
+def _left(house: House) -> int:
+    """Wait until all that has ended is removed and the disk given back, and return how many entries there are."""
+    until_s, before = time.monotonic() + _WITHIN_S, -1
+    while True:
+        found = sum(len(ask(house.port, "GET", f"/v1/{kind}").document[kind]) for kind in ("jobs", "missions"))
+        size = on_disk(house)
+        if (found == 1 and size == before) or time.monotonic() > until_s:
+            return found
+        before = size
+        time.sleep(_POLL_S if found > 1 else 5.0)
+
+
+def on_disk(house: House) -> int:
+    """Return the size of the store's files."""
+    return sum(file.stat().st_size for file in Path(house.data).glob(f"{FILE}*"))
+
+
+def _live(house: House) -> int:
+    """Return the size of a store that holds the same and nothing else."""
+    copy = Path(house.data) / "live"
+    with closing(sqlite3.connect(house.data / FILE)) as connection:
+        connection.execute("VACUUM INTO ?", (str(copy),))
+    return copy.stat().st_size

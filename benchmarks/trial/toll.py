@@ -1,0 +1,109 @@
+"""What a trial by killing has cost, and what it says at the end."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import Counter
+from collections.abc import Collection
+from dataclasses import dataclass, field
+
+from benchmarks.trial.house import end_strays, strays
+from benchmarks.trial.promises import Findings, Promises
+from benchmarks.trial.rows import Judgement, TrialRow, none_of, times
+
+DEPTHS = {1: "launcher", 2: "supervisor", 3: "worker"}
+"""What runs so far below a server; a worker carries out a job or a mission."""
+
+SHARES = (1, 3, 5)
+SERVER, COMMITTING, DATABASE = "server", "server at a commit", "database"
+_GONE_S = 5.0
+
+
+@dataclass(slots=True)
+class Toll:
+    """Kills by victim, processes left behind, and how long the last one stayed after its server, in s.
+
+    Attributes
+    ----------
+    failed, refused
+        Servers that ended by themselves; those that did as they started, as they found no database.
+    rivals, rivals_let_in
+        Servers that tried to have the folder of another one, and that got it.
+    errors, tracebacks
+        Of the lines that servers have logged.
+    """
+
+    victims: Counter[str] = field(default_factory=Counter)
+    failed: int = 0
+    refused: int = 0
+    rivals: int = 0
+    rivals_let_in: int = 0
+    strays: int = 0
+    gone_s: list[float] = field(default_factory=list)
+    errors: int = 0
+    tracebacks: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def servers(self) -> int:
+        """How many servers were killed."""
+        return self.victims[SERVER] + self.victims[COMMITTING]
+
+    def look_for_strays(self, keep: Collection[int] = ()) -> None:
+        """See how long anything of a server stays that was killed; the processes in `keep` may."""
+        begun = time.monotonic()
+        left = strays(_GONE_S, keep)
+        self.gone_s.append(time.monotonic() - begun)
+        self.strays += len(left)
+        if left:
+            end_strays(keep)
+
+    def read_log(self, text: str) -> None:
+        """Count what is wrong in the log of servers."""
+        for line in text.splitlines():
+            if line.startswith('{"at"'):
+                try:
+                    record = json.loads(line)
+                except ValueError:  # cut off by a kill
+                    continue
+                self.errors += record["level"] in ("error", "critical")
+                if "traceback" in record:
+                    self.tracebacks[f"{record['message']}: {record['traceback'].splitlines()[-1][:80]}"] += 1
+            elif line.startswith("Traceback"):
+                self.tracebacks["bare"] += 1
+
+
+def report(part: str, toll: Toll, promises: Promises, found: Findings) -> list[TrialRow]:
+    """Return what must not have happened, and what did."""
+    of = f" of {len(promises.jobs)}"
+    plans = f" of {found.plans} plans"
+    streams = f" of {len(promises.streams)}, resumed {promises.resumed['in all']} times"
+    if toll.victims[DATABASE]:
+        streams += f", {promises.resumed['elsewhere']} of that on another server"
+    kinds = ", ".join(f"{count} x {victim}" for victim, count in toll.victims.most_common())
+    outcomes = ", ".join(f"{word} {count}" for word, count in found.outcomes.most_common())
+    figure = f"{toll.victims.total()}: {kinds}"
+    return [
+        TrialRow(part=part, requirement="killed at random moments", figure=figure, values=dict(toll.victims)),
+        none_of(part, "acknowledged jobs lost", found.lost, of),
+        none_of(part, "acknowledged jobs that never end", found.unfinished, of),
+        none_of(part, "jobs that ended more than once", found.ended_again, of),
+        none_of(part, "requests with one key that made two jobs", found.made_twice, of),
+        none_of(part, "jobs whose events are not in order", found.bad_events, of),
+        none_of(part, "improvements that clients were told of, lost", found.plans_lost, f" of {len(promises.plans)}"),
+        none_of(part, "revisions the checker refuses", found.bad_plans, plans),
+        none_of(part, "jobs with a revision that is not better", found.not_better, of),
+        none_of(part, "resumed streams unlike an uninterrupted one", found.streams_differ, streams),
+        none_of(part, "requests answered as they should not be", promises.odd.total(), _words(promises.odd)),
+        none_of(part, "servers that ended by themselves", toll.failed, f" of {toll.servers}"),
+        none_of(part, "processes left 5 s after their server", toll.strays),
+        none_of(part, "errors in servers that nobody had foreseen", toll.tracebacks.total(), _words(toll.tracebacks)),
+        times(part, "last process gone after its server", toll.gone_s),
+        TrialRow(
+            part=part, requirement="how jobs ended", figure=outcomes, judgement=Judgement.NOTED, values=found.outcomes
+        ),
+    ]
+
+
+def _words(counts: Counter[str]) -> str:
+    return f" ({', '.join(f'{count} {word}' for word, count in counts.most_common())})" if counts else ""

@@ -1,1 +1,0 @@
-"""The experiments of papers, carried out again: what is simulated, and what is found of their statements."""

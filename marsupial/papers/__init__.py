@@ -1,0 +1,35 @@
+"""What belongs to one paper, in a folder of its own: its rules as strategies, its experiment, its printed numbers.
+
+`marsupial reproduce` carries an experiment out again, by its name here. Experiments are imported when they are asked
+for, and so are rules, by the registry of strategies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from marsupial.bench.compare.statements import Experiment
+
+PAPERS: Mapping[str, str] = {
+    "wurm2010": "marsupial.papers.wurm2010.experiment:EXPERIMENT",
+    "wurm2008": "marsupial.papers.wurm2008.experiment:EXPERIMENT",
+    "alkhawaldah": "marsupial.papers.alkhawaldah.experiment:EXPERIMENT",
+    "mei": "marsupial.papers.mei2006.experiment:EXPERIMENT",
+}
+"""Those of the command line: where they are."""
+
+PARTS: Mapping[str, str] = {
+    "alkhawaldah-weights": "marsupial.papers.alkhawaldah.weights:EXPERIMENT",
+    "mei-corner": "marsupial.papers.mei2006.experiment:CORNER_EXPERIMENT",
+}
+"""Experiments that are parts of these."""
+
+
+def experiment(name: str) -> Experiment | None:
+    """Return the experiment, or part of one, of that name; None if there is none."""
+    target = {**PAPERS, **PARTS}.get(name)
+    found: Experiment | None = None if target is None else resolve_name(target)
+    return found

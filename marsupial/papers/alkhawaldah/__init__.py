@@ -1,0 +1,1 @@
+"""Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots."""

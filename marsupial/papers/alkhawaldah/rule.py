@@ -1,0 +1,52 @@
+"""Bids for frontier cells by unknown neighbours, by the distance from the other robot, and by the way.
+
+References
+----------
+Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two Cooperating Mobile Robots, sections II-B and III, Eq.
+1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from marsupial.arrays import Floats
+from marsupial.model.grid import UNKNOWN
+from marsupial.paths.routes import STEPS
+from marsupial.strategies.frontier.bidders import Bidders, counted
+from marsupial.strategies.frontier.view import Explorer, FrontierView
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bidding(Bidders):
+    """Eq. 1: B = W_n N_u + W_p D_p - W_c D_r.
+
+    Parameters
+    ----------
+    W_n
+        Weight of N_u, how many of the eight neighbours are unknown.
+    W_p
+        Weight of D_p, how far the nearest other robot is from the cell in a straight line, in cells.
+    W_c
+        Weight of D_r, the length of the way there, in cells.
+    """
+
+    name: ClassVar[str] = "bidding"
+
+    W_n: float = 2.0
+    W_p: float = 2.0
+    W_c: float = 1.0
+
+    def bids(
+        self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
+    ) -> Floats:
+        """Return the bids (n,) for the frontier cells."""
+        cells = view.frontier(robot).cells
+        x, y = view.xy(cells)
+        apart = [np.hypot(x - other.cell.x, y - other.cell.y) for other in others]
+        partner = np.min(apart, axis=0) if apart else np.zeros(len(cells))
+        unknown = counted(view.grid.cells == UNKNOWN, np.array([(0, 0), *STEPS]), cells)
+        return np.asarray(self.W_n * unknown + self.W_p * partner - self.W_c * ways)

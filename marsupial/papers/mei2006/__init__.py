@@ -1,0 +1,1 @@
+"""Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006."""

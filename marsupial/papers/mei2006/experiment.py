@@ -1,0 +1,329 @@
+"""The experiments of Mei et al.: energy-efficient exploration by one robot, and energy-efficient routes.
+
+References
+----------
+Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA 2006, section V, Figs. 8 to 13.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from marsupial.bench.compare.cells import DISTANCE, ENERGY, ComparisonOutcome
+from marsupial.bench.compare.figures import Figure, coverage_figure, mean_coverage
+from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
+from marsupial.bench.compare.tables import ReportTable, mean_text, percent
+from marsupial.generators.builtin import explorers
+from marsupial.generators.canvas import close_border
+from marsupial.generators.scattered import scattered
+from marsupial.generators.walled import SIDE, WALLED
+from marsupial.maps.reach import largest_reach
+from marsupial.model.grid import FLOOR, Cell, Grid
+from marsupial.model.robots import EnergyModel, RobotType, Role, Routes
+from marsupial.model.scenario import Scenario
+from marsupial.papers.mei2006 import paths
+from marsupial.papers.mei2006.paths import PRINTED_LONGER, PRINTED_SAVED, RoutePairs
+from marsupial.papers.mei2006.routes import routes_figure
+
+NAME, CORNER = "mei", "mei-corner"
+ORIENTATION, WIDEST = Contender("orientation"), Contender("widest-frontier")
+
+ROBOT = RobotType(
+    name="robot",
+    role=Role.CARRIER,
+    speed_mps=1.0,
+    sensor_range_m=10.0,
+    radius_m=0.0,
+    terrains=frozenset({FLOOR}),
+    energy=EnergyModel(metre_j=1.0, stop_j=0.5, turn_j=(0.4, 0.6, 0.8, 1.0)),
+    routes=Routes.ENERGY,
+)
+"""Section V-A: a cell is a metre, and what driving a metre takes is a joule."""
+
+RANDOM = "random obstacles"
+SHARE = 0.1
+"""Of random obstacles: with it, as in Fig. 10, the ways are about 1.1 km long and energy is 1.17 times the distance."""
+
+STRUCTURED = tuple(WALLED)
+PRINTED = {
+    STRUCTURED[0]: ((710.8, 785.6), (1222.6, 1374.3)),
+    STRUCTURED[1]: ((798.3, 889.6), (1308.3, 1445.7)),
+    RANDOM: ((1075.5, 1261.3), (1207.1, 1390.1)),
+}
+"""Figs. 8 to 10: distance and energy of the paper's method and of the widest frontier."""
+
+MUCH = 0.3
+"""How much less distance and energy on structured maps counts as the paper's about 40 %."""
+
+NEAR_SAVED, NEAR_LONGER = 0.015, 0.005
+"""How far from the printed means of routes ours may be."""
+
+
+def comparison(terms: ExperimentTerms) -> Comparison:
+    """Return the comparison on two structured maps and a random one, from starts anywhere."""
+    return _comparison(terms, NAME, {name: explorers(name, grid, ROBOT, 1) for name, grid in _grids().items()})
+
+
+def corner_comparison(terms: ExperimentTerms) -> Comparison:
+    """Return the comparison on the same maps from the upper left corner: one mission each, as in the paper."""
+    return _comparison(terms, CORNER, {name: _from_corner(name, grid) for name, grid in _grids().items()})
+
+
+def _comparison(terms: ExperimentTerms, paper: str, scenarios: Mapping[str, Scenario]) -> Comparison:
+    return Comparison(
+        scenarios={_case(name): prepared(scenario) for name, scenario in scenarios.items()},
+        contenders=(Contender("temporal", terms.planner), ORIENTATION, WIDEST),
+        runs=terms.runs,
+        budget=terms.budget,
+        paper=paper,
+    )
+
+
+def _grids() -> dict[str, Grid]:
+    grids = {name: make() for name, make in WALLED.items()}
+    return grids | {RANDOM: random_area(seed=1)}
+
+
+def random_area(seed: int) -> Grid:
+    """Return an area of random obstacles that is bounded by obstacles, as all areas of the paper are."""
+    grid = scattered(SIDE, SIDE, round(SHARE * SIDE * SIDE), seed)
+    cells = grid.cells.copy()
+    close_border(cells)
+    return replace(grid, cells=cells)
+
+
+def _from_corner(name: str, grid: Grid) -> Scenario:
+    scenario = explorers(name, grid, ROBOT, 1)
+    y, x = np.nonzero(largest_reach(grid, ROBOT))
+    nearest = int(np.argmin(x - y))
+    (robot,) = scenario.team
+    return replace(scenario, team=(replace(robot, start=Cell(int(x[nearest]), int(y[nearest]))),))
+
+
+def _case(name: str) -> Case:
+    return Case(name, 1, 0)
+
+
+@cache
+def routes_table(*, cuts_corners: bool) -> RoutePairs:
+    """Return the comparison of routes by either rule of movement."""
+    return paths.path_table(cuts_corners=cuts_corners)
+
+
+def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
+    """Return Figs. 8 to 10 as a table with the printed numbers, and the routes of section V-B."""
+    return [*_corner_tables(outcome), *([_routes()] if outcome.rows else [])]
+
+
+def _corner_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
+    return [_explored(outcome)]
+
+
+def _explored(outcome: ComparisonOutcome) -> ReportTable:
+    planned = outcome.contenders[0]
+    table = ReportTable(
+        title="Figs. 8 to 10: distance and energy",
+        caption="Ours, as mean ± half of the 95 % confidence interval where there are several missions, and the "
+        "printed numbers, each of one mission on a map of the paper's own. What is saved is over the widest frontier.",
+        heads=(
+            "map",
+            "",
+            "orientation",
+            "printed",
+            "widest-frontier",
+            "printed",
+            "saved",
+            "printed",
+            str(planned),
+            "beside orientation",
+        ),
+    )
+    for name, numbers in PRINTED.items():
+        case = _case(name)
+        for k, measure in enumerate((DISTANCE, ENERGY)):
+            ours, theirs = numbers[0][k], numbers[1][k]
+            means = [mean_text(outcome.estimate(case, one, measure), 1, outcome.runs) for one in outcome.contenders]
+            saved = percent(outcome.pairing(case, ORIENTATION, measure).gain)
+            beside = percent(outcome.pairing(case, planned, measure, ORIENTATION).gain)
+            what = f"{measure.title} [{measure.unit}]"
+            printed = (f"{ours:.1f}", f"{theirs:.1f}", percent(1 - ours / theirs))
+            table.add(name, what, means[1], printed[0], means[2], printed[1], saved, printed[2], means[0], beside)
+    return table
+
+
+def _routes() -> ReportTable:
+    table = ReportTable(
+        title="Section V-B: routes of least energy beside shortest paths",
+        caption=f"On {paths.MAPS} maps of {paths.SIDE} x {paths.SIDE} cells, a fifth of them blocked at "
+        "random. Means of the ratios over all pairs and, behind them, ratios of the sums.",
+        heads=("movement", "pairs", "energy saved", "printed", "longer", "printed"),
+    )
+    for rule, cuts in (("past corners, as in the paper", True), ("corners kept, as everywhere in marsupial", False)):
+        pairs = routes_table(cuts_corners=cuts)
+        saved, longer = (
+            f"{percent(mean)} ({percent(in_all)})"
+            for mean, in_all in ((pairs.saved, pairs.saved_in_all), (pairs.longer, pairs.longer_in_all))
+        )
+        table.add(rule, str(len(pairs.shortest)), saved, percent(PRINTED_SAVED), longer, percent(PRINTED_LONGER))
+    return table
+
+
+def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
+    """Yield Figs. 11 to 13 with our data; a robot drives a metre a second."""
+    for number, name in enumerate(PRINTED, start=11):
+        if any(curve.trial.case.scenario == name for curve in outcome.curves):
+            yield coverage_figure(outcome, name, name=f"figure-{number}")
+
+
+def _corner_figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
+    """Yield Figs. 8 to 10 with our maps, then those after them."""
+    scenarios = {name: _from_corner(name, grid) for name, grid in _grids().items()}
+    for number, (name, scenario) in enumerate(scenarios.items(), start=8):
+        if any(row.trial.case.scenario == name for row in outcome.rows):
+            yield routes_figure(scenario, (ORIENTATION, WIDEST), name=f"figure-{number}", about=name)
+    yield from _figures(outcome)
+
+
+def findings(outcome: ComparisonOutcome) -> list[Finding]:
+    """Return what the data say of the statements of section V."""
+    return [_routes_save(outcome), *corner_findings(outcome)]
+
+
+def corner_findings(outcome: ComparisonOutcome) -> list[Finding]:
+    """Return what the data say of the statements of section V-C."""
+    return [
+        _much_less(outcome),
+        _less_among_random_obstacles(outcome),
+        _ahead_at_first(outcome),
+        _planning(outcome),
+    ]
+
+
+def _routes_save(outcome: ComparisonOutcome) -> Finding:
+    found = routes_table(cuts_corners=True) if outcome.rows else None
+    held: list[bool | None] = [None, None]
+    if found is not None:
+        held = [abs(found.saved - PRINTED_SAVED) <= NEAR_SAVED, abs(found.longer - PRINTED_LONGER) <= NEAR_LONGER]
+    return Finding(
+        statement="On average energy-efficient paths save 8.4 % energy and are 0.7 % longer than shortest paths",
+        where="section V-B",
+        criterion=f"our means are within {100 * NEAR_SAVED:.1f} and {100 * NEAR_LONGER:.1f} points of these",
+        verdict=share_verdict(held),
+        evidence=()
+        if found is None
+        else (f"{len(found.shortest)} pairs: {100 * found.saved:.2f} % saved, {100 * found.longer:.2f} % longer",),
+    )
+
+
+def _gains(outcome: ComparisonOutcome, name: str, ours: Contender, base: Contender) -> list[float | None]:
+    """Return the shares of distance and energy that a contender saves over another."""
+    return [outcome.pairing(_case(name), ours, measure, base).gain for measure in (DISTANCE, ENERGY)]
+
+
+def _line(name: str, gains: list[float | None]) -> str:
+    return f"{name}: {percent(gains[0])} distance and {percent(gains[1])} energy saved"
+
+
+def _much_less(outcome: ComparisonOutcome) -> Finding:
+    gains = {name: _gains(outcome, name, ORIENTATION, WIDEST) for name in STRUCTURED}
+    return Finding(
+        statement="In areas with structured obstacles, orientation takes about 40 % less distance and energy than the "
+        "widest frontier",
+        where="section V-C, Figs. 8 and 9",
+        criterion=f"on both maps it saves {100 * MUCH:.0f} % or more of each in the mean",
+        verdict=share_verdict([None if gain is None else gain >= MUCH for both in gains.values() for gain in both]),
+        evidence=tuple(_line(name, both) for name, both in gains.items()),
+    )
+
+
+def _less_among_random_obstacles(outcome: ComparisonOutcome) -> Finding:
+    gains = _gains(outcome, RANDOM, ORIENTATION, WIDEST)
+    most = [gain for name in STRUCTURED for gain in _gains(outcome, name, ORIENTATION, WIDEST) if gain is not None]
+    held = [None if gain is None or not most else 0 < gain < min(most) for gain in gains]
+    return Finding(
+        statement="Among random obstacles it saves as well, but less: 10.1 % of the distance and 9.3 % of the energy",
+        where="section V-C, Fig. 10",
+        criterion="it saves some of each in the mean, and less than on either structured map",
+        verdict=share_verdict(held),
+        evidence=(_line(RANDOM, gains),),
+    )
+
+
+def _ahead_at_first(outcome: ComparisonOutcome) -> Finding:
+    held: list[bool | None] = []
+    evidence = []
+    for name in PRINTED:
+        curves = [outcome.curves_of(_case(name), one) for one in (WIDEST, ORIENTATION)]
+        if not all(curves):
+            held.append(None)
+            continue
+        (times, theirs, _), (others, ours, _) = (mean_coverage(found) for found in curves)
+        ahead = [theirs[k] > ours[k] for k in range(min(len(times), len(others)))]
+        leads = [float(times[k]) for k, lead in enumerate(ahead) if lead]
+        held.append(bool(leads) and not ahead[-1])
+        if leads:
+            share = len(leads) / len(ahead)
+            evidence.append(
+                f"{name}: it knows more in {100 * share:.0f} % of the time, for the last at {leads[-1]:.0f} s"
+            )
+        else:
+            evidence.append(f"{name}: it never knows more")
+    return Finding(
+        statement="The widest frontier covers more at the beginning and lags behind later",
+        where="section V-C, Figs. 11 to 13",
+        criterion="on each map its mean coverage is greater than that of orientation for a while, and less when "
+        "orientation's missions end",
+        verdict=share_verdict(held),
+        evidence=tuple(evidence),
+    )
+
+
+def _planning(outcome: ComparisonOutcome) -> Finding:
+    planned = outcome.contenders[0]
+    gains = {name: _gains(outcome, name, planned, ORIENTATION) for name in STRUCTURED}
+    return Finding(
+        statement="Temporal planning takes less distance than orientation",
+        where="no statement of the paper: what marsupial claims of itself",
+        criterion="on both structured maps its mean distance is less",
+        verdict=share_verdict([None if both[0] is None else both[0] > 0 for both in gains.values()]),
+        evidence=tuple(_line(name, both) for name, both in gains.items()),
+    )
+
+
+SETTING = (
+    "an area of 100 x 100 cells of 1 m: a hall with three rooms, a corridor with six, or random obstacles of a cell, a "
+    "tenth of them all. The maps are drawn after what the paper says of its own, shown in small pictures only. "
+    "The robot takes the ways of least energy: 1 J a metre, 0.5 J a stop, 0.4, 0.6, 0.8 and 1 J a turn of 45, 90, 135 "
+    "and 180 degrees. Orientation and the widest frontier choose again when the target is no frontier any more: the "
+    "paper leaves open when."
+)
+
+EXPERIMENT = Experiment(
+    title="Mei et al.: Energy-Efficient Mobile Robot Exploration",
+    setting=f"One robot, a point that sees 10 m far in line of sight, starts anywhere in {SETTING}",
+    runs=10,
+    paper_runs=1,
+    planner="anytime",
+    comparison=comparison,
+    figures=_figures,
+    findings=findings,
+    tables=_tables,
+    parts={"corner": CORNER},
+)
+
+CORNER_EXPERIMENT = Experiment(
+    title="Mei et al.: from the upper left corner",
+    setting=f"One mission each, as in the paper: the robot starts in the upper left corner of {SETTING}",
+    runs=1,
+    paper_runs=1,
+    planner="anytime",
+    comparison=corner_comparison,
+    figures=_corner_figures,
+    findings=corner_findings,
+    tables=_corner_tables,
+)

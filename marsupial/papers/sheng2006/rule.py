@@ -1,0 +1,67 @@
+"""Bids for frontier cells by what would be seen from there, and by the way.
+
+References
+----------
+W. Sheng, Q. Yang, J. Tan, N. Xi: Distributed multi-robot coordination in area exploration, Robotics and Autonomous
+Systems 54(12), 2006; as it is compared with in Al-Khawaldah, Livatino, Lee: Frontier-based Exploration with Two
+Cooperating Mobile Robots, section III, Eq. 2.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from marsupial.arrays import Floats, Ints
+from marsupial.maps.footprint import disc
+from marsupial.model.grid import UNKNOWN, Grid
+from marsupial.strategies.frontier.bidders import Bidders, counted
+from marsupial.strategies.frontier.view import Explorer, FrontierView
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sheng(Bidders):
+    """Eq. 2 of Al-Khawaldah et al. without the nearness measure: g = w_1 I - w_2 D.
+
+    They leave that measure out, too (w_3 = 0), where robots can always communicate.
+
+    Parameters
+    ----------
+    w_1
+        Weight of I, how many cells in sensor range of the cell are unknown and neither in range of another robot nor of
+        the cell that it goes to.
+    w_2
+        Weight of D, the length of the way there, in cells.
+    """
+
+    name: ClassVar[str] = "sheng"
+
+    w_1: float = 1.0
+    w_2: float = 1.0
+
+    def bids(
+        self, view: FrontierView, robot: Explorer, ways: Floats, others: list[Explorer], aims: list[int]
+    ) -> Floats:
+        """Return the bids (n,) for the frontier cells."""
+        width = view.grid.width
+        left = view.grid.cells == UNKNOWN
+        for other in others:
+            around = _around(other, view.grid)
+            aim = [view.cell(cell) for cell in aims]
+            for cell in (other.cell, *aim):
+                near = around + np.array(cell)
+                near = near[((near >= 0) & (near < (width, view.grid.height))).all(axis=1)]
+                left[near[:, 1], near[:, 0]] = False
+        around = _around(robot, view.grid)
+        gain = counted(left, around, view.frontier(robot).cells)
+        return np.asarray(self.w_1 * gain - self.w_2 * ways)
+
+
+def _around(robot: Explorer, grid: Grid) -> Ints:
+    """Return the offsets (k, 2) of the cells in a robot's range; none that lead off the map from everywhere on it."""
+    across = math.hypot(grid.width, grid.height)
+    offsets = disc(min(robot.kind.sensor_range_m / grid.resolution_m, across))
+    return offsets[(np.abs(offsets) < (grid.width, grid.height)).all(axis=1)]

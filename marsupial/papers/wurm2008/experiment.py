@@ -1,0 +1,213 @@
+"""The experiment of Wurm et al. 2008: segments of the map against the closest frontier, in two real offices.
+
+References
+----------
+Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
+section VI-A, Figs. 2 to 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
+from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
+from marsupial.bench.compare.plan import Case, Comparison, Contender, prepared
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, Finding, share_verdict
+from marsupial.bench.compare.tables import ReportTable, interval_text, percent
+from marsupial.formats.mapfiles.read import read_map
+from marsupial.generators.builtin import builtin_scenario, explorers
+from marsupial.model.grid import Grid
+from marsupial.model.robots import RobotType, default_types
+from marsupial.model.scenario import Scenario
+from marsupial.papers.wurm2008.figure import segments_figure
+
+NAME = "wurm2008"
+TEAMS = {"fr079": (2, 3, 4, 5, 6), "cartesium": (2, 3, 4, 5, 6, 7, 8)}
+STAND_INS = {"fr079": "office", "cartesium": "rooms"}
+"""The built-in maps that are explored where the real ones are not at hand."""
+
+MAPS = Path("../shared/maps")
+"""Where the real maps are looked for, unless another folder is named."""
+
+SHOWN_TEAM = 3
+"""Robots of the mission of which Figs. 2 and 3 are drawn."""
+
+RADIUS_M, SPEED_MPS, RANGE_M = 0.15, 0.5, 5.0
+"""Of each robot: the paper gives none of them. A wider one is kept out of much of both maps as they were drawn."""
+
+SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
+
+
+def comparison(terms: ExperimentTerms) -> Comparison:
+    """Return the comparison: for each map and team, from the same starts."""
+    scenarios: dict[Case, Scenario] = {}
+    for name, sizes in TEAMS.items():
+        found, grid = _map(name, terms.maps)
+        for robots in sizes:
+            scenarios[Case(found, robots, 0)] = prepared(explorers(found, grid, _robot(), robots))
+    contenders = (Contender("temporal", terms.planner), SEGMENTS, CLOSEST)
+    return Comparison(scenarios=scenarios, contenders=contenders, runs=terms.runs, budget=terms.budget, paper=NAME)
+
+
+def _map(name: str, folder: Path) -> tuple[str, Grid]:
+    """Return a real map, or the built-in one that stands in for it, with its name."""
+    file = folder / f"{name}.yaml"
+    if file.exists():
+        return name, read_map(file).grid
+    return STAND_INS[name], builtin_scenario(STAND_INS[name], 1, 0).grid
+
+
+def _robot() -> RobotType:
+    carrier, _ = default_types(1)
+    return replace(carrier, name="robot", radius_m=RADIUS_M, speed_mps=SPEED_MPS, sensor_range_m=RANGE_M)
+
+
+def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
+    """Yield Fig. 5 with our data, the times behind it, and the segments of a map."""
+    yield gain_figure(outcome, TIME, outcome.scenarios, name="figure-5", of_paper="Fig. 5 of the paper")
+    yield measure_figure(outcome, TIME, outcome.scenarios, name="times")
+    if outcome.rows:
+        name = next(iter(TEAMS))
+        found, grid = _map(name, MAPS if name in outcome.scenarios else Path())
+        yield segments_figure(explorers(found, grid, _robot(), SHOWN_TEAM))
+
+
+def findings(outcome: ComparisonOutcome) -> list[Finding]:
+    """Return what the data say of each statement of section VI-A."""
+    by_map = {
+        name: [outcome.pairing(case, SEGMENTS, TIME) for case in outcome.cases_of(name)] for name in _maps(outcome)
+    }
+    return [
+        _faster(by_map),
+        _more_in_the_larger(by_map),
+        _less_in_large_teams(by_map),
+        _more_robots_are_quicker(outcome),
+        _planning(outcome),
+    ]
+
+
+def _maps(outcome: ComparisonOutcome) -> list[str]:
+    """Return the names of the smaller and the larger map."""
+    return [name for pair in STAND_INS.items() for name in pair if name in outcome.scenarios]
+
+
+def _line(pairing: Pairing) -> str:
+    interval = interval_text(pairing.ahead, TIME.digits)
+    return f"{pairing.case}: {percent(pairing.gain)}, {interval} s, won/lost {pairing.wins}/{pairing.losses}"
+
+
+def _ahead(pairing: Pairing) -> bool | None:
+    return None if pairing.ahead is None or pairing.ahead.half is None else pairing.ahead.sign > 0
+
+
+def _faster(by_map: dict[str, list[Pairing]]) -> Finding:
+    pairings = [pairing for found in by_map.values() for pairing in found]
+    return Finding(
+        statement="Assigning robots to segments explores significantly faster than the closest frontier",
+        where="section VI-A, Fig. 5",
+        criterion="for each map and team the 95 % interval of the paired differences is above zero",
+        verdict=share_verdict([_ahead(pairing) for pairing in pairings]),
+        evidence=tuple(map(_line, pairings)),
+    )
+
+
+def _mean_gain(pairings: list[Pairing]) -> float | None:
+    gains = [pairing.gain for pairing in pairings if pairing.gain is not None]
+    return sum(gains) / len(gains) if gains else None
+
+
+def _more_in_the_larger(by_map: dict[str, list[Pairing]]) -> Finding:
+    means = {name: _mean_gain(pairings) for name, pairings in by_map.items()}
+    known = [mean for mean in means.values() if mean is not None]
+    return Finding(
+        statement="The gain is bigger on the map of the Cartesium, which has several large rooms",
+        where="section VI-A, Fig. 5",
+        criterion="the mean gain over all teams is greater on the second map than on the first",
+        verdict=share_verdict([known[1] > known[0] if len(known) == 2 else None]),
+        evidence=tuple(f"{name}: {percent(mean)} in the mean over teams" for name, mean in means.items()),
+    )
+
+
+def _less_in_large_teams(by_map: dict[str, list[Pairing]]) -> Finding:
+    held: list[bool | None] = []
+    evidence = []
+    for name, pairings in by_map.items():
+        gains = {pairing.case.carriers: pairing.gain for pairing in pairings}
+        known = {robots: gain for robots, gain in gains.items() if gain is not None}
+        best = max(known, key=lambda robots: known[robots], default=None)
+        held.append(None if best is None else best < max(known))
+        evidence.append(
+            f"{name}: greatest with {best} robots, {percent(known[max(known)])} with the most" if known else name
+        )
+    return Finding(
+        statement="The gain decreases for large teams in small environments",
+        where="section VI-A, Fig. 5",
+        criterion="on each map the gain is greatest with fewer robots than the largest team has",
+        verdict=share_verdict(held),
+        evidence=tuple(evidence),
+    )
+
+
+def _more_robots_are_quicker(outcome: ComparisonOutcome) -> Finding:
+    held: list[bool | None] = []
+    evidence = []
+    for name in _maps(outcome):
+        found = [outcome.estimate(case, SEGMENTS, TIME) for case in outcome.cases_of(name)]
+        means = [one.mean for one in found if one is not None]
+        held.append(means[-1] < means[0] if len(means) == len(found) else None)
+        evidence.append(f"{name}: {', '.join(f'{mean:.0f}' for mean in means)} s by size of the team")
+    return Finding(
+        statement="The time to explore still gets smaller as robots are added",
+        where="section VI-A",
+        criterion="on each map the largest team has a shorter mean time with segments than the smallest",
+        verdict=share_verdict(held),
+        evidence=tuple(evidence),
+    )
+
+
+def _planning(outcome: ComparisonOutcome) -> Finding:
+    planned = outcome.contenders[0]
+    pairings = [
+        outcome.pairing(case, planned, TIME, SEGMENTS) for name in _maps(outcome) for case in outcome.cases_of(name)
+    ]
+    return Finding(
+        statement="Temporal planning explores at least as fast as segments",
+        where="no statement of the paper: what marsupial claims of itself",
+        criterion="for each map and team its mean time is not longer",
+        verdict=share_verdict([None if p.gain is None else p.gain >= 0 for p in pairings]),
+        evidence=tuple(map(_line, pairings)),
+    )
+
+
+def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
+    table = ReportTable(
+        title="Gain of segments over the closest frontier (Fig. 5)",
+        caption="Share of the exploration time saved, with the 95 % interval of the paired differences in seconds. The "
+        "paper draws its gains in a figure and prints no number of them.",
+        heads=("map", "robots", "gain", "saved, s (95 % interval)"),
+    )
+    for case in outcome.cases:
+        pairing = outcome.pairing(case, SEGMENTS, TIME)
+        table.add(case.scenario, str(case.carriers), percent(pairing.gain), interval_text(pairing.ahead, TIME.digits))
+    return [table]
+
+
+EXPERIMENT = Experiment(
+    title="Wurm et al. 2008: Coordinated Multi-Robot Exploration using a Segmentation of the Environment",
+    setting="Building 079 of the University of Freiburg with 2 to 6 robots and the Cartesium of the University of "
+    "Bremen with 2 to 8, from real laser maps of these buildings (fr079, cartesium); where the folder of maps has "
+    "none, the built-in office and rooms stand in for them, by these names. Robots drive 0.5 m/s, see 5 m all around "
+    "and have a radius of 0.15 m, none of which the paper gives; the robots of a team start side by side, where is "
+    "drawn. The paper's simulations were given a segmentation into rooms and corridors; ours is computed during the "
+    "mission from the partial map, as its section IV describes.",
+    runs=6,
+    paper_runs=20,
+    planner="anytime",
+    comparison=comparison,
+    figures=_figures,
+    findings=findings,
+    tables=_tables,
+)

@@ -1,0 +1,151 @@
+"""Each robot to a segment of the map of its own: a room, a corridor, or a part of one; or to the closest frontier.
+
+Segments that have something left to explore are assigned to the robots by the Hungarian method, at the length of the
+way to their nearest frontier; one's own segment is cheaper, so that robots finish what they have begun. Robots that
+share a segment share out its frontiers likewise. A frontier is a group of frontier cells that touch.
+
+The closest frontier, what the segmentation is compared with, is as close as the nearest of its cells. Robots that have
+none choose one after the other, in the order of the team; once every frontier has a robot they choose among all.
+
+References
+----------
+Wurm, Stachniss, Burgard: Coordinated Multi-Robot Exploration using a Segmentation of the Environment, IROS 2008,
+sections III, V and VI-A, Algorithm 1, Eq. 4. In their simulations the segmentation was given; ours is made of the map
+known so far, as in section IV and as on their robots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from marsupial.arrays import Floats, Ints
+from marsupial.maps.reach import groups
+from marsupial.papers.wurm2008.segmentation import segment
+from marsupial.planning.matching import least_assignment
+from marsupial.strategies.frontier.view import FrontierView
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Segments:
+    """Algorithm 1.
+
+    Parameters
+    ----------
+    discount
+        Factor of the cost of the segment that a robot is in. The paper has a constant and does not say which.
+    """
+
+    name: ClassVar[str] = "segmentation"
+    each_step: ClassVar[bool] = False
+    gives_up: ClassVar[bool] = True
+    most_robots: ClassVar[int | None] = None
+
+    discount: float = 0.5
+
+    def choose(self, view: FrontierView) -> Mapping[str, int]:
+        """Return the nearest cell of a frontier in the segment of each robot that can get to one."""
+        cells = np.unique(np.concatenate([frontier.cells for frontier in view.frontiers.values()]))
+        ways = _ways(view, cells)
+        labels = segment(view.grid, _terrains(view), cells).labels.ravel()
+        costs, segments = _cheapest(ways, labels[cells])
+        here = np.array([labels[robot.cell.y * view.grid.width + robot.cell.x] for robot in view.robots])
+        costs[here[:, None] == segments] *= self.discount
+        assigned = assignment(costs)
+        chosen: dict[str, int] = {}
+        for k, label in enumerate(segments.tolist()):
+            members, inside = np.flatnonzero(assigned == k), labels[cells] == label
+            goals = _share(ways[np.ix_(members, inside)], cells[inside], view.grid.cells.shape)
+            chosen |= {view.robots[i].name: goal for i, goal in zip(members.tolist(), goals, strict=True)}
+        return chosen
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClosestFrontier:
+    """The closest frontier without a robot."""
+
+    name: ClassVar[str] = "closest-frontier"
+    each_step: ClassVar[bool] = False
+    gives_up: ClassVar[bool] = True
+    most_robots: ClassVar[int | None] = None
+
+    def choose(self, view: FrontierView) -> Mapping[str, int]:
+        """Return the nearest cell of the frontier for each robot that has none and can get to one."""
+        taken = {robot.goal for robot in view.robots if robot.goal is not None}
+        chosen: dict[str, int] = {}
+        for robot in view.robots:
+            if robot.goal is not None:
+                continue
+            cells, ways = view.frontier(robot).cells, view.ways(robot)
+            free = np.array(ways)
+            for group in view.groups(robot):
+                if not taken.isdisjoint(group.tolist()):
+                    free[np.searchsorted(cells, group)] = np.inf
+            best = view.closest(robot, free)
+            best = view.closest(robot, ways) if best is None else best
+            if best is not None:
+                chosen[robot.name] = best
+                taken.add(best)
+        return chosen
+
+
+def assignment(costs: Floats) -> Ints:
+    """Return the column that each row is assigned, -1 for rows of which no finite one is left.
+
+    With more rows than columns, columns are duplicated: none is assigned once more often than another that could be.
+    The sum of the costs is the least there is under these conditions; columns that are left over are assigned to no
+    row.
+
+    Parameters
+    ----------
+    costs
+        (rows, columns): 0 or more, inf for what must not be assigned.
+    """
+    rows, columns = costs.shape
+    if not costs.size:
+        return np.full(rows, -1, dtype=np.int64)
+    finite = np.isfinite(costs)
+    more = 1.0 + rows * costs[finite].max(initial=0.0)  # than whole assignments differ by
+    copies = -(-rows // columns)
+    layered = np.concatenate([costs + more * copy for copy in range(copies)], axis=1)
+    layered[~np.isfinite(layered)] = more * rows * (copies + 1)
+    found = least_assignment(layered)[1] % columns
+    return np.where(finite[np.arange(rows), found], found, -1).astype(np.int64)
+
+
+def _ways(view: FrontierView, cells: Ints) -> Floats:
+    """Return the lengths (robots, n) of ways to where each robot explores these cells, inf for those it can't."""
+    lengths = np.full((len(view.robots), len(cells)), np.inf)
+    for i, robot in enumerate(view.robots):
+        lengths[i, np.searchsorted(cells, view.frontier(robot).cells)] = view.ways(robot)
+    return lengths
+
+
+def _terrains(view: FrontierView) -> frozenset[int]:
+    """Return the codes of the terrain that some robot can drive on."""
+    return frozenset[int]().union(*(robot.kind.terrains for robot in view.robots))
+
+
+def _cheapest(ways: Floats, of: Ints) -> tuple[Floats, Ints]:
+    """Return the lengths (robots, k) of the shortest ways to cells of k classes, and the classes, ascending."""
+    classes, place = np.unique(of, return_inverse=True)
+    shortest = np.full((len(ways), len(classes)), np.inf)
+    for row, lengths in zip(shortest, ways, strict=True):
+        np.minimum.at(row, place, lengths)
+    return shortest, classes
+
+
+def _share(ways: Floats, cells: Ints, shape: tuple[int, int]) -> list[int]:
+    """Return the cell that each robot (row of `ways`) goes to within a segment: the nearest of a frontier of its own.
+
+    `cells` are the columns of `ways`, on a map of that shape (height, width).
+    """
+    frontier = np.empty(len(cells), dtype=np.int64)
+    for k, group in enumerate(groups(cells, shape)):
+        frontier[np.searchsorted(cells, group)] = k
+    costs, _ = _cheapest(ways, frontier)
+    found = assignment(costs)
+    return [int(cells[np.argmin(np.where(frontier == k, way, np.inf))]) for way, k in zip(ways, found, strict=True)]

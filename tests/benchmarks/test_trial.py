@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.trial import villain
+from benchmarks.trial.hostile import OUTCOMES, options
+from benchmarks.trial.tasks import LARGEST, short_jobs, suite_situation
+
+TRIAL = [sys.executable, "-m", "benchmarks", "trial"]
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_every_kind_of_villain_has_an_outcome_and_a_name_for_the_service() -> None:
+    assert set(OUTCOMES) == set(villain.KINDS)
+    assert all(any(f"--planner={kind}=" in option for option in options()) for kind in villain.KINDS)
+
+
+def test_the_largest_team_is_that_of_the_paper() -> None:
+    for name in LARGEST:
+        situation = suite_situation(name)
+        assert (len(situation.robots), len(situation.targets)) == (24, 20)
+
+
+def test_short_jobs_are_requests_of_both_forms() -> None:
+    sent = [json.loads(one) for one in short_jobs()]
+    assert {"situation", "map_state"} <= {key for body in sent for key in body}
+
+
+@pytest.mark.slow
+def test_nothing_is_lost_where_a_database_that_servers_share_is_killed_too(tmp_path: Path) -> None:
+    file = tmp_path / "rows.json"
+    few = ["--store=postgresql", "--kills=8", f"--json={file}"]
+    subprocess.run([*TRIAL, *few], cwd=ROOT, check=False, timeout=600, stdout=subprocess.DEVNULL)
+    rows = {row["requirement"]: row for row in json.loads(file.read_text())}
+    if any(row["judgement"] == "not run" for row in rows.values()):
+        pytest.skip("no PostgreSQL server is installed (Debian: apt-get install postgresql)")
+    counted = [row for row in rows.values() if row["goal"] == "0"]
+    assert len(counted) >= 15
+    assert [row for row in counted if row["judgement"] != "held"] == []
+    assert rows["killed at random moments"]["values"]["database"] >= 1
+
+
+@pytest.mark.slow
+def test_nothing_is_lost_in_a_short_trial(tmp_path: Path) -> None:
+    file = tmp_path / "rows.json"
+    few = ["--kills=6", "--hostile=12", "--clients=4", "--posts=5", "--plans=4", "--half-open=50", "--fuzz-minutes=0"]
+    few += ["--load-seconds=2", "--fair-jobs=1", "--stored=2000", "--pages=1"]
+    subprocess.run([*TRIAL, *few, f"--json={file}"], cwd=ROOT, check=False, timeout=600, stdout=subprocess.DEVNULL)
+    rows = {row["requirement"]: row for row in json.loads(file.read_text())}
+    counted = [row for row in rows.values() if row["goal"] == "0"]
+    assert len(counted) >= 15
+    assert [row for row in counted if row["judgement"] != "held"] == []
+    assert rows["killed at random moments"]["values"]["server"] >= 1

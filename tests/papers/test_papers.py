@@ -1,0 +1,209 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compare_workers import invented
+
+from marsupial.bench.compare.cells import ComparisonOutcome
+from marsupial.bench.compare.header import header_of
+from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.report import documents
+from marsupial.bench.compare.rows import Curve
+from marsupial.bench.compare.statements import Experiment, ExperimentTerms, StatementVerdict
+from marsupial.model.grid import FLOOR
+from marsupial.model.planning import Budget
+from marsupial.papers import PAPERS, PARTS, experiment
+from marsupial.papers.alkhawaldah import experiment as alkhawaldah
+from marsupial.papers.alkhawaldah import weights
+from marsupial.papers.mei2006 import experiment as mei
+from marsupial.papers.mei2006.paths import RoutePairs
+from marsupial.papers.wurm2008 import experiment as wurm2008
+
+HOLDS, PARTLY, FAILS, OPEN = (
+    StatementVerdict.HOLDS,
+    StatementVerdict.PARTLY,
+    StatementVerdict.FAILS,
+    StatementVerdict.OPEN,
+)
+
+
+def terms(runs: int = 2, maps: Path = Path("/nowhere")) -> ExperimentTerms:
+    return ExperimentTerms(runs=runs, planner="greedy", budget=Budget(steps=1), maps=maps)
+
+
+def outcome(comparison: Comparison, time_s: Callable[[Trial], float], runs: int = 2) -> ComparisonOutcome:
+    """Return an outcome in which every mission takes that long."""
+    trials = [trial for trial in comparison.trials() if trial.seed <= runs]
+    rows = (replace(invented(trial).row, exploration_time_s=time_s(trial)) for trial in trials)
+    return ComparisonOutcome(header_of(comparison), tuple(rows))
+
+
+def named(name: str) -> Experiment:
+    found = experiment(name)
+    assert found is not None
+    return found
+
+
+def written(found: ComparisonOutcome) -> dict[str, bytes]:
+    return dict(documents(found, experiment(str(found.header["paper"]))))
+
+
+def verdicts(name: str, found: ComparisonOutcome) -> list[StatementVerdict]:
+    return [finding.verdict for finding in named(name).findings(found)]
+
+
+def test_parts_of_an_experiment_are_no_papers_of_their_own() -> None:
+    assert tuple(PAPERS) == ("wurm2010", "wurm2008", "alkhawaldah", "mei")
+    assert {part for name in PAPERS for part in named(name).parts.values()} == set(PARTS)
+
+
+@pytest.mark.parametrize("name", [*PAPERS, *PARTS])
+def test_an_experiment_without_data_leaves_every_statement_open(name: str) -> None:
+    found = outcome(named(name).comparison(terms()), lambda trial: 1.0, runs=0)
+    assert set(verdicts(name, found)) == {OPEN}
+    made = written(found)
+    assert b"not enough data" in made["checklist.md"]
+
+
+def test_the_offices_of_wurm_2008_have_their_teams(shared_maps: Path) -> None:
+    cases = list(wurm2008.comparison(terms(maps=shared_maps)).scenarios)
+    assert [case.carriers for case in cases if case.scenario == "fr079"] == [2, 3, 4, 5, 6]
+    assert [case.carriers for case in cases if case.scenario == "cartesium"] == [2, 3, 4, 5, 6, 7, 8]
+
+
+def test_built_in_maps_stand_in_for_real_ones_by_their_own_names() -> None:
+    comparison = wurm2008.comparison(terms())
+    assert {case.scenario for case in comparison.scenarios} == {"office", "rooms"}
+    assert all(len(scenario.robot_types) == 1 for scenario in comparison.scenarios.values())
+
+
+SPEEDS = {"temporal": 60.0, "segmentation": 80.0, "closest-frontier": 100.0}
+
+
+def of_office(trial: Trial) -> float:
+    """Return a time that gets shorter with the team, of segments above all with 3 robots and in the rooms."""
+    share = SPEEDS[trial.contender.strategy]
+    if trial.contender.strategy == "segmentation":
+        share += 3.0 * abs(trial.case.carriers - 3) - 10.0 * (trial.case.scenario == "rooms")
+    return share / trial.case.carriers + 0.01 * trial.seed
+
+
+def test_segments_that_are_faster_everywhere_are_found_so() -> None:
+    found = outcome(wurm2008.comparison(terms(runs=5)), of_office, runs=5)
+    assert verdicts("wurm2008", found) == [HOLDS, HOLDS, HOLDS, HOLDS, HOLDS]
+    slower = outcome(wurm2008.comparison(terms(runs=5)), lambda trial: 200.0 - of_office(trial), runs=5)
+    assert verdicts("wurm2008", slower)[0] is FAILS
+    assert verdicts("wurm2008", slower)[4] is FAILS
+    names = set(written(found))
+    assert {"figures/figure-5.svg", "figures/times.png", "report.html"} <= names
+
+
+def as_printed(trial: Trial) -> float:
+    sheng, bidding = alkhawaldah.PRINTED[int(trial.case.scenario.split()[0])]
+    return {"sheng": sheng, "bidding": bidding, "temporal": 110.0}[trial.contender.strategy] + 0.01 * trial.seed
+
+
+def test_the_printed_numbers_of_table_2_confirm_what_the_paper_says_of_them() -> None:
+    comparison = alkhawaldah.comparison(terms())
+    found = outcome(comparison, as_printed)
+    assert verdicts("alkhawaldah", found) == [HOLDS, HOLDS, HOLDS, HOLDS]
+    (table,) = alkhawaldah.EXPERIMENT.tables(found)
+    assert [cell.text for cell in table.rows[0][:4]] == ["0", "158.7 ± 0.1", "158.7", "+0.0 %"]
+    assert len(table.rows) == 8
+    late = outcome(comparison, lambda trial: 300.0 - as_printed(trial) - trial.case.carriers)
+    assert verdicts("alkhawaldah", late)[0] is FAILS
+    assert verdicts("alkhawaldah", late)[3] is FAILS
+
+
+def test_every_pair_of_weights_is_tried_in_every_world() -> None:
+    comparison = weights.comparison(terms(runs=1))
+    assert len(list(comparison.trials())) == 6 * 11 * 11
+    sizes = {case.scenario: scenario.grid.cells.shape for case, scenario in comparison.scenarios.items()}
+    assert sizes["31 x 31, 15 obstacles"] == (31, 31)
+    assert sizes["20 x 25, 10 obstacles"] == (25, 20)
+
+
+def weights_of(trial: Trial) -> tuple[float, float]:
+    _, of_neighbours, of_partner = trial.contender.strategy.split("/")
+    return float(of_neighbours.removeprefix("W_n=")), float(of_partner.removeprefix("W_p="))
+
+
+def test_weights_near_the_line_that_are_best_are_found_so() -> None:
+    comparison = weights.comparison(terms(runs=1))
+
+    def time_s(trial: Trial) -> float:
+        n, p = weights_of(trial)
+        return 100.0 + 40 * abs(n - p) / (1 + n + p) + 10 * max(n + p - 6, 0) + 2 * max(1 - n - p, 0)
+
+    found = outcome(comparison, time_s, runs=1)
+    assert verdicts("alkhawaldah-weights", found) == [HOLDS, HOLDS, HOLDS]
+    names = set(written(found))
+    assert names == {
+        "checklist.md",
+        "tables.md",
+        "figures/figures-3-to-7.svg",
+        "figures/figures-3-to-7.png",
+        "report.html",
+    }
+    far = outcome(comparison, lambda trial: 100.0 - max(weights_of(trial)) + min(weights_of(trial)), runs=1)
+    assert verdicts("alkhawaldah-weights", far) == [FAILS, FAILS, FAILS]
+
+
+def test_the_best_times_are_those_within_ten_per_cent_of_the_range() -> None:
+    times = np.array([[100.0, 130.0], [131.0, 400.0], [np.nan, 200.0]])
+    assert weights.best(times).tolist() == [[True, True], [False, False], [False, False]]
+
+
+WAYS = {"temporal": 0.95, "orientation": 1.0, "widest-frontier": 1.0}
+
+
+def ways_of(trial: Trial) -> tuple[float, float]:
+    """Return the printed distance and energy of a mission; 5 % less than orientation's for temporal planning."""
+    orientation, widest = mei.PRINTED[trial.case.scenario]
+    distance, energy = widest if trial.contender == mei.WIDEST else orientation
+    share = WAYS[trial.contender.strategy]
+    return share * distance + 0.01 * trial.seed, share * energy + 0.01 * trial.seed
+
+
+def driven(ways: Callable[[Trial], tuple[float, float]], monkeypatch: pytest.MonkeyPatch) -> ComparisonOutcome:
+    """Return an outcome with these distances and energies, and curves that cross; routes are compared on one map."""
+    pairs = RoutePairs(shortest=np.array([[100.0, 120.0]]), cheapest=np.array([[100.7, 110.0]]))
+    monkeypatch.setattr(mei, "routes_table", lambda *, cuts_corners: pairs)
+    comparison = mei.comparison(terms())
+    results = [(trial, ways(trial)) for trial in comparison.trials()]
+    rows = tuple(replace(invented(t).row, distance_m=d, energy_j=e) for t, (d, e) in results)
+    known = {"widest-frontier": (100, 6000, 8000, 9000, 10_000), "orientation": (100, 3000, 8500, 10_000)}
+    curves = tuple(
+        Curve(trial=t, every_s=5.0, known=known.get(t.contender.strategy, known["orientation"])) for t, _ in results
+    )
+    return ComparisonOutcome(header_of(comparison), rows, curves=curves)
+
+
+def test_the_printed_ways_of_mei_confirm_what_the_paper_says_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = driven(ways_of, monkeypatch)
+    assert verdicts("mei", found) == [HOLDS, HOLDS, HOLDS, HOLDS, HOLDS]
+    explored, routes = mei.EXPERIMENT.tables(found)
+    texts = [cell.text for cell in explored.rows[0]]
+    assert texts[2:8] == ["710.8 ± 0.1", "710.8", "1222.6 ± 0.1", "1222.6", "+41.9 %", "+41.9 %"]
+    assert len(explored.rows) == 6
+    assert routes.rows[0][3].text == "+8.4 %"
+    assert {"figures/figure-11.svg", "figures/figure-13.png"} <= set(written(found))
+
+
+def test_missions_from_the_corner_start_where_there_is_floor() -> None:
+    comparison = mei.corner_comparison(terms(runs=1))
+    assert len(list(comparison.trials())) == 9
+    for scenario in comparison.scenarios.values():
+        (robot,) = scenario.team
+        assert robot.start is not None
+        assert scenario.grid.cells[robot.start.y, robot.start.x] == FLOOR
+        assert robot.start.x + 99 - robot.start.y <= 6
+
+
+def test_an_orientation_that_is_no_better_is_found_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = driven(lambda trial: (1000.0 + trial.seed, 1100.0 + trial.seed), monkeypatch)
+    assert verdicts("mei", found)[1:] == [FAILS, FAILS, HOLDS, FAILS]
