@@ -1,4 +1,7 @@
-"""What there is to say of marsupial's own strategies, apart from their code, which takes a second to import."""
+"""Descriptions of marsupial's own strategies, for listings.
+
+They are kept apart from the strategies' code, which takes a second to import.
+"""
 
 from __future__ import annotations
 

@@ -92,8 +92,8 @@ class Clairvoyant:
         report = PlanningReport(planner=CLAIRVOYANT, outcome=Outcome.SATISFICING, wall_s=wall_s, detail=detail)
         return Decision(plan=plan, report=report)
 
-    def take_in(self, news: News) -> None:
-        """Count what there still is to see."""
+    def update(self, news: News) -> None:
+        """Count the cells that are still unseen."""
         for _, indices in news.revealed:
             self._left -= int(np.count_nonzero(self._reachable[indices]))
         if not self._left and self.exploration_ms is None:
