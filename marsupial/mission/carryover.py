@@ -10,8 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from marsupial.maps.targets import Target
-from marsupial.model.plan import Action, Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Action, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.timeline import Timeline
 

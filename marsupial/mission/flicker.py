@@ -19,9 +19,7 @@ import numpy as np
 from marsupial.arrays import Bytes, Flags, Ints
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.targets import cell_at
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray
-from marsupial.model.mission import Remaining
+from marsupial.model import OBSTACLE, UNKNOWN, CellArray, FrameShift, Remaining
 
 MOST_LOSSES = 2
 """How often a cell may become unknown before it flickers: a correction of the map does that once or twice."""

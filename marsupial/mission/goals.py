@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Set
 
-from marsupial.model.grid import Cell
-from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Goal
-from marsupial.model.situation import SituationGoal
-from marsupial.model.world import RobotReport
+from marsupial.model import Cell, Goal, RobotReport, RobotType, Role, SituationGoal
 
 
 def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from marsupial.model.grid import Mask
-from marsupial.model.mission import MissionEvent
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import Mask, MissionEvent, PlanningReport
 
 
 class Observer:

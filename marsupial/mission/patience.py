@@ -13,9 +13,7 @@ from marsupial.formats.scenario.team import standing_fault
 from marsupial.maps.footprint import fits
 from marsupial.maps.survey import Survey
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import Cause, Status, Trigger, Triggers
-from marsupial.model.robots import RobotType
-from marsupial.model.world import News, RobotReport, World
+from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
 from marsupial.planning.reachability import obstacles
 
 WAIT_MS = 60_000

@@ -14,9 +14,7 @@ import numpy as np
 from marsupial.arrays import Flags, Floats, Ints
 from marsupial.errors import Problem, ScenarioError
 from marsupial.maps.reach import largest_reach
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.scenario import Scenario
+from marsupial.model import Cell, Mask, PlacedRobot, Scenario
 from marsupial.paths.fields import PathSearch
 
 NEAR = 65536

@@ -13,9 +13,8 @@ import numpy as np
 
 from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, RobotView, Tracks, reveal, views
+from marsupial.model import OBSTACLE, UNKNOWN, Action, CellArray
 from marsupial.model import mission as log
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray
-from marsupial.model.plan import Action
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

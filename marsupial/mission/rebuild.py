@@ -16,11 +16,8 @@ from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, Tracks
+from marsupial.model import Action, ActionName, Deployments, Grid, RobotReport
 from marsupial.model import mission as log
-from marsupial.model.grid import Grid
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.team import Deployments
-from marsupial.model.world import RobotReport
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -15,12 +15,8 @@ import numpy as np
 
 from marsupial.mission.frames import moved_plan
 from marsupial.mission.observer import Observer
+from marsupial.model import UNKNOWN, Action, Cell, CellArray, FrameShift, RobotType, Whereabouts
 from marsupial.model import mission as log
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import UNKNOWN, Cell, CellArray
-from marsupial.model.plan import Action
-from marsupial.model.robots import RobotType
-from marsupial.model.team import Whereabouts
 from marsupial.paths.headings import heading_of
 from marsupial.paths.routes import passing_times_ms, route_of
 

@@ -14,10 +14,7 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc
 from marsupial.mission.flicker import Flicker
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.mission import Remaining
-from marsupial.model.robots import RobotType
-from marsupial.model.world import Manoeuvres, News, RobotReport, World
+from marsupial.model import UNKNOWN, Cell, Grid, Manoeuvres, News, Remaining, RobotReport, RobotType, World
 
 MOST_RELEASES = 3
 """How often a mission that is about to end takes the cells that flicker between ground and obstacle as reported."""

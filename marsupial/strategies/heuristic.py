@@ -32,10 +32,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, RobotState
-from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.model import UNREACHABLE, ActionName, Briefing, Decision, Plan, RobotState, Role, Strategy
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.matching import least_assignment
 from marsupial.strategies.rules import decide_by

@@ -23,9 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.model.plan import Plan
-from marsupial.model.robots import Role
-from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.model import Briefing, Decision, Plan, Role, Strategy
 from marsupial.planning.list_scheduling.costs import NEVER, Mask, Times
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook

@@ -23,8 +23,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from marsupial.model.plan import Plan
-from marsupial.model.strategy import Briefing, Decision, Strategy
+from marsupial.model import Briefing, Decision, Plan, Strategy
 from marsupial.planning.list_scheduling.costs import Mask
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook

@@ -21,9 +21,7 @@ from marsupial.strategies import infos
 from marsupial.wording import unknown_name
 
 if TYPE_CHECKING:
-    from marsupial.model.planning import Budget, Engine
-    from marsupial.model.robots import Role
-    from marsupial.model.strategy import Decider
+    from marsupial.model import Budget, Decider, Engine, Role
     from marsupial.strategies.frontier.rule import FrontierRule
 
 RULES: Mapping[str, str] = {

@@ -9,9 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from time import perf_counter
 
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import Briefing, Decision, PlanningReport
+from marsupial.model import Briefing, Decision, Outcome, Plan, PlanningReport
 from marsupial.planning.list_scheduling.greedy import serve
 
 Rule = Callable[[Briefing], tuple[Plan, frozenset[str]]]
