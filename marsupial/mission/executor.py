@@ -97,7 +97,7 @@ class Executor:
         self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
 
     def stop_blocked(self, standing: Standing) -> tuple[str, ...]:
-        """Stop drives over cells where their robots can no longer stand; return who is blocked now or later.
+        """Stop drives over cells where their robots can no longer stand; return the robots blocked now or later.
 
         Superseded drives stop anyway. A robot that stands on such a cell may drive on, away from it.
         """

@@ -97,7 +97,7 @@ class SteadyWorld:
             self._grid = replace(self._world.grid, cells=self._flicker.cells)
         if not begins and news.finished:  # robots that arrived have seen what is beside them
             self._flicker.looked_at(self._around(self._beside, news.finished))
-        seen = _joined((*news.revealed, *news.changed))
+        seen = np.unique(np.concatenate([_NONE, *(indices for _, indices in (*news.revealed, *news.changed))]))
         found = self._flicker.update(seen, news.t_ms, self._around(self._bodies))
         return self._news(news, found) if self._flicker.any else news
 
@@ -133,8 +133,3 @@ class SteadyWorld:
             inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
             found.append((y * width + x)[inside])
         return np.concatenate(found)
-
-
-def _joined(seen: Sequence[tuple[str, Ints]]) -> Ints:
-    """Return all seen cells, ascending, each once."""
-    return np.unique(np.concatenate([_NONE, *(cells for _, cells in seen)]))

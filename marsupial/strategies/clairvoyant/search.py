@@ -88,7 +88,8 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
         futile += 1
         if rate(found) < rate(top):
             top, futile = found, 0
-        if rate(found) <= _tolerated(rate(top), share):
+        missed, cost = rate(top)
+        if rate(found) <= (missed, cost * (1 + TOLERANCE * (1 - share))):
             current = found
         best = min(best, top, key=rate)
         done += 1
@@ -108,10 +109,6 @@ def fitted(outline: Outline, used: Callable[[int], float], seed: int) -> Outline
         best = min(best, found, key=rate)
         done += 1
     return best
-
-
-def _tolerated(top: Rate, share: float) -> Rate:
-    return top[0], top[1] * (1 + TOLERANCE * (1 - share))
 
 
 def rate(outline: Outline) -> Rate:

@@ -19,9 +19,8 @@ LESS_CELLS = 0.1
 def shortened(outline: Outline, passes: int = 2) -> Outline:
     """Return the outline with stops dropped and moved; it sees the same cells."""
     ends = {a.place: a.end_ms for a in outline.plan.actions if a.name is ActionName.EXPLORE}
-    order = sorted(
-        ends, key=lambda name: (-ends[name], name)
-    )  # late stops first: what others see as well need not be seen late
+    # late stops first: what other stops see as well need not be seen late
+    order = sorted(ends, key=lambda name: (-ends[name], name))
     tours = Tours(outline)
     for _ in range(passes):
         order = [name for name in order if _improve(tours, name)]
