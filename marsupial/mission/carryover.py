@@ -69,9 +69,11 @@ def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mappi
     places = situation.meetings + situation.homes
     for action in actions:
         place = action.place if action.place in places else renamed.get(action.place)
+        # the target is gone, or a robot of the action is lost
         if place is None or not timeline.at.keys() >= set(action.robots):
             continue
         fitted = replace(action, place=place)
+        # skipped actions can make later ones impossible: a rover that was not picked up can't be set down
         if timeline.can(fitted):
             timeline.add(fitted)
     plan = timeline.plan

@@ -107,6 +107,7 @@ class Executor:
             self._superseded.add(name)
             self._queues[name].clear()
             self._world.stop(name)
+        # actions that have not started would fail later: report their robots as well
         for name, queue in self._queues.items():
             cells = [self._poses.get(action.place, {}).get(self._types[name]) for action in queue]
             if not standing(self._types[name], [cell for cell in cells if cell is not None]):
@@ -149,7 +150,7 @@ class Executor:
             if action is None:
                 continue
             if drives_only and action.carrier is not None:
-                self._changed = True
+                self._changed = True  # it can start as soon as docking is allowed again
                 continue
             if not self._start(robot, action):
                 blocked.append(robot.name)
@@ -159,7 +160,7 @@ class Executor:
         """End the actions of `robots` whose commands ended; return those that are done."""
         done: list[Action] = []
         for name in robots:
-            if name not in self._running:
+            if name not in self._running:  # its action has already ended, with its partner's
                 continue
             revision, action = self._running.pop(name)
             self._changed = True
@@ -214,6 +215,7 @@ class Executor:
         if not queue:
             return None
         action = queue[0]
+        # a docking is in the queues of two robots; its rover starts it, so it starts once
         ready = all(r not in self._running and self._queues[r] and self._queues[r][0] is action for r in action.robots)
         return action if ready and name == action.robot else None
 
@@ -223,6 +225,7 @@ class Executor:
         route: Sequence[Cell] | None = None
         if action.carrier is None and cell is not None and robot.cell is not None:
             route = self._route(robot.type, robot.cell, cell, robot.heading)
+        # the type may have no cell at this place: the map has changed since the survey
         if cell is None or (action.carrier is None and route is None):
             self._queues[robot.name].clear()
             self._end(action, self._revision, ActionEnd.BLOCKED)

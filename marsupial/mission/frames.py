@@ -26,6 +26,7 @@ def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent,
         if isinstance(event, log.FrameGrown):
             shifts.append(FrameShift(event.shift, width, event.width, event.height))
             width, origin_m = event.width, event.origin_m
+    # from the last event to the first, since an event is moved by all growth after it
     later: FrameShift | None = None  # all shifts after the current event, combined
     found: list[log.MissionEvent] = []
     for event in reversed(events):
@@ -75,6 +76,7 @@ def moved_runs(runs: Sequence[int], shift: FrameShift) -> tuple[int, ...]:
     """Return runs (start, length, code) in a frame that has grown; a run over several rows is split."""
     table = np.array(runs, dtype=np.int64).reshape(-1, 3)
     starts, ends, width = table[:, 0], table[:, 0] + table[:, 1], shift.width_before
+    # an old row is a contiguous piece of a new row, so split each run at the ends of old rows
     first = starts // width
     rows = (ends - 1) // width - first + 1
     of = np.repeat(np.arange(len(table)), rows)

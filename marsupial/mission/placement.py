@@ -36,6 +36,7 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
     grid = scenario.grid.solid()
     rooms: dict[str, _FreeRoom] = {}
     taken: list[tuple[Cell, float]] = []
+    # robots without a start are placed near the first fixed one, or near the first that is drawn
     anchor = next((m.start for m in scenario.team if m.start is not None), None)
     placed: list[PlacedRobot] = []
     for i, member in enumerate(scenario.team):
@@ -98,6 +99,7 @@ def _first_free(order: Iterable[Ints], width: int, taken: list[tuple[Cell, float
             part = cells[begin : begin + AT_ONCE]
             x, y = part % width, part // width
             free = np.ones(len(part), dtype=np.bool_)
+            # two points (radius 0) still need cells of their own
             for cell, other in taken:
                 free &= np.hypot(x - cell.x, y - cell.y) >= max(radius + other, 1.0)
             chosen = np.flatnonzero(free)

@@ -173,11 +173,13 @@ def _coverage(mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> tupl
     area_m2 = mission.resolution_m * mission.resolution_m
     points = {mission.t_ms: (0, 0)}
     seen = open_cells = 0
+    # the map itself is needed only if known cells change: otherwise areas just add up
     cells = _unknown(mission) if any(isinstance(event, log.Changed) for event in reveals) else None
     for event in reveals:
         now = _counts(event.runs)
         before = (0, 0) if cells is None else _counts_before(cells, event)
         seen, open_cells = seen + now[0] - before[0], open_cells + now[1] - before[1]
+        # the last count of a moment replaces the earlier ones
         points[event.t_ms] = (seen, open_cells)
     return tuple(
         CoveragePoint(t_ms=t_ms, seen_m2=seen * area_m2, open_m2=open_cells * area_m2)

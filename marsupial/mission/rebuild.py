@@ -86,6 +86,7 @@ def _cut(events: Sequence[log.MissionEvent], t_ms: int) -> int:
 
 
 def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
+    # the same values as `SimulatedWorld` and the worlds of real robots report
     track = tracks[name]
     cell, free_at_ms, carrier, heading = None, t_ms, track.where.carrier, None
     if carrier is None and track.where.at is not None:
@@ -119,6 +120,7 @@ def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[
         """Remove the actions of `robots` alone."""
         left[:] = [action for action in left if not set(action.robots) <= set(robots)]
 
+    # the executor's queues, replayed: which actions of the current plan are still to be done
     for event in events:
         match event:
             case log.Planned():

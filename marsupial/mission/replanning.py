@@ -74,12 +74,14 @@ class OnNews(Lookout):
         setbacks = setbacks_in(news)
         if setbacks:
             return setbacks
+        # targets that were explored as planned are no news when they disappear
         explored = {action.place for action in done if action.name is ActionName.EXPLORE}
         if explored:
             self._known = tuple(target for target in self._known if target.name not in explored)
         if work.idle:
             return (Trigger(Cause.CARRIED_OUT),)
         free = bool(done) and self._unemployed({robot for action in done for robot in action.robots}, work)
+        # comparing targets costs an analysis of the map, so only look when something can have changed
         if not (explored or self._due or free):
             return ()
         return self._compare(work, free)
@@ -114,6 +116,7 @@ class OnNews(Lookout):
         new = [target.name for target, was in self._paired(targets, self._known) if was is None]
         changes = {Cause.GONE: gone, Cause.NEW: new}
         triggers = tuple(Trigger(cause, tuple(names)) for cause, names in changes.items() if names)
+        # at the moment of planning itself the plan has left targets out on purpose
         if not triggers and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
             return (Trigger(Cause.ROBOT_FREE),)
         return triggers

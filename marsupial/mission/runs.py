@@ -20,7 +20,7 @@ def _runs(indices: Ints, cells: Bytes, runs: Ints) -> int:
     """Write the runs (n, 3) of sorted row-major indices to `runs`; return their number."""
     count = 0
     for index in indices:
-        last = runs[count - 1]
+        last = runs[count - 1]  # for the first cell any row: `count` is tested first
         if count and index == last[0] + last[1] and cells[index] == last[2]:
             last[1] += 1
         else:

@@ -169,6 +169,7 @@ class MissionTracker(Observer):
         """Return the heading of a robot at the end of its drive."""
         track = self.tracks[event.robot]
         leg = track.where.at
+        # a robot that was stopped before its first step still faces as before
         if leg is None or event.cell not in leg.cells[1:]:
             return track.heading
         step = leg.cells.index(event.cell, 1)
@@ -195,6 +196,7 @@ class MissionTracker(Observer):
         self._change(name, replace(self.tracks[name], where=Whereabouts(leg), heading=heading))
 
     def _change(self, name: str, track: Track) -> None:
+        # copy: playback keeps the mappings of all moments
         self.tracks = {**self.tracks, name: track}
 
 
@@ -203,6 +205,7 @@ def views(tracks: Tracks, t_ms: int, *, whole_cells: bool = False) -> tuple[Robo
     seen = []
     for name, track in tracks.items():
         aboard = track.where.aboard
+        # a rover aboard is where its carrier is
         leg = (track if aboard is None else tracks[aboard]).where.at
         assert leg is not None, "carriers are never carried"
         x, y = leg.passed(t_ms) if whole_cells else leg.at(t_ms)

@@ -83,6 +83,7 @@ class SteadyWorld:
         self.raw_news = news = self._world.advance(until_ms)
         cells = self._world.grid.cells
         begins = self._flicker is None and bool(news.changed)
+        # without a filter yet, only note what is known, as the filter's starting point
         if news.moved is not None and self._flicker is None:
             self._last = news.moved.laid_out(self._last, UNKNOWN)
         elif news.moved is not None and self._flicker is not None:

@@ -10,65 +10,22 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from marsupial.model.frames import FrameShift
-    from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, CellArray, Grid, Mask, Terrain
-    from marsupial.model.mapreading import LegendEntry, MapReading
-    from marsupial.model.mission import (
-        ActionEnd,
-        ActionEnded,
-        ActionStarted,
-        Cause,
-        Changed,
-        DriveEnded,
-        DriveStarted,
-        FrameGrown,
-        MapMeeting,
-        MapTarget,
-        MissionEnded,
-        MissionEvent,
-        MissionStarted,
-        PlacedRobot,
-        Planned,
-        Remaining,
-        Revealed,
-        RobotLost,
-        Status,
-        Trigger,
-        Triggers,
-    )  # fmt: skip
-    from marsupial.model.objective import MAKESPAN, Makespan, Objective, ObjectiveName, PricedArrival, Value
-    from marsupial.model.plan import EPSILON_MS, Action, ActionName, Plan
-    from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
-    from marsupial.model.robots import SQRT2, EnergyModel, RobotType, Role, Routes, TeamMember
-    from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
-    from marsupial.model.situation import (
-        UNREACHABLE,
-        PlanningType,
-        RobotState,
-        Situation,
-        SituationGoal,
-        TargetInfo,
-        TravelTable,
-    )  # fmt: skip
-    from marsupial.model.strategy import Briefing, Decider, Decision, PlanningReport, PlanProgress, Strategy
-    from marsupial.model.strategyinfo import StrategyInfo
-    from marsupial.model.team import Deployments, Whereabouts
-    from marsupial.model.unseen import Square, Unseen
-    from marsupial.model.world import Manoeuvres, News, RobotReport, World
-
-__all__ = [
-    "EPSILON_MS", "FLOOR", "MAKESPAN", "OBSTACLE", "ROUGH", "SQRT2", "TERRAINS", "UNKNOWN", "UNREACHABLE",
-    "Action", "ActionEnd", "ActionEnded", "ActionName", "ActionStarted", "Briefing", "Budget", "Cause", "Cell",
-    "CellArray", "Changed", "Decider", "Decision", "Deployments", "DriveEnded", "DriveStarted", "EnergyModel",
-    "Engine", "EngineInfo", "Finished", "FrameGrown", "FrameShift", "Goal", "Grid", "Improved", "LegendEntry",
-    "Makespan", "Manoeuvres", "MapMeeting", "MapReading", "MapTarget", "Mask", "MissionEnded", "MissionEvent",
-    "MissionLimits", "MissionStarted", "News", "Objective", "ObjectiveName", "Outcome", "PlacedRobot", "Plan",
-    "PlanProgress", "Planned", "PlanningReport", "PlanningTime", "PlanningType", "PricedArrival", "Remaining",
-    "Revealed", "RobotLost", "RobotReport", "RobotState", "RobotType", "Role", "Routes", "Scenario", "Situation",
-    "SituationGoal", "Square", "Status", "Strategy", "StrategyInfo", "TargetInfo", "TeamMember", "Terrain",
-    "TravelTable", "Trigger", "Triggers", "Unseen", "Value", "Whereabouts", "World",
-]  # fmt: skip
+if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
+    from marsupial.model.frames import *
+    from marsupial.model.grid import *
+    from marsupial.model.mapreading import *
+    from marsupial.model.mission import *
+    from marsupial.model.objective import *
+    from marsupial.model.plan import *
+    from marsupial.model.planning import *
+    from marsupial.model.robots import *
+    from marsupial.model.scenario import *
+    from marsupial.model.situation import *
+    from marsupial.model.strategy import *
+    from marsupial.model.strategyinfo import *
+    from marsupial.model.team import *
+    from marsupial.model.unseen import *
+    from marsupial.model.world import *
 
 _NAMES = {
     "frames": "FrameShift",
@@ -91,6 +48,8 @@ _NAMES = {
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 """The module that defines each name."""
+
+__all__ = [*_MODULES]
 
 
 def __getattr__(name: str) -> Any:

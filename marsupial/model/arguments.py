@@ -26,6 +26,7 @@ _SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = 60
 
 def whole(name: str, value: object, bound: Bound = ANY) -> int:
     """Return a whole number within the bound as an int."""
+    # in Python, True is an integer
     if isinstance(value, bool) or not isinstance(value, Integral):
         refuse(name, "a whole number", value)
     plain = int(value)
@@ -40,7 +41,7 @@ def number(name: str, value: object, bound: Bound = ANY) -> float:
         refuse(name, "a number", value)
     try:
         plain = float(value)
-    except OverflowError:
+    except OverflowError:  # an integer beyond the range of floats
         plain = math.inf
     if not math.isfinite(plain):
         refuse(name, "finite", value)
@@ -58,7 +59,7 @@ def path(name: str, value: object) -> Path:
     """Return a `Path` made of a text or a path."""
     try:
         given = os.fspath(value) if isinstance(value, str | os.PathLike) else None
-    except TypeError:
+    except TypeError:  # `__fspath__` returned neither text nor bytes
         given = None
     if not isinstance(given, str) or not given or "\0" in given:
         refuse(name, "a path", value)

@@ -39,6 +39,7 @@ class Bound:
 
     def fault(self, value: float) -> str | None:
         """Return what is wrong with a number, or None if it is within the bound."""
+        # "must be positive" reads better than "must be 0.001 or more"
         if value <= 0 and (self.above or 0 < self.least < 1):
             return f"must be positive, got {value}"
         if value < self.least:

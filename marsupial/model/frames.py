@@ -68,6 +68,7 @@ class FrameShift:
         match = _NAMED_AFTER_CELLS.fullmatch(name)
         if match is None:
             return name
+        # "t_3_7" is the target at (3, 7); numbers after the coordinates of a name stay as they are
         numbers = [int(number) for number in match["numbers"].split("_")]
         count = _NUMBERS[match["kind"]]
         moved = [number + self.by[i % 2] for i, number in enumerate(numbers[:count])]

@@ -141,6 +141,7 @@ class Grid:
 
     def opaque_codes(self) -> CellArray:
         """Return a uint8 table of 256: 1 for codes that block sight (unknown included), else 0."""
+        # codes without a terrain are opaque, like unknown cells
         table = np.ones(256, dtype=np.uint8)
         for terrain in self.terrains:
             table[terrain.code] = terrain.blocks_sight

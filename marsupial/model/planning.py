@@ -49,6 +49,7 @@ class Budget:
     def __post_init__(self) -> None:
         if (self.seconds is None) == (self.steps is None):
             raise UsageError("a budget is either a number of seconds or a number of steps")
+        # numbers of numpy become plain ones, whatever the caller passed
         if self.seconds is not None:
             object.__setattr__(self, "seconds", number("budget", self.seconds, _POSITIVE))
         if self.steps is not None:

@@ -186,6 +186,7 @@ class Situation:
         kept_meetings = tuple(m for m in self.meetings if meetings is None or m in meetings)
         used = {r.home for r in kept}
         homes = tuple(h for h in self.homes if h in used)
+        # the rows to keep, in the order of `places`
         starts = tuple(r.place for r in kept if r.place is not None)
         names = starts + tuple(t.name for t in kept_targets) + kept_meetings + homes
         rows = np.array([self.place_index[name] for name in names], dtype=np.intp)
@@ -202,6 +203,7 @@ class Situation:
 
 def _problems(situation: Situation) -> list[Problem]:
     problems: list[Problem] = []
+    # the other checks would take long with a team that is far too large
     if fault := team_fault(len(situation.robots)):
         return [Problem("robots", fault)]
     names = [kind.name for kind in situation.types]
@@ -216,6 +218,7 @@ def _problems(situation: Situation) -> list[Problem]:
     everything = [r.name for r in situation.robots] + list(situation.places)
     for name in sorted(n for n, times in Counter(everything).items() if times > 1):
         problems.append(Problem("places", f"name {name!r} is used twice"))
+    # the row and column of a place follow from the order of `places`, so sizes must match exactly
     shape = (len(situation.places), len(situation.places))
     for i, kind in enumerate(situation.types):
         table = situation.travel_ms.get(kind.name)

@@ -59,10 +59,12 @@ def ground_faults(kinds: Sequence[RobotType], extent: Extent, most: Mapping[str,
     # types with the same footprint share one layer of standable cells
     grounds = {(kind.radius_m, kind.terrains) for kind in kinds}
     under = [max(1.0, math.pi * (radius_m / extent.resolution_m) ** 2) for radius_m, _ in grounds]
+    # no footprint has more cells than the map
     work = extent.cells * sum(min(extent.cells, one) for one in under)
     if work > most["footprint_cells"]:
         yield _too_large("footprint_cells", work, most)
     carriers = sum(kind.role is Role.CARRIER for kind in kinds)
+    # one array over the map for each type, and for each pair of types that may dock
     layers = extent.cells * (len(kinds) + carriers * (len(kinds) - carriers))
     if layers > most["layers"]:
         yield _too_large("layers", layers, most)

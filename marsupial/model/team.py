@@ -47,6 +47,7 @@ class Whereabouts(Generic[P]):
 
     def ended(self, action: ActionName, end: ActionEnd) -> Whereabouts[P]:
         """Return its whereabouts after an action; an action that did not start changes nothing."""
+        # `at` and `carrier` are both set only from the start of a docking to its end
         docking = action is ActionName.DOCK and self.at is not None and self.carrier is not None
         if docking and end is ActionEnd.DONE:
             return Whereabouts(None, self.carrier)

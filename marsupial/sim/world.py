@@ -184,6 +184,7 @@ class SimulatedWorld:
         return News(t_ms=self._now_ms)
 
     def _report(self, robot: _SimulatedRobot) -> RobotReport:
+        # a driving robot can stop at the next cell of its route at the earliest
         driving = robot.activity is _Activity.DRIVING
         return RobotReport(
             name=robot.name,
@@ -248,6 +249,7 @@ class SimulatedWorld:
         """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""
         if robot.lost:
             return []
+        # the event of a docking is the rover's, so both numbers have to change
         partner = robot.partner
         robot.due += 1
         self._end_command(robot)

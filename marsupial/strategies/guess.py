@@ -138,12 +138,15 @@ def guess(briefing: Briefing) -> Guess:
         return Guess(situation=begun, worth=worth, real=real, gates={})
     where = np.array([unseen.at_m[name] for name in gates])
     metres = _path_m(np.array([(s.x_m, s.y_m) for s in unseen.squares]), where)
+    # stable sorting keeps missions reproducible where distances are equal
     nearest = np.sort(np.argsort(metres.min(axis=1), kind="stable")[:MOST_SQUARES])
     chosen, metres = [unseen.squares[i] for i in nearest.tolist()], metres[nearest]
     rovers = frozenset(kind.name for kind in real.types if kind.role is Role.ROVER)
+    # without rovers in the team, nobody could explore a room
     share = unseen.rovers_only if any(robot.type in rovers for robot in real.robots) else 0.0
     rooms = [square for square in chosen if square.draw < share]
     halls = [square for square in chosen if square.draw >= share]
+    # `_extended` expects halls before rooms
     order = [chosen.index(square) for square in halls + rooms]
     situation = _extended(begun, halls, rooms, (carriers, rovers), gates, metres[order], unseen.speed_mps)
     worth |= {_target(square): WORTH * square.share for square in chosen}
@@ -161,6 +164,7 @@ def _with_head_starts(situation: Situation, previous: Plan | None) -> Situation:
     for action in () if previous is None else previous.actions:
         for name in action.robots:
             robot = situation.robot_by_name[name]
+            # only the first drive counts, and a rover aboard does not drive
             if name in seen or robot.place is None or robot.place == action.place:
                 continue
             seen.add(name)
@@ -209,6 +213,7 @@ def _extended(
     """
     targets = [TargetInfo(name=_target(square), explorers=kinds[0]) for square in halls]
     targets += [TargetInfo(name=_target(square), explorers=kinds[1]) for square in rooms]
+    # the order of `Situation.places`
     starts = [robot.place for robot in situation.robots if robot.place is not None]
     names = starts + [t.name for t in situation.targets] + [t.name for t in targets] + list(situation.meetings)
     names += [_door(square) for square in rooms] + list(situation.homes)
@@ -229,7 +234,7 @@ def _extended(
             table[np.ix_(old, new)] = _fastest(known[:, via][:, None, :] + beyond, known[:, via][:, None, :])
             table[np.ix_(new, old)] = _fastest(beyond[:, None, :] + known[via].T, known[via].T[None])
             table[np.ix_(new, new)] = 1000 * between / speed_mps[kind.name]
-        else:
+        else:  # rovers drive inside a room only: carriers bring them to its door
             for square in rooms:
                 door, target = index[_door(square)], index[_target(square)]
                 table[door, target] = table[target, door] = ROOM_MS

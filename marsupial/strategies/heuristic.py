@@ -181,6 +181,7 @@ def _serve(briefing: Briefing, draft: _Assignments, carrier: str, target: str, w
 def _nearest_meeting(briefing: Briefing, draft: _Assignments, carrier: str, target: str, kind: str) -> str | None:
     """Return the meeting point nearest to the carrier from which a rover of type `kind` gets to the target."""
     situation = briefing.situation
+    # meeting points that connect to the target's area come first: False < True
     options = [
         (target not in briefing.connects.get(meeting, frozenset()), travel, meeting)
         for meeting in situation.meetings
@@ -208,7 +209,7 @@ def _retrieve(
     load = sum(robot.carrier == carrier for robot in situation.robots)
     if load >= situation.type_of(carrier).capacity or not options:
         return None
-    _, _, rover, meeting = min(options)
+    _, _, rover, meeting = min(options)  # rovers without targets come first: False < True
     waiting.remove(rover)
     draft.timeline.dock(rover, carrier, meeting)
     return rover

@@ -50,6 +50,7 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
     carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
     jobs: list[Job] = []
     draft = _drafted(start, jobs)
+    # fix one job at a time and draft anew, as each changes what rovers on the ground can do
     while (job := _next_job(draft, carriers, jobs)) is not None:
         jobs.append(job)
         draft = _drafted(start, jobs)

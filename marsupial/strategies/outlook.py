@@ -114,6 +114,7 @@ class Outlook:
             rover = known.robots[v]
             if known.aboard[k] == number or rover in retrievable:
                 retrieved = known.aboard[k] < 0
+                # row 0: a rover that is aboard; row 1 + n: one that carrier n picks up first
                 landed = self._insertions.landed_ms[1 + number if retrieved else 0, k]
                 via = landed[:, None] + self._costs.sortie[known.kinds[v]]
                 best = via.argmin(axis=0)
@@ -135,6 +136,7 @@ class Outlook:
         best = [np.argmin(mine, axis=0) for mine in choices]
         costs = np.array([np.min(mine, axis=0) for mine in choices])
         rows, columns = least_assignment(costs)
+        # an impossible pair costs more than all possible ones, so there are as few as can be; these are dropped
         pairs = sorted(zip(costs[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
         return [(options[i][best[i][target]], target) for cost, i, target in pairs if cost < _IMPOSSIBLE / 2]
 

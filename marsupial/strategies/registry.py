@@ -146,6 +146,7 @@ def _extension(name: str) -> Extension | None:
 
 
 def _extension_info(found: Extension) -> StrategyInfo:
+    # a package can't replace a strategy of marsupial's own; the listing shows both
     name = f"{found.name} ({found.package})" if found.name in STRATEGIES else found.name
     try:
         make = found.load()

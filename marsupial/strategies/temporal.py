@@ -163,10 +163,12 @@ class Temporal(Strategy):
         kept, others = _served(listing, previous), [*_served(listing, baseline), listing.serve()]
         if objective.name in self._engine.info.objectives:
             plan, unserved = min(kept + others, key=rank)
+            # targets that nobody can serve would make the problem unsolvable for the engine
             answer = self._ask(_without(situation, unserved), objective, plan)
         else:
             served = _served(Listing(known), previous, baseline)
             answer = self._ask(known, objective, _shortest(known, served))
+        # `min` takes the first of equals: the previous plan, then the engine's
         plan, unserved = min(kept + _served(listing, answer.plan) + others, key=rank)
         return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
 
@@ -184,6 +186,7 @@ class Temporal(Strategy):
     def _ask(self, situation: Situation, objective: Objective, start: Plan | None) -> _EngineResult:
         """Ask the engine for plans by this objective, or by makespan if it does not support the objective."""
         asked = objective if objective.name in self._engine.info.objectives else MAKESPAN
+        # a completed plan may still miss targets or rovers, and engines may rely on a valid start
         if start is not None and not check(situation, start).valid:
             start = None
         incumbent = Incumbent(situation, asked, partial=True)

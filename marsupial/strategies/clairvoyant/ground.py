@@ -177,6 +177,7 @@ class Ground:
             return
         self.sites[kind] = np.unique(np.concatenate((self.sites[kind], np.array(more, dtype=np.int64))))
         self._numbers[kind] = {int(i): n for n, i in enumerate(self.sites[kind])}
+        # both caches are indexed by the numbers of sites, which have changed
         self._rows.clear()
         self._site_views.pop(kind, None)
 

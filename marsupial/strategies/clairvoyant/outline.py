@@ -172,6 +172,7 @@ class Outline:
         for errand in self.errands:
             if robot.name not in errand.robots:
                 continue
+            # several dockings of a carrier at one place are one visit
             if robot.name == errand.carrier and visits[-1][0] == errand.place:
                 visits[-1] = (errand.place, errand)
             elif errand.name is ActionName.UNDOCK and robot.name == errand.robot:

@@ -111,6 +111,7 @@ class _Repair:
         ground = self._tours.ground
         near, bit, views = ground.sites_near(kind, cell), ground.bit_of(cell), ground.site_views(kind)
         some = near if len(near) <= SITES else self._rng.choice(near, SITES, replace=False)
+        # a sample may by chance hold no site that sees the cell
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
         return np.array(seeing, dtype=np.int64)
 

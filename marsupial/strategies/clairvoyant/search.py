@@ -142,6 +142,7 @@ def _ruined(outline: Outline, rng: np.random.Generator) -> Outline:
     ]
     if not names:
         return outline
+    # the cube of a uniform number is mostly near 0: late stops are chosen most often
     chosen = len(names) - 1 - int(len(names) * rng.random() ** 3)
     where = np.array([next(iter(outline.poses[name].values())) for name in names], dtype=np.float64)
     apart = np.hypot(*(where - where[chosen]).T)

@@ -79,6 +79,7 @@ class Tours:
         """Insert a new stop for seeing `cells` after place `at` of a tour."""
         name = self._new_stop(tour.kind, cell, cells)
         errand = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=tour.robot, place=name)
+        # the robot does it right after its last errand at the place before
         before = tour.after[at]
         position = 0 if before is None else next(i for i, e in enumerate(self._errands) if e is before) + 1
         self._errands.insert(position, errand)
