@@ -98,7 +98,7 @@ class Flicker:
         # watched cells can change without a report: a robot moves on, or the time to settle is over
         return self._filter(np.union1d(seen, self._watched), now_ms, under)
 
-    def looked_at(self, cells: Ints) -> None:
+    def visited(self, cells: Ints) -> None:
         """Count cells that are still unknown although a robot was beside them as lost once more."""
         self._count_losses(cells[(self.cells.ravel()[cells] == UNKNOWN) & (self._last.ravel()[cells] != UNKNOWN)])
 

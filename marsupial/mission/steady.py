@@ -97,7 +97,7 @@ class SteadyWorld:
         if begins or news.moved is not None:
             self._grid = replace(self._world.grid, cells=self._flicker.cells)
         if not begins and news.finished:  # robots that arrived have seen what is beside them
-            self._flicker.looked_at(self._around(self._beside, news.finished))
+            self._flicker.visited(self._around(self._beside, news.finished))
         seen = np.unique(np.concatenate([_NONE, *(indices for _, indices in (*news.revealed, *news.changed))]))
         found = self._flicker.update(seen, news.t_ms, self._around(self._bodies))
         return self._news(news, found) if self._flicker.any else news

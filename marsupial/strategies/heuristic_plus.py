@@ -87,7 +87,7 @@ class _TripPlan:
 
 def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
     """Return the draft with these jobs; rovers finish their areas before they are retrieved."""
-    outlook = start.afresh()
+    outlook = start.emptied()
     left = np.ones(len(outlook.targets), dtype=np.bool_)
     left[[target for _, target in jobs]] = False
     for option, target in jobs:

@@ -82,7 +82,7 @@ class Outlook:
         self._before = _first_targets(previous)
         self._begin()
 
-    def afresh(self) -> Outlook:
+    def emptied(self) -> Outlook:
         """Return a copy without any action."""
         other = copy(self)
         other._begin()

@@ -139,7 +139,7 @@ def test_a_cell_that_stays_lost_though_robots_stand_beside_it_counts_as_what_it_
     row = Row()
     row.tell(UNKNOWN)
     for _ in range(MOST_LOSSES):
-        row.flicker.looked_at(np.array([4, 5, 6]))
+        row.flicker.visited(np.array([4, 5, 6]))
     row.flicker.update(NOBODY, row.now_ms, NOBODY)
     assert row.flicker.cells[0, 5] == FLOOR
 
