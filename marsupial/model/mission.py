@@ -250,6 +250,7 @@ class MissionEnded:
     @property
     def coverage(self) -> float:
         """Explored share of the reachable area, 0 to 1."""
+        # with nothing to explore, all of it is explored
         return 1.0 if self.reachable_area_m2 == 0 else self.explored_area_m2 / self.reachable_area_m2
 
 

@@ -74,6 +74,7 @@ class Plan:
     @classmethod
     def of(cls, actions: Iterable[Action]) -> Plan:
         """Return the plan of these actions, sorted."""
+        # a total order, so that equal plans are written in the same way
         return cls(actions=tuple(sorted(actions, key=lambda a: (a.start_ms, a.robot, a.name, a.place))))
 
     @property

@@ -100,6 +100,7 @@ class SimulatedWorld:
         self._now_ms = 0
         self._heap: list[tuple[int, int, str, int]] = []
         self._count = 0
+        # the first look of each robot on the ground
         for name, robot in self._robots.items():
             if robot.cell is not None:
                 self._push(0, name, robot.due)
@@ -208,6 +209,7 @@ class SimulatedWorld:
 
     def _next_step(self, robot: _SimulatedRobot) -> None:
         robot.due += 1
+        # the route may have one cell only: a drive to where the robot stands ends at once
         before, robot.step = robot.step, min(robot.step + 1, len(robot.route) - 1)
         if robot.step > before:
             robot.odometer.step(robot.route[before], robot.route[robot.step])
@@ -274,6 +276,7 @@ class SimulatedWorld:
         fresh = np.empty(len(seen) + len(touched), dtype=np.int64)
         count = _reveal(seen, self._truth.cells, self._known, fresh)
         count += _reveal(touched, self._truth.cells, self._known, fresh[count:])
+        # sorted, as the log encodes runs of neighbouring cells
         return np.sort(fresh[:count])
 
 

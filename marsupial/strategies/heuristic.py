@@ -108,6 +108,7 @@ def _rovers_explore(draft: _Assignments, rovers: Iterable[str], areas: Mapping[s
         first, target = np.unravel_index(left_ms.argmin(), left_ms.shape)
         if np.isinf(left_ms[first, target]):
             return
+        # only the arrivals of the rover that was chosen change
         draft.explore(order[first], targets[target])
         mine[:, target] = False
         there_ms[first] = draft.arrivals_ms(order[first], targets)

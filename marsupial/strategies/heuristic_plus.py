@@ -93,6 +93,7 @@ def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
     for option, target in jobs:
         if not option.retrieved:
             outlook.take(option, target)
+    # rovers on the ground explore before the jobs that retrieve them are added
     by_ms = _tours(outlook, left)
     idle = [rover for rover in _on_ground(outlook) if not outlook.has_work(rover)]
     for option, target in jobs:

@@ -38,6 +38,7 @@ def _spread(ground: Ground, carrier: str, rover: str, points: Sequence[MapMeetin
     for point in points:
         apart = np.minimum(apart, np.hypot(x - point.rover_cell.x, y - point.rover_cell.y))
     found: list[MapMeeting] = []
+    # farthest-point sampling: repeatedly the cell that is farthest from all meeting points so far
     while len(found) < MOST and len(cells):
         n = int(np.argmax(apart))
         if apart[n] * ground.territory.grid.resolution_m < APART_M:

@@ -35,6 +35,7 @@ def _improve(tours: Tours, name: str) -> bool:
     own = tours.own(tour, at)
     ends = _ends(tour, at)
     passing = tours.ground.view(tour.kind, ends[0]) | tours.leg(tour, *ends)
+    # drop it if others see its cells, or if driving past would do and it is not a rover's only stop
     if not own or not (tours.is_only_stop(tour, at) or own & ~passing):
         tours.drop(tour, at)
         return False

@@ -77,6 +77,7 @@ class Clairvoyant(Strategy):
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the one plan, or after it a plan that brings the rovers back."""
+        # the search runs in `survey`, before this call, but counts as planning
         began = perf_counter() - self._search_s
         plan, detail = Plan(actions=()), ""
         goal = briefing.situation.goal
