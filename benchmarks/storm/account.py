@@ -101,7 +101,7 @@ class Account(Ground):
             self._judge_who_is_left(event, aboard)
         if status != "complete" and not event["reason"]:
             self._find(event, "gives no reason")
-        if "over and over" in event["reason"] and not self._faulty:
+        if event["reason"].startswith("no progress after") and not self._faulty:
             self._find(event, f"ends because plans led nowhere: {event['reason']}")
         for key in (
             "status",

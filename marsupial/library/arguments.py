@@ -5,12 +5,12 @@ from __future__ import annotations
 from marsupial.errors import UsageError
 from marsupial.model.arguments import refuse, text
 from marsupial.model.planning import Engine, EngineInfo
-from marsupial.model.strategy import Strategy
+from marsupial.model.strategy import Decider
 from marsupial.planning.extensions import CheckedEngine
 from marsupial.sim.sensors import Sensor
 
 
-def strategy_argument(value: str | Strategy) -> str | Strategy:
+def strategy_argument(value: str | Decider) -> str | Decider:
     """Return a strategy, or the name of one."""
     if isinstance(value, str):
         return text("strategy", value)

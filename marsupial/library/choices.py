@@ -6,7 +6,7 @@ It imports no compiled code, so that a wrong option is refused at once.
 from __future__ import annotations
 
 from marsupial.model.planning import NO_PLANNER, Budget, Engine
-from marsupial.model.strategy import Strategy
+from marsupial.model.strategy import Decider
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import asks_planner
 
@@ -34,7 +34,7 @@ def takes_budget(strategy: str) -> bool:
     return strategy == CLAIRVOYANT or asks_planner(strategy)
 
 
-def planner_for(strategy: str | Strategy, planner: str | Engine) -> str | Engine:
+def planner_for(strategy: str | Decider, planner: str | Engine) -> str | Engine:
     """Return the planner that a strategy asks: `planner`, or `NO_PLANNER` if it asks none by that way.
 
     Raises

@@ -25,7 +25,7 @@ from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import Engine
 from marsupial.model.scenario import Scenario
 from marsupial.model.situation import Situation
-from marsupial.model.strategy import Strategy
+from marsupial.model.strategy import Decider
 from marsupial.sim.sensors import Sensor
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Exploration(Summary):
 
 def explore(
     scenario: Scenario | str | PathLike[str],
-    strategy: str | Strategy = "temporal",
+    strategy: str | Decider = "temporal",
     planner: str | Engine = DEFAULT_PLANNER,
     seed: int = 1,
     budget: float | None = None,
@@ -121,7 +121,7 @@ def explore(
     scenario
         A scenario, or what `marsupial.scenario` takes.
     strategy
-        The name of a strategy, or an object with a method `decide` (see `marsupial.Strategy`).
+        The name of a strategy, or a `marsupial.Strategy` (any object with `name` and `decide` works).
     planner
         The name of an engine, ``cmd:COMMAND {domain} {problem}``, or an object with a method `solve` (see
         `marsupial.Engine`). Strategies that ask no planner ignore it, and so do objects.

@@ -25,7 +25,7 @@ from marsupial.model.planning import NO_PLANNER, Budget, Engine
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Scenario
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
-from marsupial.model.strategy import Strategy
+from marsupial.model.strategy import Decider
 from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
 from marsupial.processes.launcher import warm_up
@@ -58,7 +58,7 @@ def prepare_planner(planner: str, say: Say = lambda text: None) -> Callable[[], 
 
 
 def prepare_mission(
-    scenario: Scenario, strategy: str | Strategy, planner: str | Engine, say: Say = lambda text: None
+    scenario: Scenario, strategy: str | Decider, planner: str | Engine, say: Say = lambda text: None
 ) -> Callable[[], None]:
     """Begin to get ready what a mission needs and return what waits until it is; `say` is told of what is compiled."""
     tried = strategy if isinstance(strategy, str) and _is_ours(strategy) else STAND_IN

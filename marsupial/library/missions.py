@@ -18,7 +18,7 @@ from marsupial.model.grid import Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
 from marsupial.model.planning import Budget, Engine
 from marsupial.model.scenario import PlanningTime, Scenario
-from marsupial.model.strategy import PlanningReport, Strategy
+from marsupial.model.strategy import Decider, PlanningReport
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
@@ -37,7 +37,7 @@ def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
 def simulate(
     scenario: Scenario,
     *,
-    strategy: str | Strategy,
+    strategy: str | Decider,
     planner: str | Engine,
     budget: Budget,
     seed: int,
@@ -65,7 +65,8 @@ def simulate(
     """
     began = perf_counter()
     decider = None if strategy == CLAIRVOYANT else _decider(strategy, planner, budget)
-    registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
+    if decider is not None:
+        registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     robots = place_team(scenario, seed)
     kinds = {kind.name: kind for kind in scenario.robot_types}
     if decider is None and sensor is not None:
@@ -99,7 +100,7 @@ def simulate(
     )
 
 
-def _decider(wanted: str | Strategy, planner: str | Engine, budget: Budget) -> Strategy:
+def _decider(wanted: str | Decider, planner: str | Engine, budget: Budget) -> Decider:
     return registry.strategy(wanted, planner=planner, budget=budget) if isinstance(wanted, str) else wanted
 
 
@@ -120,7 +121,7 @@ class _Reports(Observer):
 
 
 def _started(
-    scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy: str | Strategy, planner: str | Engine, seed: int
+    scenario: Scenario, robots: tuple[PlacedRobot, ...], strategy: str | Decider, planner: str | Engine, seed: int
 ) -> MissionStarted:
     grid = scenario.grid
     return MissionStarted(

@@ -82,8 +82,8 @@ class Lookout:
         """Whether what was seen since the last look is to be looked at now."""
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
-    def take_in(self, news: News) -> None:
-        """Note the cells that were revealed in the map; what has been worked out of a map that changed is dropped."""
+    def update(self, news: News) -> None:
+        """Note which cells were revealed; discard the analysis of a map whose known cells have changed."""
         if news.moved is not None:
             self._move(news.moved)
         if news.moved is not None or news.changed:

@@ -1,7 +1,7 @@
-"""Takes a plan from the moment it was made for to a later one.
+"""Fits a plan to a later situation than the one it was made for.
 
-Meanwhile robots have moved on, targets have shifted or gone, and names may have changed: what still makes sense of the
-plan is put on the clock again, and only what the checker accepts comes out.
+Meanwhile robots have moved and targets have shifted or gone. `same_targets` matches old targets with new ones, and
+`carried_over` schedules the actions that are still possible anew. The checker decides whether the result is valid.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from marsupial.maps.targets import Target
-from marsupial.model.plan import Action, Plan
-from marsupial.model.situation import Situation
+from marsupial.model import Action, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.timeline import Timeline
 
@@ -22,12 +21,12 @@ def shifted(plan: Plan, by_ms: int) -> Plan:
 
 
 def tolerance_cells(explorers: Iterable[str], ranges_cells: Mapping[str, float]) -> float:
-    """Return how far a target may shift, in cells, and still count as the same: half the shortest sensor range."""
+    """Return how far a target may move and still be the same, in cells: half of its explorers' shortest range."""
     return 0.5 * min(ranges_cells[name] for name in explorers)
 
 
 def same_target(target: Target, others: Sequence[Target], ranges_cells: Mapping[str, float]) -> Target | None:
-    """Return the nearest of `others` that `target` may have turned into, or None."""
+    """Return the nearest of `others` that counts as the same target, or None."""
     limit = tolerance_cells(target.viewpoints, ranges_cells)
     x, y = target.cell
     best: tuple[int, str] | None = None
@@ -44,7 +43,8 @@ def same_target(target: Target, others: Sequence[Target], ranges_cells: Mapping[
 def same_targets(
     targets: Iterable[Target], others: Sequence[Target], ranges_cells: Mapping[str, float]
 ) -> list[Target | None]:
-    """Return `same_target` of each; most of them have not moved, and that is seen at once."""
+    """Return `same_target` of each of `targets`."""
+    # most targets have not moved, so look up their cell first
     there = {other.cell: other for other in others}
     found: list[Target | None] = []
     for target in targets:
@@ -56,22 +56,24 @@ def same_targets(
 
 
 def carried_over(actions: Sequence[Action], situation: Situation, renamed: Mapping[str, str]) -> Plan | None:
-    """Return what is left of a plan, made to fit `situation`; None if that is nothing or no longer valid.
+    """Return the rest of a plan, fitted to `situation`; None if nothing is left or the rest is invalid.
 
     Parameters
     ----------
     actions
-        In plan order; only their names and places count.
+        In plan order; their times are ignored.
     renamed
-        New names of the targets that still exist, by old name. Meetings and homes keep theirs.
+        New names of the targets that still exist, by old name. Meeting points and homes keep their names.
     """
     timeline = Timeline.of(situation)
     places = situation.meetings + situation.homes
     for action in actions:
         place = action.place if action.place in places else renamed.get(action.place)
+        # the target is gone, or a robot of the action is lost
         if place is None or not timeline.at.keys() >= set(action.robots):
             continue
         fitted = replace(action, place=place)
+        # skipped actions can make later ones impossible: a rover that was not picked up can't be set down
         if timeline.can(fitted):
             timeline.add(fitted)
     plan = timeline.plan

@@ -1,9 +1,8 @@
-"""Carries a plan out: gives each robot its next command as soon as everyone the action needs is free.
+"""Executes plans: starts each action as soon as all robots that it needs are free.
 
-Every robot has a queue of its actions in plan order; an action starts when it is at the head of the queues of all
-its robots and none of them is busy. So a valid plan can't deadlock, and robots that are early wait where they have
-to. A new plan replaces the queues: a drive that it wants as well goes on, other drives stop at the next cell, and a
-running dock or undock is never interrupted.
+Every robot has a queue of its actions in plan order. An action starts when it is at the head of the queues of all its
+robots and none of them is busy. So a valid plan can't deadlock, and robots that are early wait. A new plan replaces
+the queues: drives to the same place go on, other drives stop at the next cell, and docking is never interrupted.
 """
 
 from __future__ import annotations
@@ -23,20 +22,19 @@ from marsupial.model.world import RobotReport, World
 from marsupial.paths.routes import steps_of
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
-"""Finds the route of a robot type between two cells of the known map, by the way it faces at first."""
-
+"""Finds the route of a robot type between two cells of the known map; the last argument is its heading."""
 
 Standing = Callable[[str, Sequence[Cell]], bool]
-"""Says whether a robot type can stand on all of these cells of the known map."""
+"""Returns whether a robot type can stand on all of these cells of the known map."""
 
 
 class Executor:
-    """Carries out one plan after the other in a world.
+    """Executes one plan after the other in a world.
 
     Attributes
     ----------
     deployments
-        The undockings and dockings that are done.
+        The finished undockings and dockings.
     """
 
     def __init__(self, world: World, route: Router, observer: Observer) -> None:
@@ -45,19 +43,19 @@ class Executor:
         self._observer = observer
         self._types = {robot.name: robot.type for robot in world.robots()}
         self._queues: dict[str, deque[Action]] = {name: deque() for name in self._types}
-        self._running: dict[str, tuple[int, Action]] = {}
-        self._goals: dict[str, Cell] = {}
-        self._ways: dict[str, Sequence[Cell]] = {}
+        self._running: dict[str, tuple[int, Action]] = {}  # by robot: revision of the plan, action
+        self._goals: dict[str, Cell] = {}  # of the drives that run or ran last
+        self._routes: dict[str, Sequence[Cell]] = {}
         self._superseded: set[str] = set()
         self._blocked: set[str] = set()
         self._poses: Poses = {}
         self._revision = 0
-        self._changed = True  # since it was last looked whether an action could start
+        self._changed = True  # whether an action may have become startable
         self.deployments = Deployments()
 
     @property
     def idle(self) -> bool:
-        """Whether nothing runs and nothing waits to run."""
+        """Whether no action runs or waits."""
         return not self._running and not any(self._queues.values())
 
     @property
@@ -67,30 +65,30 @@ class Executor:
 
     @property
     def running(self) -> bool:
-        """Whether something runs."""
+        """Whether an action runs."""
         return bool(self._running)
 
     @property
     def under_way(self) -> frozenset[str]:
-        """Rovers that are docking, so not aboard yet, and robots that are driving, so not where they are going yet."""
+        """Robots that have not arrived: rovers that are docking, and robots that are driving."""
         running = (action for _, action in self._running.values())
         return frozenset(action.robot for action in running if action.name is not ActionName.UNDOCK)
 
     def unemployed(self, robots: Iterable[str]) -> bool:
-        """Say whether one of `robots` has nothing left to do."""
+        """Return whether at least one of `robots` has nothing left to do."""
         return any(name not in self._running and not self._queues[name] for name in robots)
 
     def remainder(self) -> tuple[Action, ...]:
-        """Return the actions that run or wait, in plan order; times are those of the plan they came with."""
+        """Return the running and waiting actions in plan order, with the times of their plan."""
         running = [action for name, (_, action) in self._running.items() if name not in self._superseded]
         waiting = [action for queue in self._queues.values() for action in queue]
-        unique = {id(action): action for action in running + waiting}
+        unique = {id(action): action for action in running + waiting}  # a docking is in two queues
         return Plan.of(unique.values()).actions
 
     def move(self, shift: FrameShift) -> None:
-        """Call all cells, and the places called after them, as they are called now that the frame has grown."""
+        """Re-index cells, and rename places that are named after them, after the frame grew."""
         self._goals = shift.cells(self._goals)
-        self._ways = {name: [shift.cell(cell) for cell in way] for name, way in self._ways.items()}
+        self._routes = {name: [shift.cell(cell) for cell in route] for name, route in self._routes.items()}
         self._poses = {shift.place(name): shift.cells(cells) for name, cells in self._poses.items()}
         moved = {id(action): shift.action(action) for queue in self._queues.values() for action in queue}
         self._queues = {name: deque(moved[id(action)] for action in queue) for name, queue in self._queues.items()}
@@ -99,50 +97,51 @@ class Executor:
         self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
 
     def stop_blocked(self, standing: Standing) -> tuple[str, ...]:
-        """Stop who drives where he can't stand any more; return these robots and those who are to go to such a place.
+        """Stop drives over cells where their robots can no longer stand; return the robots blocked now or later.
 
-        Drives that are superseded stop anyway. A robot that stands where it can't is let go on: away from there.
+        Superseded drives stop anyway. A robot that stands on such a cell may drive on, away from it.
         """
-        blocked = dict.fromkeys(self._barred_on_the_way(standing))
+        blocked = dict.fromkeys(self._blocked_drives(standing))
         for name in blocked:
             self._blocked.add(name)
             self._superseded.add(name)
             self._queues[name].clear()
             self._world.stop(name)
+        # actions that have not started would fail later: report their robots as well
         for name, queue in self._queues.items():
             cells = [self._poses.get(action.place, {}).get(self._types[name]) for action in queue]
             if not standing(self._types[name], [cell for cell in cells if cell is not None]):
                 blocked[name] = None
         return tuple(blocked)
 
-    def _barred_on_the_way(self, standing: Standing) -> Iterator[str]:
-        """Yield the robots that drive over a cell, or past a corner, where they can't stand."""
+    def _blocked_drives(self, standing: Standing) -> Iterator[str]:
+        """Yield the robots whose route leads over a cell, or past a corner, where they can't stand."""
         at = {robot.name: robot.cell for robot in self._world.robots()}
         for name, (_, action) in self._running.items():
             if action.carrier is not None or name in self._superseded:
                 continue
-            way, here = self._ways[name], at[name]
-            ahead = way[way.index(here) :] if here in way else way
+            route, here = self._routes[name], at[name]
+            ahead = route[route.index(here) :] if here in route else route
             if not standing(self._types[name], list(_passed(ahead))):
                 yield name
 
     def adopt(self, plan: Plan, poses: Poses, revision: int) -> None:
-        """Follow `plan` (absolute times) from now on; `poses` says where its places are."""
+        """Follow `plan` (absolute times) from now on; `poses` are the cells of its places."""
         self._poses, self._revision, self._changed = poses, revision, True
         self._queues = {name: deque(plan.of_robot(name)) for name in self._types}
         for name, (_, action) in list(self._running.items()):
-            if action.carrier is not None:
+            if action.carrier is not None:  # dockings and undockings can't be interrupted
                 continue
             queue = self._queues[name]
             if queue and name not in self._superseded and self._same_drive(name, action, queue[0]):
-                self._running[name] = (revision, queue.popleft())  # from now on it is the new plan's
+                self._running[name] = (revision, queue.popleft())  # it belongs to the new plan from now on
             else:
                 self._superseded.add(name)
                 self._world.stop(name)
 
     def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
-        """Start every action whose robots are all free; return the robots that found their way blocked."""
-        if not self._changed:  # most news is of what was seen
+        """Start every action whose robots are all free; return the robots without a route."""
+        if not self._changed:  # most news is about newly seen cells only
             return ()
         self._changed = False
         blocked: list[str] = []
@@ -151,24 +150,24 @@ class Executor:
             if action is None:
                 continue
             if drives_only and action.carrier is not None:
-                self._changed = True
+                self._changed = True  # it can start as soon as docking is allowed again
                 continue
             if not self._start(robot, action):
                 blocked.append(robot.name)
         return tuple(blocked)
 
     def finished(self, robots: Iterable[str]) -> tuple[Action, ...]:
-        """Take in that the commands of `robots` ended; return the actions that are done."""
+        """End the actions of `robots` whose commands ended; return those that are done."""
         done: list[Action] = []
         for name in robots:
-            if name not in self._running:
+            if name not in self._running:  # its action has already ended, with its partner's
                 continue
             revision, action = self._running.pop(name)
             self._changed = True
             if action.carrier is None:
-                self._stand(name)
+                self._end_drive(name)
             elif action.carrier == name:
-                continue  # told once, for the rover
+                continue  # the event is reported once, for the rover
             end = ActionEnd.SUPERSEDED if name in self._superseded else ActionEnd.DONE
             end = ActionEnd.BLOCKED if name in self._blocked else end
             self._superseded.discard(name)
@@ -180,20 +179,20 @@ class Executor:
         return tuple(done)
 
     def failed(self, robots: Iterable[str]) -> None:
-        """Take in that what `robots` were doing could not be done: it is over, and what was to follow is dropped."""
+        """End the actions of `robots` whose commands failed, and drop what was to follow."""
         for name in robots:
             action = self._cut_short(name, ActionEnd.FAILED)
             for partner in () if action is None else action.robots:
                 self._queues[partner].clear()
 
     def lost(self, robots: Iterable[str]) -> None:
-        """Take in that `robots` failed: what they were doing or were needed for is over."""
+        """End the actions of `robots` that are lost, and drop what was to follow."""
         for name in robots:
             self._cut_short(name, ActionEnd.LOST)
             self._queues[name].clear()
 
     def _cut_short(self, name: str, end: ActionEnd) -> Action | None:
-        """End what a robot is doing, for all robots in it; return what that was."""
+        """End a robot's running action for all its robots; return the action."""
         if name not in self._running:
             return None
         revision, action = self._running[name]
@@ -201,7 +200,7 @@ class Executor:
             self._running.pop(partner, None)
         self._changed = True
         if action.carrier is None:
-            self._stand(name)
+            self._end_drive(name)
         self._superseded.discard(name)
         self._blocked.discard(name)
         self._end(action, revision, end)
@@ -216,15 +215,17 @@ class Executor:
         if not queue:
             return None
         action = queue[0]
+        # a docking is in the queues of two robots; its rover starts it, so it starts once
         ready = all(r not in self._running and self._queues[r] and self._queues[r][0] is action for r in action.robots)
         return action if ready and name == action.robot else None
 
     def _start(self, robot: RobotReport, action: Action) -> bool:
-        """Give the command for `action`; return False (and drop its robot's queue) if there is no way."""
+        """Send the command for `action`; return False and drop the robot's queue if there is no route."""
         cell = self._poses[action.place].get(robot.type)
         route: Sequence[Cell] | None = None
         if action.carrier is None and cell is not None and robot.cell is not None:
             route = self._route(robot.type, robot.cell, cell, robot.heading)
+        # the type may have no cell at this place: the map has changed since the survey
         if cell is None or (action.carrier is None and route is None):
             self._queues[robot.name].clear()
             self._end(action, self._revision, ActionEnd.BLOCKED)
@@ -235,7 +236,7 @@ class Executor:
         now = self._world.now_ms
         self._observer.event(ActionStarted(t_ms=now, revision=self._revision, action=action, cell=cell))
         if route is not None:
-            self._goals[robot.name], self._ways[robot.name] = cell, route
+            self._goals[robot.name], self._routes[robot.name] = cell, route
             self._observer.event(DriveStarted(t_ms=now, robot=robot.name, cell=route[0], steps=steps_of(route)))
             self._world.drive(robot.name, route)
         elif action.name is ActionName.DOCK:
@@ -244,7 +245,7 @@ class Executor:
             self._world.undock(action.robot, str(action.carrier), cell)
         return True
 
-    def _stand(self, name: str) -> None:
+    def _end_drive(self, name: str) -> None:
         cell = next(robot.cell for robot in self._world.robots() if robot.name == name)
         if cell is not None:
             self._observer.event(DriveEnded(t_ms=self._world.now_ms, robot=name, cell=cell))
@@ -253,9 +254,9 @@ class Executor:
         self._observer.event(ActionEnded(t_ms=self._world.now_ms, revision=revision, action=action, end=end))
 
 
-def _passed(way: Sequence[Cell]) -> Iterator[Cell]:
-    """Yield the cells after the first one of a way, and those beside its diagonal steps: no corner is cut."""
-    for a, b in pairwise(way):
+def _passed(route: Sequence[Cell]) -> Iterator[Cell]:
+    """Yield the cells after the first of a route, and those beside its diagonal steps: robots cut no corners."""
+    for a, b in pairwise(route):
         yield b
         if a.x != b.x and a.y != b.y:
             yield Cell(a.x, b.y)

@@ -1,6 +1,7 @@
-"""The events of a mission whose map has grown beyond its frame, as if it had had its last frame from the start.
+"""Rewrites the events of a mission whose map grew, as if the map had had its final frame from the start.
 
-So whoever plays a mission back needs to know one frame only.
+When a frame grows to the left or downwards, all cell coordinates change. Playback and exports read the rewritten events
+and so deal with one frame only.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from marsupial.model.frames import FrameShift
 
 
 def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent, ...]:
-    """Return the events with all cells in the last frame, without those that tell of its growth."""
+    """Return the events with all cells in the last frame, and without `FrameGrown`."""
     mission = events[0]
     assert isinstance(mission, log.MissionStarted)
     width, origin_m = mission.width, mission.origin_m
@@ -25,7 +26,8 @@ def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent,
         if isinstance(event, log.FrameGrown):
             shifts.append(FrameShift(event.shift, width, event.width, event.height))
             width, origin_m = event.width, event.origin_m
-    later: FrameShift | None = None
+    # from the last event to the first, since an event is moved by all growth after it
+    later: FrameShift | None = None  # all shifts after the current event, combined
     found: list[log.MissionEvent] = []
     for event in reversed(events):
         if isinstance(event, log.FrameGrown):
@@ -40,7 +42,7 @@ def in_last_frame(events: Sequence[log.MissionEvent]) -> tuple[log.MissionEvent,
 
 
 def moved_event(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
-    """Return an event as it is called in a frame that has grown."""
+    """Return an event with its cells in a frame that has grown."""
     match event:
         case log.MissionStarted():
             robots = tuple(replace(r, cell=None if r.cell is None else shift.cell(r.cell)) for r in event.robots)
@@ -61,7 +63,7 @@ def moved_event(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
 
 
 def moved_plan(plan: log.Planned, shift: FrameShift) -> log.Planned:
-    """Return a plan as it is called in a frame that has grown."""
+    """Return a plan with its cells and place names in a frame that has grown."""
     return replace(
         plan,
         targets=tuple(replace(t, name=shift.place(t.name), cell=shift.cell(t.cell)) for t in plan.targets),
@@ -71,9 +73,10 @@ def moved_plan(plan: log.Planned, shift: FrameShift) -> log.Planned:
 
 
 def moved_runs(runs: Sequence[int], shift: FrameShift) -> tuple[int, ...]:
-    """Return runs (start, length, code) in a frame that has grown; one over the end of a row becomes several."""
+    """Return runs (start, length, code) in a frame that has grown; a run over several rows is split."""
     table = np.array(runs, dtype=np.int64).reshape(-1, 3)
     starts, ends, width = table[:, 0], table[:, 0] + table[:, 1], shift.width_before
+    # an old row is a contiguous piece of a new row, so split each run at the ends of old rows
     first = starts // width
     rows = (ends - 1) // width - first + 1
     of = np.repeat(np.arange(len(table)), rows)

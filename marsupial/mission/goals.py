@@ -1,23 +1,19 @@
-"""What a mission asks for besides exploring: rovers aboard, carriers at home."""
+"""The mission's goal besides exploring: rovers aboard, carriers at home; what of it is met, in words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Set
 
-from marsupial.model.grid import Cell
-from marsupial.model.robots import RobotType, Role
-from marsupial.model.scenario import Goal
-from marsupial.model.situation import SituationGoal
-from marsupial.model.world import RobotReport
+from marsupial.model import Cell, Goal, RobotReport, RobotType, Role, SituationGoal
 
 
 def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:
-    """Return the cell of each carrier."""
+    """Return the cell of each carrier, by name."""
     return {r.name: r.cell for r in robots if r.cell is not None and kinds[r.type].role is Role.CARRIER}
 
 
 def achieved(goal: Goal) -> str:
-    """Return what else a complete mission has done, to be added to its reason."""
+    """Return the part of a complete mission's reason that names the goal besides exploring."""
     if goal.return_home:
         return ", the team is home"
     return ", all rovers are aboard" if goal.recover_rovers else ""
@@ -30,7 +26,7 @@ def unmet(
     homes: Mapping[str, Cell],
     under_way: Set[str] = frozenset(),
 ) -> list[str]:
-    """Return what of the goal is not met yet, in words; `under_way` are robots that get there later."""
+    """Return in words which parts of the goal are not met; robots `under_way` have not arrived yet."""
     recover = goal.recover_rovers or goal.return_home
     found = []
     for robot in robots:

@@ -1,8 +1,44 @@
-"""The closed loop: sense, analyse, decide, act, until the mission ends.
+"""The closed loop of a mission: sense, survey, decide, check, act, until the mission ends.
 
-It knows a world, a strategy and a policy of replanning by their protocols only. It replans when the policy asks for it
-(by default: when news could change the plan), when a way is blocked or a plan was overtaken while it was being made;
-never because time passes. Every plan is checked before it is followed.
+`MissionLoop` connects a world, a strategy and a replanning policy, which it knows by their protocols only. Every plan
+is checked before robots follow it. The loop replans when news could change the plan, never because time passes.
+
+How it works
+------------
+::
+
+                      +---------------- run() ------------------------------------------+
+                      |                                                                 |
+      triggers? --yes--> _replan: survey -> strategy.decide -> checker -> _adopt        |
+                      |      (goal met -> COMPLETE, no action possible -> STALLED)      |
+                      v                                                                 |
+              executor.start_due: command every robot whose next action is ready        |
+                      |      (no route -> trigger WAY_BLOCKED)                          |
+                      v                                                                 |
+              world.advance: let time pass until the next event                         |
+                      |                                                                 |
+                      v                                                                 |
+              _apply(news): log it, update map, policy and executor                     |
+                      |                                                                 |
+              policy.look(news): does the news ask for a new plan? -- triggers ---------+
+
+One turn of the loop handles one moment of mission time. Three parts of the state decide how it goes on:
+
+- The *replanning policy* (`marsupial.mission.replanning`) decides which news asks for a new plan, and which survey the
+  plan is made from. It starts as the strategy's own policy or `OnNews`. Shortly before the time limit `Recall` replaces
+  it by `ReturnPolicy`, which ignores what is left to explore; if time remains once all rovers are aboard, carriers
+  explore on alone (`CarriersAlone`).
+- The *followed survey* gives the names in the current plan their meaning. Targets move as the map grows, so each new
+  survey is matched with it (`_renamed`), and the rest of the plan is carried over under the new names.
+- With *charged* planning time (`PlanningTime.CHARGED`) the clock runs while the strategy computes: robots go on with
+  the old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went
+  wrong in between triggers another replanning at once.
+
+Two maps exist if others make the map (`marsupial.mission.steady`). The log tells the raw one. Plans are made from a
+steady one, in which cells that flicker keep a value; a mission that is about to end first tries again without it.
+
+The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
+(`Rounds`). It prints and writes nothing: all that happens goes to the observer as events (`marsupial.model.mission`).
 """
 
 from __future__ import annotations
@@ -17,12 +53,11 @@ from marsupial.maps.footprint import fits
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, same_targets, shifted
-from marsupial.mission.energy import energy_j
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import achieved, homes_of, unmet
 from marsupial.mission.observer import Observer
 from marsupial.mission.patience import Patience, Rounds, why_stalled
-from marsupial.mission.recall import CarriersAlone, Recall, WayBack
+from marsupial.mission.recall import CarriersAlone, Recall, ReturnPolicy
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
@@ -44,27 +79,27 @@ from marsupial.model.plan import Action, Plan
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.situation import SituationGoal
-from marsupial.model.strategy import Briefing, Decision, Strategy, checked_decision
-from marsupial.model.world import News, World
+from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
+from marsupial.model.world import News, World, energy_j
 from marsupial.planning.checker import check
 
 MAX_FRUITLESS = 5
-"""Replannings at one and the same moment before a mission counts as stalled."""
+"""Replannings without effect at one moment; the next one ends the mission as stalled."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionOrder:
-    """What a mission is asked to do and how it is measured.
+    """The goal and limits of a mission, and how it is measured.
 
     Parameters
     ----------
     reachable
-        Cells (height, width) that count as the area to explore; None if the world's truth is not known.
+        Cells (height, width) that count as the area to explore; None if the true map is not known.
     homes
-        The cell each carrier has to come home to, by carrier; None for where they are at the start.
+        The cell that each carrier has to return to; None for its start.
     waits
-        Whether the mission waits, rather than be over, while there are robots that can't stand where they are on the
-        known map: in worlds where others make the map, which may be late or wrong.
+        Whether the mission waits, instead of ending, while robots stand where the known map does not allow it: if
+        others make the map, it may be late or wrong.
     """
 
     goal: Goal
@@ -82,56 +117,59 @@ class MissionLoop:
     ----------
     kinds
         Robot types by name.
+    strategy
+        A `Strategy`, or any object with `name` and `decide`.
     replanning
-        When new plans are made, and from what; None for what the strategy brings along, or else `OnNews`.
+        When to replan and from which survey; None for the strategy's own policy, or else `OnNews`.
     """
 
     def __init__(
         self,
         world: World,
         kinds: Mapping[str, RobotType],
-        strategy: Strategy,
+        strategy: Decider,
         order: MissionOrder,
         observer: Observer,
         replanning: Replanning | None = None,
     ) -> None:
-        self._told = world
+        self._raw_world = world
         self._world = world = SteadyWorld(world, kinds)
         self._kinds = kinds
-        self._strategy = strategy
+        self._strategy = as_strategy(strategy)
         self._order = order
         self._observer = observer
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
         self._reachable = order.reachable
-        own: Callable[..., Replanning | None] = getattr(strategy, "replanning", lambda *_: None)
         circumstances = world, kinds, self._homes, order.goal
         with self._analysis():
-            self._replanning = replanning or own(*circumstances) or OnNews(*circumstances)
+            self._replanning: Replanning = (
+                replanning or self._strategy.replanning(*circumstances) or OnNews(*circumstances)
+            )
         self._on_news = type(self._replanning) is OnNews
-        self._executor = Executor(world, lambda *way: self._replanning.route(*way), observer)
+        self._executor = Executor(world, lambda *ends: self._replanning.route(*ends), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
-        self._followed: Survey | None = None
+        self._followed: Survey | None = None  # the survey that the current plan was made from
         self._revision = 0
         self._rounds = Rounds()
-        self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None: called back
+        self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None once it is called
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(world, kinds, observer) if order.waits else None
-        self._coming: tuple[Action, ...] = ()
+        self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
         self._refused = 0
-        self._meanwhile: Triggers = ()
+        self._triggers_while_planning: Triggers = ()
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> MissionEnded:
-        """Run until the mission ends; `cancelled` is asked between events."""
+        """Run until the mission ends; `cancelled` is called between events."""
         triggers: Triggers = (Trigger(Cause.START),)
-        self._take_in(self._world.advance(0))
+        self._apply(self._world.advance(0))  # what robots see from their starts
         while True:
             if cancelled is not None and cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
             if triggers:
-                ended = self._replan_in_time(triggers)
+                ended = self._replan_if_ready(triggers)
                 if ended is not None:
                     return self._end(*ended)
-            if self._called_back():
+            if self._call_back():
                 triggers = (Trigger(Cause.CALLED_BACK),)
                 continue
             blocked = self._executor.start_due()
@@ -140,28 +178,29 @@ class MissionLoop:
                 continue
             if self._world.now_ms >= self._order.limits.time_ms:
                 return self._end(*self._out_of_time())
-            triggers = self._overtaken() or self._look()
+            triggers = self._planning_triggers() or self._advance()
 
-    def _called_back(self) -> bool:
-        """Say whether the team is to get back from now on, as the time left is only just enough for that."""
+    def _call_back(self) -> bool:
+        """Switch to the return policy when the time left is only just enough; return whether that happened."""
         if self._recall is None or self._replanning.exploration_ms is not None:
             return False
         with self._analysis():
             if not self._recall.due(self._homes, self._executor, self._planning_ms):
                 return False
-            self._replanning = WayBack(self._world, self._kinds, self._homes, self._order.goal)
+            self._replanning = ReturnPolicy(self._world, self._kinds, self._homes, self._order.goal)
         self._recall = None
         return True
 
-    def _go_on_without_rovers(self, survey: Survey) -> Survey:
-        """Let carriers explore for the rest of the time, where the team need not be home; return what they know."""
+    def _explore_with_carriers(self, survey: Survey) -> Survey:
+        """Let carriers use the time left, unless the team must be home; return their survey."""
+        # a strategy with a policy of its own is not overruled
         if self._order.goal.return_home or not self._on_news or isinstance(self._replanning, CarriersAlone):
             return survey
         self._replanning = CarriersAlone(self._world, self._kinds, self._homes, self._order.goal)
         return self._survey()
 
     def _out_of_time(self, why: str = "") -> tuple[Status, str]:
-        """Return how the mission ends now that there is no time to explore on; `why` nothing more can be done."""
+        """Return how the mission ends without time to explore; `why` explains a goal that is not met."""
         left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.under_way)
         limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
         if self._world.now_ms >= self._order.limits.time_ms:
@@ -169,8 +208,8 @@ class MissionLoop:
         done = f", but {', '.join(left)}: {why}" if left else achieved(self._order.goal)
         return Status.TIME_LIMIT, f"called back before the {limit}{done}"
 
-    def _look(self) -> Triggers:
-        """Wait for something to happen; return what asks for a new plan."""
+    def _advance(self) -> Triggers:
+        """Let time pass until something happens; return what asks for a new plan."""
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
         if self._recall is not None and self._replanning.exploration_ms is None:
             until = min(until, max(self._world.now_ms, self._recall.wake_ms(self._busy_ms)))
@@ -179,39 +218,40 @@ class MissionLoop:
         if wake_ms is not None:
             until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)
-        done = self._take_in(news)
-        blocked = self._blocked_by(news)
+        done = self._apply(news)
+        blocked = self._stop_blocked(news)
         with self._analysis():
             triggers = blocked + self._replanning.look(news, done, self._executor)
         return triggers if self._patience is None else self._patience.after(triggers, news)
 
-    def _blocked_by(self, news: News) -> Triggers:
-        """Stop who drives where known cells have changed so that it can't; return that a new plan is needed, if so."""
-        if not news.changed:
+    def _stop_blocked(self, news: News) -> Triggers:
+        """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
+        if not news.changed:  # newly seen cells block nobody: routes lead over known cells only
             return ()
         grid = self._world.grid
         names = self._executor.stop_blocked(lambda kind, cells: fits(grid, self._kinds[kind], *cells))
         return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
 
-    def _take_in(self, news: News) -> tuple[Action, ...]:
-        """Enter what happened; return the actions that are done."""
+    def _apply(self, news: News) -> tuple[Action, ...]:
+        """Apply news; return finished actions."""
         if news.moved is not None:
-            self._move(news.moved)
+            self._grow_frame(news.moved)
         with self._analysis():
-            self._replanning.take_in(news)
-        for kind, seen in ((Revealed, self._world.told.revealed), (Changed, self._world.told.changed)):
+            self._replanning.update(news)
+        # the log tells the raw map, so that a mission can be replayed as its robots reported it
+        for kind, seen in ((Revealed, self._world.raw_news.revealed), (Changed, self._world.raw_news.changed)):
             for name, indices in seen:
-                runs = runs_of(indices, self._told.grid.cells.ravel())
+                runs = runs_of(indices, self._raw_world.grid.cells.ravel())
                 self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
-        self._rounds.hear(news)
+        self._rounds.update(news)
         self._executor.failed(name for name, _ in news.failed)
         for name, reason in news.lost:
             self._observer.event(RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in news.lost)
         return self._executor.finished(news.finished)
 
-    def _move(self, shift: FrameShift) -> None:
-        """Call all that is remembered of the map as it is called now that its frame has grown."""
+    def _grow_frame(self, shift: FrameShift) -> None:
+        """Re-index stored cells after the map grew."""
         grid = self._world.grid
         self._observer.event(
             FrameGrown(
@@ -227,24 +267,24 @@ class MissionLoop:
             self._reachable = shift.laid_out(self._reachable, fill=False)
         if self._followed is not None:
             self._followed = self._followed.moved(shift)
-        self._coming = tuple(map(shift.action, self._coming))
+        self._pending = tuple(map(shift.action, self._pending))
         self._executor.move(shift)
 
-    def _replan_in_time(self, triggers: Triggers) -> tuple[Status, str] | None:
-        """Replan, unless nobody can stand where he is; return how the mission ends if it does."""
+    def _replan_if_ready(self, triggers: Triggers) -> tuple[Status, str] | None:
+        """Replan unless the mission waits for a better map; return how the mission ends if it does."""
         if self._patience is None:
-            return self._replan_on(triggers)
-        return self._patience.over(self._replan_on(triggers)) if self._patience.ready() else None
+            return self._replan_or_release(triggers)
+        return self._patience.over(self._replan_or_release(triggers)) if self._patience.ready() else None
 
-    def _replan_on(self, triggers: Triggers) -> tuple[Status, str] | None:
-        """Replan; where the mission would be over, once more without taking what flickers for obstacles."""
+    def _replan_or_release(self, triggers: Triggers) -> tuple[Status, str] | None:
+        """Replan; before the mission ends, try again with flickering cells as they are reported."""
         ended = self._replan(triggers)
         while ended is not None and ended[0] is not Status.FAILED:
             news = self._world.release()
             if news is None:
                 break
             with self._analysis():
-                self._replanning.take_in(news)
+                self._replanning.update(news)
             ended = self._replan(triggers)
         return ended
 
@@ -253,15 +293,16 @@ class MissionLoop:
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
-        if self._satisfied(survey):
+        if self._goal_met(survey):
             if self._recall is None:
-                survey = self._go_on_without_rovers(survey)
+                survey = self._explore_with_carriers(survey)
                 if not survey.targets:
                     return self._out_of_time()
             elif self._replanning.exploration_ms is not None:
                 return Status.COMPLETE, self._replanning.explored + achieved(self._order.goal)
-        if self._rounds.begin(self._world.now_ms) > MAX_FRUITLESS:
-            return self._stalled(survey, "replanning over and over takes nobody anywhere")
+        fruitless = self._rounds.begin(self._world.now_ms)
+        if fruitless > MAX_FRUITLESS:
+            return self._stalled(survey, f"no progress after {fruitless} replannings")
         return self._follow(triggers, survey, self._decide(survey))
 
     def _decide(self, survey: Survey) -> Decision:
@@ -287,7 +328,7 @@ class MissionLoop:
         return decision
 
     def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
-        # what a plan leaves of the goal is decided at a later replanning; that it can be carried out is what counts
+        # a plan need not reach the goal, as a later replanning can; it only has to be executable
         physical = replace(survey.situation, goal=SituationGoal())
         verdict = check(physical, decision.plan, targets=decision.plan.explored)
         if not verdict.valid:
@@ -295,32 +336,32 @@ class MissionLoop:
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
         stalled = not decision.plan.actions and not self._executor.running
         if self._order.planning_time is PlanningTime.CHARGED:
-            self._adopt_late(triggers, survey, decision)
+            self._adopt_after_planning(triggers, survey, decision)
         else:
             self._adopt(triggers, survey, decision.plan)
         if stalled:
-            return self._stalled(survey, decision.report.detail or "the strategy knows nothing to do")
+            return self._stalled(survey, decision.report.detail or "the strategy found no action")
         return None
 
-    def _stalled(self, survey: Survey, told: str) -> tuple[Status, str]:
-        """Return how the mission ends of which nobody knows how it could go on."""
-        why = why_stalled(survey, self._world, told)
+    def _stalled(self, survey: Survey, reason: str) -> tuple[Status, str]:
+        """Return how the mission ends when no plan makes progress."""
+        why = why_stalled(survey, self._world, reason)
         return self._out_of_time(why) if self._recall is None else (Status.STALLED, why)
 
-    def _adopt_late(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:
-        """Let the time that planning took pass, then follow what of the plan still makes sense."""
-        self._followed, self._coming = survey, decision.plan.actions
-        self._follow_old_plan_for(round(decision.report.wall_s * 1000))
-        survey, coming = self._followed, self._coming
-        later = self._survey(coming, late=True)
+    def _adopt_after_planning(self, triggers: Triggers, survey: Survey, decision: Decision) -> None:
+        """Let the planning time pass, then follow the part of the plan that is still possible."""
+        self._followed, self._pending = survey, decision.plan.actions
+        self._continue_old_plan(round(decision.report.wall_s * 1000))
+        survey, pending = self._followed, self._pending  # re-indexed if the map has grown
+        later = self._survey(pending, late=True)
         physical = replace(later.situation, goal=SituationGoal())
-        plan = carried_over(coming, physical, self._renamed(later))
+        plan = carried_over(pending, physical, self._renamed(later))
         self._adopt(triggers, later, plan or Plan(actions=()))
         self._replanning.follow(later, since=survey)
 
-    def _overtaken(self) -> Triggers:
-        """Return what has happened while a plan was being made that asks for another one."""
-        setbacks, self._meanwhile = self._meanwhile, ()
+    def _planning_triggers(self) -> Triggers:
+        """Return what happened during planning and asks for another plan."""
+        setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
         waits = self._patience is not None and self._patience.waits
         if not setbacks and self._executor.idle and not waits:
             return (Trigger(Cause.OVERTAKEN),)
@@ -346,17 +387,17 @@ class MissionLoop:
         )
         self._executor.adopt(plan, survey.poses, self._revision)
 
-    def _follow_old_plan_for(self, duration_ms: int) -> None:
-        """Let time pass while robots drive on as planned; no new docking or undocking is begun."""
+    def _continue_old_plan(self, duration_ms: int) -> None:
+        """Let time pass while robots drive as planned before; start no docking or undocking."""
         until = min(self._world.now_ms + duration_ms, self._order.limits.time_ms)
         while self._world.now_ms < until:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
-            self._take_in(news)
-            self._meanwhile += self._blocked_by(news) + setbacks_in(news)
+            self._apply(news)
+            self._triggers_while_planning += self._stop_blocked(news) + setbacks_in(news)
 
     def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
-        """Return the moment's survey; meeting points in use, or to be used by `planned`, are kept."""
+        """Return the current survey; it keeps the meeting points that this plan or `planned` use."""
         used = {action.place for action in (*self._executor.remainder(), *planned)}
         used |= set(self._executor.deployed_at.values())
         meetings = () if self._followed is None else self._followed.meetings
@@ -366,6 +407,7 @@ class MissionLoop:
 
     @contextmanager
     def _analysis(self) -> Iterator[None]:
+        """Tell the observer when map analysis begins and ends: its time is reported apart from planning."""
         self._observer.analysing()
         try:
             yield
@@ -373,20 +415,21 @@ class MissionLoop:
             self._observer.analysed()
 
     def _renamed(self, survey: Survey) -> dict[str, str]:
+        """Return the new names of the followed survey's targets that `survey` still has."""
         known = () if self._followed is None else self._followed.targets
         now = same_targets(known, survey.targets, self._ranges)
         return {old.name: new.name for old, new in zip(known, now, strict=True) if new is not None}
 
-    def _satisfied(self, survey: Survey) -> bool:
-        """Say whether the mission's goal beyond exploring is met and nothing runs any more."""
+    def _goal_met(self, survey: Survey) -> bool:
+        """Return whether the goal beyond exploring is met and no action is running."""
         if self._executor.running:
             return False
         return not unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
 
     def _end(self, status: Status, reason: str) -> MissionEnded:
         robots = self._world.robots()
-        area = self._told.grid.cell_area_m2
-        known = self._told.grid.cells != UNKNOWN
+        area = self._raw_world.grid.cell_area_m2
+        known = self._raw_world.grid.cells != UNKNOWN
         reachable = known if self._reachable is None else self._reachable
         ended = MissionEnded(
             t_ms=self._world.now_ms,

@@ -1,37 +1,36 @@
-"""What a mission reports to those who watch: every event, and how each planning went.
+"""Observers of a mission: they get every event, and how each planning call went.
 
-The loop reports, the rim prints: logs, progress displays and statistics are observers.
+The mission loop itself prints and writes nothing. Logs, progress displays and statistics are observers, which override
+the methods that they need. `Observers` passes everything on to several of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from marsupial.model.grid import Mask
-from marsupial.model.mission import MissionEvent
-from marsupial.model.strategy import PlanningReport
+from marsupial.model import Mask, MissionEvent, PlanningReport
 
 
 class Observer:
-    """Watches a mission; every method may be left as it is."""
+    """Base class of observers; no method has to be overridden."""
 
     def reachable(self, area: Mask) -> None:
-        """Take in, before the first event, which cells (height, width) there are to explore."""
+        """Called before the first event with the cells (height, width) to explore."""
 
     def event(self, event: MissionEvent) -> None:
-        """Take in what happened (simulated time only)."""
+        """Called with each event, which holds simulated time only."""
 
     def planned(self, report: PlanningReport) -> None:
-        """Take in how a planning went (wall-clock time)."""
+        """Called after each planning call, with wall-clock times."""
 
     def waiting(self, reason: str) -> None:
-        """Take in why the mission waits for a better map; nothing once it goes on."""
+        """Called when the mission starts to wait for a better map, and with "" when it goes on."""
 
     def analysing(self) -> None:
-        """Take in that it begins to be worked out what the map means."""
+        """Called when an analysis of the map begins."""
 
     def analysed(self) -> None:
-        """Take in that this is done, for now."""
+        """Called when that analysis is finished."""
 
 
 class Observers(Observer):
@@ -41,31 +40,25 @@ class Observers(Observer):
         self._observers = tuple(observers)
 
     def reachable(self, area: Mask) -> None:
-        """Pass on what there is to explore."""
         for observer in self._observers:
             observer.reachable(area)
 
     def event(self, event: MissionEvent) -> None:
-        """Pass an event on."""
         for observer in self._observers:
             observer.event(event)
 
     def planned(self, report: PlanningReport) -> None:
-        """Pass a report on."""
         for observer in self._observers:
             observer.planned(report)
 
     def waiting(self, reason: str) -> None:
-        """Pass on why the mission waits."""
         for observer in self._observers:
             observer.waiting(reason)
 
     def analysing(self) -> None:
-        """Pass on that an analysis begins."""
         for observer in self._observers:
             observer.analysing()
 
     def analysed(self) -> None:
-        """Pass on that an analysis is done."""
         for observer in self._observers:
             observer.analysed()

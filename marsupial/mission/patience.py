@@ -1,8 +1,8 @@
-"""When a mission had better wait than be over, when it goes round in circles, and why it gets no farther.
+"""Waiting and stalling: when a mission waits instead of ending, and when replanning makes no progress.
 
-Where others make the map it may come late, or have a robot stand in an obstacle for a while: then nothing can be
-reached, which is no reason to call the mission complete. And a team that reports robot by robot may ask for many plans
-at one moment, with something new each time.
+If others make the map, it may be late, or show a robot inside an obstacle for a while. Nothing is reachable then, but
+the mission is not complete: `Patience` makes it wait. `Rounds` counts replannings without effect, and `why_stalled`
+explains why a mission makes no progress.
 """
 
 from __future__ import annotations
@@ -13,26 +13,24 @@ from marsupial.formats.scenario.team import standing_fault
 from marsupial.maps.footprint import fits
 from marsupial.maps.survey import Survey
 from marsupial.mission.observer import Observer
-from marsupial.model.mission import Cause, Status, Trigger, Triggers
-from marsupial.model.robots import RobotType
-from marsupial.model.world import News, RobotReport, World
+from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
 from marsupial.planning.reachability import obstacles
 
 WAIT_MS = 60_000
-"""How long, in mission time, a mission that has begun waits for robots that can't stand where they are."""
+"""Longest wait, in mission time, for robots that can't stand where they are, once the mission has begun."""
 
 Ending = tuple[Status, str]
 
 
 class Patience:
-    """Waits, rather than have a mission end, while robots can't stand where they are on the known map.
+    """Makes a mission wait, instead of ending, while robots can't stand where they are on the known map.
 
-    Until one of them can for the first time, a mission waits for its first map as long as its time limit allows.
+    The wait for the first usable map is limited by the mission's time limit only, later waits by `WAIT_MS`.
 
     Attributes
     ----------
     waits
-        Whether it does now.
+        Whether the mission is waiting now.
     """
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], observer: Observer) -> None:
@@ -40,49 +38,50 @@ class Patience:
         self._kinds = kinds
         self._observer = observer
         self._begun = False
-        self._since_ms = -1
+        self._since_ms = -1  # start of the wait, -1 without one
         self._stranded: tuple[RobotReport, ...] = ()
-        self._told = ""
+        self._reported = ""
         self.waits = False
 
     @property
     def wake_ms(self) -> int | None:
-        """When it has waited long enough, or None."""
+        """When the wait ends at the latest, or None."""
         return self._since_ms + WAIT_MS if self.waits and self._begun else None
 
     def ready(self) -> bool:
-        """Say whether to plan: not while no robot on the ground can stand where it is."""
+        """Return whether planning makes sense: not while all robots on the ground stand where they can't."""
         there = [robot for robot in self._world.robots() if not robot.lost and robot.cell is not None]
-        stranded = self._look()
-        if there and len(stranded) == len(there) and not self._too_long():
+        stranded = self._find_stranded()
+        if there and len(stranded) == len(there) and not self._is_overdue():
             self._wait()
             return False
         self._begun = True
         return True
 
     def over(self, ended: Ending | None) -> Ending | None:
-        """Return how the mission ends, if it would and is not to wait."""
-        stranded = self._look()
+        """Return how the mission ends, or None if it doesn't or if it waits instead."""
+        stranded = self._find_stranded()
         if ended is None or not stranded or ended[0] not in (Status.COMPLETE, Status.STALLED):
-            self._go_on()
+            self._stop_waiting()
             return ended
-        if self._too_long():
+        if self._is_overdue():
             return Status.STALLED, self._reason()
         self._wait()
         return None
 
     def after(self, triggers: Triggers, news: News) -> Triggers:
-        """Return what asks for a new plan after these news: while it waits, what may end that."""
+        """Return the triggers of a new plan after `news`: during a wait only those that may end it."""
         if not self.waits:
             return triggers
         before = self._stranded
-        fresh = news.revealed or news.changed or news.moved is not None or self._look() != before
-        if all(trigger.cause is Cause.CARRIED_OUT for trigger in triggers) and not fresh and not self._too_long():
+        # idle robots ask for a new plan at every look, which is pointless unless the map or a robot has changed
+        fresh = news.revealed or news.changed or news.moved is not None or self._find_stranded() != before
+        if all(trigger.cause is Cause.CARRIED_OUT for trigger in triggers) and not fresh and not self._is_overdue():
             return ()
         return (triggers or (Trigger(Cause.CARRIED_OUT),)) if self._begun else (Trigger(Cause.START),)
 
-    def _look(self) -> tuple[RobotReport, ...]:
-        """Find who can't stand where it is."""
+    def _find_stranded(self) -> tuple[RobotReport, ...]:
+        """Find the robots that can't stand where they are on the known map."""
         grid = self._world.grid
         self._stranded = tuple(
             robot
@@ -91,23 +90,23 @@ class Patience:
         )
         return self._stranded
 
-    def _too_long(self) -> bool:
+    def _is_overdue(self) -> bool:
         return self._begun and self._since_ms >= 0 and self._world.now_ms >= self._since_ms + WAIT_MS
 
     def _wait(self) -> None:
         if not self.waits:
             self.waits = True
             self._since_ms = self._world.now_ms
-        self._tell(self._reason())
+        self._report(self._reason())
 
-    def _go_on(self) -> None:
+    def _stop_waiting(self) -> None:
         self.waits = False
         self._since_ms = -1
-        self._tell("")
+        self._report("")
 
-    def _tell(self, reason: str) -> None:
-        if reason != self._told:
-            self._told = reason
+    def _report(self, reason: str) -> None:
+        if reason != self._reported:
+            self._reported = reason
             self._observer.waiting(reason)
 
     def _reason(self) -> str:
@@ -121,41 +120,45 @@ class Patience:
         return "; ".join(faults)
 
 
-def why_stalled(survey: Survey, world: World, told: str) -> str:
-    """Return what keeps the team from its goal, or else what is `told`; and who is lost."""
+def why_stalled(survey: Survey, world: World, reason: str) -> str:
+    """Return what keeps the team from its goal, `reason` if nothing visible does, and the lost robots."""
     lost = [robot.name for robot in world.robots() if robot.lost]
-    causes = [*obstacles(survey.situation)] or [told]
+    causes = [*obstacles(survey.situation)] or [reason]
     return "; ".join(causes + ([f"lost: {', '.join(lost)}"] if lost else []))
 
 
 class Rounds:
-    """Counts the replannings at one moment, not those after the first news that a robot had of it by itself."""
+    """Counts replannings without effect at one moment.
+
+    Robots of a real team report one by one (`News.partial`), each perhaps with a trigger for a new plan. The first
+    report of a robot about a moment is progress, so a replanning after it does not count.
+    """
 
     def __init__(self) -> None:
-        self._heard: set[str] = set()
-        self._heard_ms = self._planned_ms = -1
-        self._new = False
+        self._reporters: set[str] = set()
+        self._progresss_ms = self._planned_ms = -1
+        self._progress = False
         self._fruitless = 0
 
-    def hear(self, news: News) -> None:
-        """Take in what happened."""
+    def update(self, news: News) -> None:
+        """Note which robots have news."""
         if not news.partial:
             return
-        if news.t_ms != self._heard_ms:
-            self._heard_ms, self._heard = news.t_ms, set()
+        if news.t_ms != self._progresss_ms:
+            self._progresss_ms, self._reporters = news.t_ms, set()
         names = {*news.finished, *(name for name, _ in news.failed)}
-        self._new = self._new or not names <= self._heard
-        self._heard |= names
+        self._progress = self._progress or not names <= self._reporters
+        self._reporters |= names
 
     def begin(self, now_ms: int) -> int:
-        """Return how many rounds have led nowhere, now that another one begins."""
+        """Count a replanning that begins; return how many at this moment had no effect."""
         if now_ms != self._planned_ms:
             self._fruitless = 0
-        elif not self._new:
+        elif not self._progress:
             self._fruitless += 1
-        self._new = False
+        self._progress = False
         return self._fruitless
 
     def planned(self, now_ms: int) -> None:
-        """Take in that a plan is followed since that moment."""
+        """Note that a plan was adopted."""
         self._planned_ms = now_ms

@@ -1,7 +1,7 @@
-"""Where the robots of a scenario start.
+"""Places the robots of a scenario at their starts.
 
-Robots without a start of their own are drawn by a seed: the first carrier anywhere in the carriers' largest connected
-reach, the others as near to it as they have room ("the robots actually start from the same place",
+Starts that the scenario does not fix are drawn by the seed: the first carrier anywhere in the carriers' largest
+connected reach, the others as near to it as there is room ("the robots actually start from the same place",
 Wurm et al. 2010, section III).
 """
 
@@ -14,16 +14,14 @@ import numpy as np
 from marsupial.arrays import Flags, Floats, Ints
 from marsupial.errors import Problem, ScenarioError
 from marsupial.maps.reach import largest_reach
-from marsupial.model.grid import Cell, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.scenario import Scenario
+from marsupial.model import Cell, Mask, PlacedRobot, Scenario
 from marsupial.paths.fields import PathSearch
 
 NEAR = 65536
-"""Cells that are put in order at first: a team has room there, and sorting all of a large map takes long."""
+"""Number of nearest cells sorted first: a team finds room there, and sorting all of a large map takes long."""
 
 AT_ONCE = 4096
-"""Cells that are looked at together for room."""
+"""Number of cells tested for room in one batch."""
 
 
 def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
@@ -38,6 +36,7 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
     grid = scenario.grid.solid()
     rooms: dict[str, _FreeRoom] = {}
     taken: list[tuple[Cell, float]] = []
+    # robots without a start are placed near the first fixed one, or near the first that is drawn
     anchor = next((m.start for m in scenario.team if m.start is not None), None)
     placed: list[PlacedRobot] = []
     for i, member in enumerate(scenario.team):
@@ -58,7 +57,7 @@ def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
 
 
 class _FreeRoom:
-    """Where the robots of one type may start.
+    """The cells where robots of one type may start.
 
     Attributes
     ----------
@@ -69,37 +68,38 @@ class _FreeRoom:
     def __init__(self, reach: Mask) -> None:
         self._reach = reach
         self.cells = np.flatnonzero(reach)
-        self._way: Floats | None = None
+        self._length: Floats | None = None
         self._near: Flags = np.zeros(0, dtype=np.bool_)
         self._nearest: Ints = self.cells
 
     def nearest_first(self, anchor: Cell) -> Iterator[Ints]:
-        """Yield the cells, those with the shortest way from `anchor` first, where there is none as the crow flies.
+        """Yield the cells in two batches, by path length from `anchor`, then by straight distance.
 
-        The anchor of a mission is always the same. Most robots find room in the first piece.
+        All calls have the same anchor. Most robots find room in the first batch.
         """
-        if self._way is None:
-            self._way = PathSearch(self._reach).field(anchor).ravel()[self.cells]
-            far = np.partition(self._way, NEAR)[NEAR] if len(self.cells) > NEAR else np.inf
-            self._near = self._way <= far
+        if self._length is None:
+            self._length = PathSearch(self._reach).field(anchor).ravel()[self.cells]
+            far = np.partition(self._length, NEAR)[NEAR] if len(self.cells) > NEAR else np.inf
+            self._near = self._length <= far
             self._nearest = self._sorted(self._near, anchor)
         yield self._nearest
         yield self._sorted(~self._near, anchor)
 
     def _sorted(self, among: Flags, anchor: Cell) -> Ints:
-        assert self._way is not None
+        assert self._length is not None
         cells, width = self.cells[among], self._reach.shape[1]
         straight = np.hypot(cells % width - anchor.x, cells // width - anchor.y)
-        return cells[np.lexsort((straight, self._way[among]))]
+        return cells[np.lexsort((straight, self._length[among]))]
 
 
 def _first_free(order: Iterable[Ints], width: int, taken: list[tuple[Cell, float]], radius: float) -> Cell | None:
-    """Return the first cell (row-major indices, in pieces) that keeps clear of the robots already there."""
+    """Return the first cell, of row-major indices in batches, that keeps clear of the robots already placed."""
     for cells in order:
         for begin in range(0, len(cells), AT_ONCE):
             part = cells[begin : begin + AT_ONCE]
             x, y = part % width, part // width
             free = np.ones(len(part), dtype=np.bool_)
+            # two points (radius 0) still need cells of their own
             for cell, other in taken:
                 free &= np.hypot(x - cell.x, y - cell.y) >= max(radius + other, 1.0)
             chosen = np.flatnonzero(free)

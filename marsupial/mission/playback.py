@@ -1,6 +1,6 @@
-"""A mission seen again from its events: where all robots were, and what was known, at any moment.
+"""Plays a mission back from its events: where robots were and what was known, at any moment.
 
-What happens at a moment counts at that moment.
+Films, figures and the replay page ask a `Playback`. The state at a moment includes all events of that moment.
 """
 
 from __future__ import annotations
@@ -13,14 +13,13 @@ import numpy as np
 
 from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, RobotView, Tracks, reveal, views
+from marsupial.model import OBSTACLE, UNKNOWN, Action, CellArray
 from marsupial.model import mission as log
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray
-from marsupial.model.plan import Action
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FleetState:
-    """All robots at one moment, in the order of the team."""
+    """All robots at one moment, in team order."""
 
     t_ms: int
     robots: tuple[RobotView, ...]
@@ -32,10 +31,7 @@ class FleetState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Segment:
-    """A piece of a robot's timeline: one action from its start to its end.
-
-    `end` is None for an action still running when the log stops.
-    """
+    """One action in a robot's timeline; `end` is None if it was still running when the log stopped."""
 
     start_ms: int
     end_ms: int
@@ -46,21 +42,20 @@ class Segment:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoveragePoint:
-    """How much was known from `t_ms` on: area (m2) of all cells seen, and of those that are no obstacles."""
+    """The known area from `t_ms` on, in m2: of all cells seen, and of those that are no obstacles."""
 
     t_ms: int
     seen_m2: float
     open_m2: float
 
 
-Looks = log.Revealed | log.Changed
-"""What tells of cells."""
+CellEvent = log.Revealed | log.Changed
 
 
 class _KnownMap:
-    """The known map, carried forward from reveal to reveal and begun again to go back."""
+    """The known map at any moment: updated step by step going forward, rebuilt from the start going back."""
 
-    def __init__(self, mission: log.MissionStarted, reveals: Sequence[Looks]) -> None:
+    def __init__(self, mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> None:
         self._cells = _unknown(mission)
         self._reveals = reveals
         self._times = [event.t_ms for event in reveals]
@@ -78,12 +73,12 @@ class _KnownMap:
 
 
 class Playback:
-    """Answers what was the case at any moment of a mission, in its last frame throughout where that has grown.
+    """The state of a mission at any moment; cells are in the last frame of its map.
 
     Parameters
     ----------
     events
-        As `marsupial.formats.missionlog.read_log` checks them; a mission whose end is missing plays to its last event.
+        As `marsupial.formats.missionlog.read_log` returns them; an unfinished mission plays to its last event.
     """
 
     def __init__(self, events: Sequence[log.MissionEvent]) -> None:
@@ -104,7 +99,7 @@ class Playback:
 
     @property
     def duration_ms(self) -> int:
-        """Time from the first event to the last."""
+        """Time from the first to the last event."""
         return self.end_ms - self.start_ms
 
     def state_at(self, t_ms: int) -> FleetState:
@@ -113,14 +108,14 @@ class Playback:
         return FleetState(t_ms=t_ms, robots=views(self.tracks_at(t_ms), t_ms))
 
     def tracks_at(self, t_ms: int) -> Tracks:
-        """Return the same with their drives; at a moment before the mission as at its start."""
+        """Return the robots with their drives; a moment before the mission counts as its start."""
         index = bisect_right(self.moments, t_ms, key=lambda moment: self.events[moment[0]].t_ms) - 1
         return self.moments[max(index, 0)][1]
 
     def cells_at(self, t_ms: int) -> CellArray:
         """Return the known map at `t_ms`, uint8 (height, width).
 
-        Moments in growing order cost only what is new between them; going back costs the way from the start.
+        Going forward is cheap; going back rebuilds the map from the start.
         """
         return self._map.at(t_ms)
 
@@ -136,7 +131,7 @@ class Playback:
 
 
 def _moments(events: Sequence[log.MissionEvent]) -> tuple[tuple[int, Tracks], ...]:
-    """Return the number of each event that changes something about the robots, and how they are from then on."""
+    """Return the number of each event that changes robots, and the robots after it."""
     state = MissionTracker()
     moments: list[tuple[int, Tracks]] = []
     for number, event in enumerate(events):
@@ -148,7 +143,7 @@ def _moments(events: Sequence[log.MissionEvent]) -> tuple[tuple[int, Tracks], ..
 
 
 def _timeline(events: Sequence[log.MissionEvent]) -> dict[str, tuple[Segment, ...]]:
-    """Return each robot's actions; one whose end is missing ends where the next one starts, or the log does."""
+    """Return each robot's actions; one without an end lasts until the next starts or the log stops."""
     mission = events[0]
     assert isinstance(mission, log.MissionStarted)
     segments: dict[str, list[Segment]] = {robot.name: [] for robot in mission.robots}
@@ -173,16 +168,18 @@ def _timeline(events: Sequence[log.MissionEvent]) -> dict[str, tuple[Segment, ..
     return {name: tuple(found) for name, found in segments.items()}
 
 
-def _coverage(mission: log.MissionStarted, reveals: Sequence[Looks]) -> tuple[CoveragePoint, ...]:
-    """Return the area known after each moment of news, from nothing at the start."""
+def _coverage(mission: log.MissionStarted, reveals: Sequence[CellEvent]) -> tuple[CoveragePoint, ...]:
+    """Return the known area after each moment at which it changed, starting with none."""
     area_m2 = mission.resolution_m * mission.resolution_m
     points = {mission.t_ms: (0, 0)}
     seen = open_cells = 0
+    # the map itself is needed only if known cells change: otherwise areas just add up
     cells = _unknown(mission) if any(isinstance(event, log.Changed) for event in reveals) else None
     for event in reveals:
         now = _counts(event.runs)
-        before = (0, 0) if cells is None else _counted(cells, event)
+        before = (0, 0) if cells is None else _counts_before(cells, event)
         seen, open_cells = seen + now[0] - before[0], open_cells + now[1] - before[1]
+        # the last count of a moment replaces the earlier ones
         points[event.t_ms] = (seen, open_cells)
     return tuple(
         CoveragePoint(t_ms=t_ms, seen_m2=seen * area_m2, open_m2=open_cells * area_m2)
@@ -195,14 +192,14 @@ def _unknown(mission: log.MissionStarted) -> CellArray:
 
 
 def _counts(runs: Sequence[int]) -> tuple[int, int]:
-    """Return how many cells of runs are known, and how many of these are no obstacles."""
+    """Return how many cells of `runs` are known, and how many of these are no obstacles."""
     pairs = list(zip(runs[1::3], runs[2::3], strict=True))
     known = sum(length for length, code in pairs if code != UNKNOWN)
     return known, known - sum(length for length, code in pairs if code == OBSTACLE)
 
 
-def _counted(cells: CellArray, event: Looks) -> tuple[int, int]:
-    """Return the same of the cells that an event tells of, as they were before, and enter it in the map."""
+def _counts_before(cells: CellArray, event: CellEvent) -> tuple[int, int]:
+    """Return the same counts for the event's cells before the event, and write the event to the map."""
     flat = cells.reshape(-1)
     starts, lengths = event.runs[0::3], event.runs[1::3]
     parts = [flat[start : start + length] for start, length in zip(starts, lengths, strict=True)]

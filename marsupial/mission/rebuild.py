@@ -1,8 +1,8 @@
-"""The moment of a mission again, from its log: the known map, the robots, and the survey a planner would be given.
+"""Rebuilds a moment of a mission from its log: the known map, the robots, and the survey that a planner would get.
 
-A log holds all that a survey is made from: what was revealed, who drove where, which docking runs, and which meeting
-points are in use. A moment at which a plan was made is taken as it was before that plan, so what is surveyed there is
-the very situation the plan was made for; any other moment is taken after all that happened at it.
+A log holds all that a survey needs: revealed cells, drives, running dockings, and meeting points in use. For a moment
+at which a plan was made, the result is the state just before that plan, so its survey is the situation that the plan
+was made for. For any other moment it is the state after all events of that moment.
 """
 
 from __future__ import annotations
@@ -16,11 +16,8 @@ from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.mission.frames import in_last_frame
 from marsupial.mission.state import MissionTracker, Tracks
+from marsupial.model import Action, ActionName, Deployments, Grid, RobotReport
 from marsupial.model import mission as log
-from marsupial.model.grid import Grid
-from marsupial.model.plan import Action, ActionName
-from marsupial.model.team import Deployments
-from marsupial.model.world import RobotReport
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,7 +27,7 @@ class Moment:
     Parameters
     ----------
     robots
-        What the world would report of every robot.
+        The reports that the world would give of all robots.
     meetings
         The meeting points in use.
     """
@@ -42,26 +39,26 @@ class Moment:
     meetings: tuple[log.MapMeeting, ...]
 
     def survey(self) -> Survey:
-        """Return the situation of the robots and what it means on the map."""
+        """Return the survey of the robots on the known map."""
         homes = {robot.name: robot.cell for robot in self.mission.robots if robot.cell is not None}
         surveyor = Surveyor(Territory(self.grid, self.mission.types), homes, self.mission.goal)
         return surveyor.survey(self.robots, self.t_ms, self.meetings)
 
 
 def check_moment(events: Sequence[log.MissionEvent], t_ms: int) -> None:
-    """Raise UsageError if the mission of these events had not begun at `t_ms`, or was over before."""
+    """Raise UsageError if `t_ms` is before the start or after the end of the mission of these events."""
     begin_s, end_s = events[0].t_ms / 1000, events[-1].t_ms / 1000
     if not begin_s <= t_ms / 1000 <= end_s:
         raise UsageError(f"there is nothing at {t_ms / 1000:g} s: the mission goes from {begin_s:g} s to {end_s:g} s")
 
 
 def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
-    """Return the mission of these events (all of it up to then) at `t_ms`.
+    """Return the moment `t_ms` of the mission; `events` are all of its events up to then at least.
 
     Raises
     ------
     UsageError
-        If the mission was over before.
+        If the moment is outside the mission.
     """
     check_moment(events, t_ms)
     state, past = MissionTracker(), in_last_frame(events[: _cut(events, t_ms)])
@@ -82,13 +79,14 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
 
 
 def _cut(events: Sequence[log.MissionEvent], t_ms: int) -> int:
-    """Return how many events come before the moment: before the last plan made at it, else all up to it."""
+    """Return the number of events to replay: those before the last plan made at `t_ms`, else all up to `t_ms`."""
     end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
     plans = [i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms]
     return plans[-1] if plans else end
 
 
 def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
+    # the same values as `SimulatedWorld` and the worlds of real robots report
     track = tracks[name]
     cell, free_at_ms, carrier, heading = None, t_ms, track.where.carrier, None
     if carrier is None and track.where.at is not None:
@@ -114,14 +112,15 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
 
 
 def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[log.MapMeeting, ...]:
-    """Return the meeting points that the rest of the plan needs, and those where rovers were set down."""
+    """Return the meeting points that the rest of the plan uses, and those where rovers were set down."""
     left: list[Action] = []
     deployments = Deployments()
 
     def drop(robots: Sequence[str]) -> None:
-        """Forget what only `robots` were to do."""
+        """Remove the actions of `robots` alone."""
         left[:] = [action for action in left if not set(action.robots) <= set(robots)]
 
+    # the executor's queues, replayed: which actions of the current plan are still to be done
     for event in events:
         match event:
             case log.Planned():

@@ -1,9 +1,11 @@
-"""Calls a team back in time: as long as a mission has a time limit, rovers are not to be out when it is over.
+"""Calls a team back before the time limit, so that rovers are aboard (or the team is home) when the mission ends.
 
-How long it takes to get back is found as anything else is planned: by list scheduling, for the moment's survey with
-nothing left to explore. That is done seldom. A team gets back the way it came in the time that it took, so nothing
-need be found out before about half of the time is over; and who drives on for a second is at most two seconds further
-from being back, so after an answer the next one can wait for a third of what is left to spare.
+`Recall` estimates how long the way back takes by list scheduling a survey without targets, and compares that with the
+time left. `ReturnPolicy` and `CarriersAlone` are the replanning policies of a team that was called back.
+
+The estimate is made seldom, since two bounds tell when it can't matter yet. The way out took as long as the way back
+does, so the first half of the mission needs no estimate. And driving on for 1 s uses up at most 2 s of slack (1 s has
+passed, the way back is 1 s longer) plus a share for the reserve, so the next estimate waits for a third of the slack.
 """
 
 from __future__ import annotations
@@ -25,50 +27,51 @@ from marsupial.model.world import News, World
 from marsupial.planning.list_scheduling.greedy import serve
 
 SPARE_SHARE, SPARE_MS = 0.1, 3000
-"""What is to be left when the team is back: this share of the time that getting back takes, and so many ms. Robots
-are slower than planned for at times, and stop at a cell before they turn."""
+"""Reserve when the team is back: a share of the time for the way back, and ms on top. Robots sometimes drive slower
+than planned, and stop at a cell before they turn."""
 
 STEP_MS = 1000
-"""Least time between two looks at how long it takes to get back."""
+"""Least time between two estimates of the way back."""
 
 
 class Recall:
-    """Says when the time left is only just enough for a team to get back.
+    """Decides when a team has to turn back.
 
     Parameters
     ----------
     goal
-        What being back means.
+        Whether rovers have to be aboard, or the whole team at home.
     limit_ms
-        When the mission is over.
+        The mission's time limit.
     """
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], goal: Goal, limit_ms: int) -> None:
         self._world, self._kinds, self._goal, self._limit_ms = world, kinds, goal, limit_ms
         team = world.robots()
         rovers = [robot for robot in team if kinds[robot.type].role is Role.ROVER]
-        self._asked = goal.return_home or (goal.recover_rovers and bool(rovers))
+        self._needed = goal.return_home or (goal.recover_rovers and bool(rovers))
         together = all(rover.carrier is not None for rover in rovers)
         handling_ms = sum(kinds[rover.type].dock_ms + kinds[rover.type].undock_ms for rover in rovers)
-        # a robot can't turn back between two cells: it may get on by one, and has to come back from there
+        # a robot can't turn back between two cells: it drives to the next one, and back from there
         cell_s = max(SQRT2 * world.grid.resolution_m / kinds[robot.type].speed_mps for robot in team)
         self._spare_ms = max(SPARE_MS, round(2000 * cell_s))
-        way_ms = max(0, limit_ms - handling_ms - self._spare_ms - STEP_MS)  # there and back
+        way_ms = max(0, limit_ms - handling_ms - self._spare_ms - STEP_MS)  # way out and back
         self._first_ms = round(way_ms / (2 + SPARE_SHARE)) if together else 0
-        self._next_ms = self._first_ms if self._asked else limit_ms
+        self._next_ms = self._first_ms if self._needed else limit_ms
         self._known_out: frozenset[str] = frozenset()
 
     def wake_ms(self, busy_ms: int) -> int:
-        """Return when to ask next, at the latest, if the team is busy with what it does until `busy_ms`."""
+        """Return when to call `due` next at the latest, if the team's plan keeps it busy until `busy_ms`."""
         quiet = self._world.now_ms < self._first_ms and busy_ms <= self._next_ms
         return self._limit_ms if quiet else self._next_ms
 
     def due(self, homes: Mapping[str, Cell], work: PlanProgress, planning_ms: int) -> bool:
-        """Say whether the team has to turn back now, if making a plan takes so long."""
+        """Return whether the team has to turn back now, if planning takes `planning_ms`."""
         now_ms = self._world.now_ms
-        if not self._asked or now_ms < self._first_ms:
+        if not self._needed or now_ms < self._first_ms:
             return False
         out = self._out(work)
+        # between estimates, only another rover outside makes the way back longer than foreseen
         if now_ms < self._next_ms and out <= self._known_out:
             return False
         self._known_out, self._next_ms = out, self._limit_ms
@@ -81,7 +84,7 @@ class Recall:
         return spare_ms <= 0
 
     def _out(self, work: PlanProgress) -> frozenset[str]:
-        """Return the rovers that are out, or are to be set down now by the plan that is followed."""
+        """Return the rovers on the ground, and those that the plan is about to set down."""
         soon_ms = self._world.now_ms + STEP_MS
         undocks = (action for action in work.remainder() if action.name is ActionName.UNDOCK)
         planned = {action.robot for action in undocks if action.start_ms <= soon_ms}
@@ -89,47 +92,43 @@ class Recall:
         return frozenset(rover.name for rover in rovers if rover.carrier is None or rover.name in planned)
 
     def _back_ms(self, homes: Mapping[str, Cell]) -> int:
-        """Return how long it takes from now on to get back, as far as that is possible."""
+        """Return how long the way back takes from now; robots that can't get back don't count."""
         territory = Territory(self._world.grid, tuple(self._kinds.values()))
         survey = returning(Surveyor(territory, homes, self._goal), self._world)
         return serve(survey.situation)[0].makespan_ms
 
     def _sortie_ms(self, out: Set[str]) -> int:
-        """Return how long it takes to set down one of these that is still aboard, and to pick it up again."""
+        """Return the longest time to set down one of these rovers that is still aboard, and to pick it up again."""
         aboard = [self._kinds[r.type] for r in self._world.robots() if r.name in out and r.carrier is not None]
         return max((kind.undock_ms + kind.dock_ms for kind in aboard), default=0)
 
 
 def returning(surveyor: Surveyor, world: World, keep: Sequence[MapMeeting] = ()) -> Survey:
-    """Return the moment's survey for a team that explores no more."""
+    """Return the current survey for a team that only returns: no targets."""
     return surveyor.survey(world.robots(), world.now_ms, keep, targets=(), returning=True)
 
 
-class WayBack(Lookout):
-    """Replans when something went wrong, or a plan is carried out; what is there to explore is of no account."""
+class ReturnPolicy(Lookout):
+    """Replans for a returning team: after setbacks and when a plan is finished. It ignores newly seen cells."""
 
     @property
     def wake_ms(self) -> int | None:
-        """Return None: what is seen is no news."""
-        return None
+        return None  # newly seen cells need no look
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return the setbacks, or that the plan is carried out."""
         return setbacks_in(news) or ((Trigger(Cause.CARRIED_OUT),) if work.idle else ())
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return what the map known so far means for a team that explores no more."""
         return returning(self._surveyor, self._world, keep)
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Leave it at that: what is seen is no news."""
+        pass  # this policy compares no targets
 
 
 class CarriersAlone(OnNews):
-    """Uses the time that is left once the rovers are aboard: carriers explore on, and set nobody down any more."""
+    """Lets carriers explore on without docking, once all rovers of a team that was called back are aboard."""
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return what the map known so far means for the carriers."""
         return self._surveyor.survey(self._world.robots(), self._world.now_ms, targets=self._targets(), docking=False)
 
     def _targets(self) -> tuple[Target, ...]:
@@ -137,4 +136,4 @@ class CarriersAlone(OnNews):
         return tuple(target for target in super()._targets() if not carriers.isdisjoint(target.viewpoints))
 
     def _note_explored(self, *, left: bool) -> None:
-        """Leave it at that: what only rovers can explore is left."""
+        pass  # targets that only rovers can explore may be left

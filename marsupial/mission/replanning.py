@@ -1,7 +1,7 @@
-"""When a mission makes a new plan, and from what.
+"""Replanning policies: when a mission makes a new plan, and from which survey.
 
-The mission loop asks a policy of replanning after whatever happens. The usual one knows what the robots have seen and
-asks for a new plan when that could change the plan; the clairvoyant has another one.
+The mission loop shows its policy all news (`update`) and asks whether it needs a new plan (`look`). The usual policy,
+`OnNews`, replans when targets appear or disappear, a robot fails, or a robot runs out of work while targets are left.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from marsupial.model.world import News, World
 
 
 class Replanning(Protocol):
-    """What counts as news, when a new plan is needed, what it is made from, and when exploring is over."""
+    """Decides when to replan, which survey a plan is made from, and when exploring is over."""
 
     @property
     def explored(self) -> str:
-        """What is said of a mission that has explored everything."""
+        """The reason of a mission that has explored everything."""
 
     @property
     def exploration_ms(self) -> int | None:
@@ -38,60 +38,65 @@ class Replanning(Protocol):
     def wake_ms(self) -> int | None:
         """When to look again even if nothing happens, or None."""
 
-    def take_in(self, news: News) -> None:
-        """Take in what the robots have seen."""
+    def update(self, news: News) -> None:
+        """Update the map analysis with what robots have seen."""
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return what asks for a new plan, if anything, now that these actions are done."""
+        """Return what asks for a new plan after `news` and the end of the actions `done`."""
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return what a new plan is made from, or fitted to if `late`; the meeting points `keep` are in use."""
+        """Return the survey for a new plan; `keep` are meeting points in use.
+
+        If `late`, planning has already taken place and the plan is only fitted to this survey.
+        """
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Take in that a plan made from `survey` is followed; what has turned up `since` another one is news to it."""
+        """Note that the current plan was made from `survey`, or from `since` and then fitted to `survey`."""
 
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None, /) -> Sequence[Cell] | None:
-        """Return the route of a robot type that faces `heading` at first, or None where there is none."""
+        """Return the route of a robot type that faces `heading`, or None if there is none."""
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return every frontier that is left at the end of the mission, and why."""
+        """Return the frontiers left at the end of the mission, and why."""
 
 
 class OnNews(Lookout):
-    """Asks for a new plan when what the robots have seen, done or failed to do could change the plan."""
+    """Replans when what robots have seen, done or failed to do could change the plan."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal) -> None:
         super().__init__(world, kinds, homes, goal)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
-        self._known: tuple[Target, ...] = ()
+        self._known: tuple[Target, ...] = ()  # the targets that the current plan knows
         self._planned_ms = -1
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Return the setbacks, or how the targets there are differ from those the plan knows."""
+        """Return the setbacks, or how the current targets differ from those that the plan knows."""
         setbacks = setbacks_in(news)
         if setbacks:
             return setbacks
+        # targets that were explored as planned are no news when they disappear
         explored = {action.place for action in done if action.name is ActionName.EXPLORE}
         if explored:
             self._known = tuple(target for target in self._known if target.name not in explored)
         if work.idle:
             return (Trigger(Cause.CARRIED_OUT),)
         free = bool(done) and self._unemployed({robot for action in done for robot in action.robots}, work)
+        # comparing targets costs an analysis of the map, so only look when something can have changed
         if not (explored or self._due or free):
             return ()
         return self._compare(work, free)
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return what the map known so far means for the team; what was seen while planning is for the next look."""
+        """Return the survey of the map known so far."""
         survey = self._surveyor.survey(self._world.robots(), self._world.now_ms, keep, self._targets())
-        if not late:
+        if not late:  # cells seen during planning are news for the next look
             self._note_explored(left=bool(survey.targets))
         return survey
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Hold the targets that the plan knows."""
+        """Store the targets that the plan knows."""
         self._known = survey.targets
-        if since is not None:
+        if since is not None:  # the plan does not know targets that appeared while it was made
             self._known = tuple(t for t, was in self._paired(survey.targets, since.targets) if was is not None)
         self._looked(fresh=since is not None)
         self._planned_ms = self._world.now_ms
@@ -101,31 +106,32 @@ class OnNews(Lookout):
         self._known = tuple(target.moved(shift) for target in self._known)
 
     def _compare(self, work: PlanProgress, free: bool) -> Triggers:
-        """Compare the targets there are now with those the plan knew; `free`: a robot has just run out of work."""
+        """Compare the current targets with those that the plan knows; `free`: a robot has just run out of work."""
         self._looked()
         targets = self._targets()
         self._note_explored(left=bool(targets))
         wanted = {a.place for a in work.remainder() if a.name is ActionName.EXPLORE}
-        meant = [target for target in self._known if target.name in wanted]
-        gone = [target.name for target, now in self._paired(meant, targets) if now is None]
+        planned = [target for target in self._known if target.name in wanted]
+        gone = [target.name for target, now in self._paired(planned, targets) if now is None]
         new = [target.name for target, was in self._paired(targets, self._known) if was is None]
-        told = {Cause.GONE: gone, Cause.NEW: new}
-        triggers = tuple(Trigger(cause, tuple(names)) for cause, names in told.items() if names)
+        changes = {Cause.GONE: gone, Cause.NEW: new}
+        triggers = tuple(Trigger(cause, tuple(names)) for cause, names in changes.items() if names)
+        # at the moment of planning itself the plan has left targets out on purpose
         if not triggers and self._world.now_ms > self._planned_ms and free and self._left_out(targets, wanted):
             return (Trigger(Cause.ROBOT_FREE),)
         return triggers
 
     def _targets(self) -> tuple[Target, ...]:
-        """Return the targets there are now."""
+        """Return the current targets."""
         return self._surveyor.targets(self._world.robots())
 
     def _left_out(self, targets: tuple[Target, ...], wanted: set[str]) -> bool:
-        """Say whether there is a target that no robot is to explore."""
+        """Return whether a target is left that no robot is going to explore."""
         served = [target for target in self._known if target.name in wanted]
         return any(other is None for _, other in self._paired(targets, served))
 
     def _paired(self, targets: Sequence[Target], others: Sequence[Target]) -> Iterable[tuple[Target, Target | None]]:
-        """Return each target with the one of `others` that it has turned into, or None."""
+        """Return each target with its match among `others`, or None."""
         return zip(targets, same_targets(targets, others, self._ranges), strict=True)
 
     def _unemployed(self, robots: set[str], work: PlanProgress) -> bool:

@@ -1,4 +1,4 @@
-"""Cells as runs of equal neighbours, as events tell of them."""
+"""Run-length encoding of cells, for the events that report newly seen cells."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from marsupial.native import native
 
 
 def runs_of(indices: Ints, cells: Bytes) -> tuple[int, ...]:
-    """Return sorted row-major indices as flat runs (start, length, code) of equal neighbouring cells."""
+    """Return the cells at sorted row-major indices as flat runs (start, length, code)."""
     runs = np.empty((len(indices), 3), dtype=np.int64)
     count = _runs(indices, cells, runs)
     return tuple(runs[:count].ravel().tolist())
@@ -17,10 +17,10 @@ def runs_of(indices: Ints, cells: Bytes) -> tuple[int, ...]:
 
 @native
 def _runs(indices: Ints, cells: Bytes, runs: Ints) -> int:
-    """Enter the runs (n, 3) of sorted row-major indices; return how many there are."""
+    """Write the runs (n, 3) of sorted row-major indices to `runs`; return their number."""
     count = 0
     for index in indices:
-        last = runs[count - 1]
+        last = runs[count - 1]  # for the first cell any row: `count` is tested first
         if count and index == last[0] + last[1] and cells[index] == last[2]:
             last[1] += 1
         else:

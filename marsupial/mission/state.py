@@ -1,7 +1,8 @@
-"""The state of a mission after each of its events: where the robots are and what they do, the map, the plan.
+"""Tracks the state of a mission from its events: robots and their actions, the known map, the current plan.
 
-Positions are in cells, the centre of cell (x, y) being exactly (x, y); a robot on a drive is between the cells it
-passes, at the times `DriveStarted` gives for them.
+`MissionTracker` is an observer that keeps the state after the latest event; `views` interpolates it to any moment until
+the next one. Positions are in cells: (x, y) is the centre of cell (x, y). A driving robot is between two cells of its
+route, as the passing times of `DriveStarted` say.
 """
 
 from __future__ import annotations
@@ -14,12 +15,8 @@ import numpy as np
 
 from marsupial.mission.frames import moved_plan
 from marsupial.mission.observer import Observer
+from marsupial.model import UNKNOWN, Action, Cell, CellArray, FrameShift, RobotType, Whereabouts
 from marsupial.model import mission as log
-from marsupial.model.frames import FrameShift
-from marsupial.model.grid import UNKNOWN, Cell, CellArray
-from marsupial.model.plan import Action
-from marsupial.model.robots import RobotType
-from marsupial.model.team import Whereabouts
 from marsupial.paths.headings import heading_of
 from marsupial.paths.routes import passing_times_ms, route_of
 
@@ -31,13 +28,13 @@ class RobotView:
     Parameters
     ----------
     x, y
-        Where it is, in cells.
+        Position in cells.
     carrier
         The carrier it is aboard, or None.
     cargo
-        The rovers aboard it, in the order of the team.
+        The rovers aboard it, in team order.
     action
-        The action it takes part in, or None.
+        Its running action, or None.
     """
 
     name: str
@@ -52,7 +49,7 @@ class RobotView:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A drive: the cells of its route, and when each is passed. A robot that stands has a route of one cell."""
+    """A drive: the cells of its route and their passing times. A standing robot has a route of one cell."""
 
     cells: tuple[Cell, ...]
     times_ms: tuple[int, ...] = (0,)
@@ -62,17 +59,17 @@ class Leg:
         return self.cells[max(bisect_right(self.times_ms, t_ms) - 1, 0)]
 
     def ahead(self, t_ms: int) -> tuple[Cell, int]:
-        """Return the next cell to be passed, or the last, and when that is."""
+        """Return the next cell, or else the last, and its passing time."""
         step = min(bisect_right(self.times_ms, t_ms), len(self.cells) - 1)
         return self.cells[step], self.times_ms[step]
 
     def heading(self, t_ms: int) -> int | None:
-        """Return the digit of the step to that cell; None for a robot that stands."""
+        """Return the digit of the step to that cell; None for a standing robot."""
         step = min(bisect_right(self.times_ms, t_ms), len(self.cells) - 1)
         return heading_of(self.cells[step - 1], self.cells[step]) if step else None
 
     def at(self, t_ms: int) -> tuple[float, float]:
-        """Return the point between two cells."""
+        """Return the position, interpolated between two cells."""
         x, y = (float(np.interp(t_ms, self.times_ms, [cell[axis] for cell in self.cells])) for axis in (0, 1))
         return x, y
 
@@ -84,9 +81,9 @@ class Track:
     Parameters
     ----------
     heading
-        Which way it faces while it stands; None if no way in particular.
+        Its heading while it stands; None if undefined.
     running
-        The start of the action it takes part in.
+        The event that started its running action.
     """
 
     kind: RobotType
@@ -97,20 +94,20 @@ class Track:
 
 
 Tracks = Mapping[str, Track]
-"""All robots by name, in the order of the team."""
+"""All robots by name, in team order."""
 
 
 class MissionTracker(Observer):
-    """What the events so far have led to.
+    """Keeps the state after the events so far.
 
     Attributes
     ----------
     tracks
-        The robots; a mapping that is replaced, never changed.
+        The robots. A new mapping replaces it at each change, so old ones can be kept.
     cells
         The known map, uint8 (height, width).
     plan
-        The plan that is followed, or None before the first.
+        The current plan, or None before the first.
     """
 
     def __init__(self) -> None:
@@ -121,7 +118,7 @@ class MissionTracker(Observer):
         self._resolution_m = 1.0
 
     def event(self, event: log.MissionEvent) -> None:
-        """Take in what happened."""
+        """Update the state."""
         self.t_ms = event.t_ms
         match event:
             case log.MissionStarted():
@@ -133,9 +130,9 @@ class MissionTracker(Observer):
             case log.Planned():
                 self.plan = event
             case log.DriveStarted():
-                self._put(event.robot, self._drive(event), self.tracks[event.robot].heading)
+                self._place(event.robot, self._drive(event), self.tracks[event.robot].heading)
             case log.DriveEnded():
-                self._put(event.robot, Leg((event.cell,)), self._faced(event))
+                self._place(event.robot, Leg((event.cell,)), self._heading_after(event))
             case log.ActionStarted():
                 self._action_started(event)
             case log.ActionEnded():
@@ -156,7 +153,7 @@ class MissionTracker(Observer):
         }
 
     def _grow(self, event: log.FrameGrown) -> None:
-        """Take in that all cells are called otherwise."""
+        """Re-index cells after the map grew."""
         shift = FrameShift(event.shift, self.cells.shape[1], event.width, event.height)
         self.cells = shift.laid_out(self.cells, UNKNOWN)
         self.plan = None if self.plan is None else moved_plan(self.plan, shift)
@@ -168,10 +165,11 @@ class MissionTracker(Observer):
         times = passing_times_ms(route, self._resolution_m, kind.speed_mps, kind.diagonal)
         return Leg(tuple(route), tuple((event.t_ms + times).tolist()))
 
-    def _faced(self, event: log.DriveEnded) -> int | None:
-        """Return which way a robot faces at the end of a drive."""
+    def _heading_after(self, event: log.DriveEnded) -> int | None:
+        """Return the heading of a robot at the end of its drive."""
         track = self.tracks[event.robot]
         leg = track.where.at
+        # a robot that was stopped before its first step still faces as before
         if leg is None or event.cell not in leg.cells[1:]:
             return track.heading
         step = leg.cells.index(event.cell, 1)
@@ -194,18 +192,20 @@ class MissionTracker(Observer):
             track = self.tracks[action.robot]
             self._change(action.robot, replace(track, where=track.where.ended(action.name, event.end)))
 
-    def _put(self, name: str, leg: Leg, heading: int | None) -> None:
+    def _place(self, name: str, leg: Leg, heading: int | None) -> None:
         self._change(name, replace(self.tracks[name], where=Whereabouts(leg), heading=heading))
 
     def _change(self, name: str, track: Track) -> None:
+        # copy: playback keeps the mappings of all moments
         self.tracks = {**self.tracks, name: track}
 
 
 def views(tracks: Tracks, t_ms: int, *, whole_cells: bool = False) -> tuple[RobotView, ...]:
-    """Return the robots as they are at a moment after that event; with `whole_cells` at the cell they passed last."""
+    """Return the robots at a moment after the latest event; with `whole_cells` at the last cell they passed."""
     seen = []
     for name, track in tracks.items():
         aboard = track.where.aboard
+        # a rover aboard is where its carrier is
         leg = (track if aboard is None else tracks[aboard]).where.at
         assert leg is not None, "carriers are never carried"
         x, y = leg.passed(t_ms) if whole_cells else leg.at(t_ms)
@@ -228,7 +228,7 @@ def _moved(track: Track, shift: FrameShift) -> Track:
 
 
 def reveal(cells: CellArray, event: log.Revealed | log.Changed) -> None:
-    """Enter in the known map (height, width) what a robot has seen."""
+    """Write the cells that a robot has seen to the known map (height, width)."""
     flat = cells.reshape(-1)
     for i in range(0, len(event.runs), 3):
         start, length, code = event.runs[i : i + 3]

@@ -1,4 +1,8 @@
-"""A world whose map is the one that plans are made from: as it is told, but still where it flickers."""
+"""A `World` around another one, whose map is filtered: flickering cells keep their value (`marsupial.mission.flicker`).
+
+The mission loop plans with this map and logs the other one. In the simulator known cells never change, so the filter is
+created with the first change: until then, both maps are the same.
+"""
 
 from __future__ import annotations
 
@@ -10,26 +14,23 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc
 from marsupial.mission.flicker import Flicker
-from marsupial.model.grid import UNKNOWN, Cell, Grid
-from marsupial.model.mission import Remaining
-from marsupial.model.robots import RobotType
-from marsupial.model.world import Manoeuvres, News, RobotReport, World
+from marsupial.model import UNKNOWN, Cell, Grid, Manoeuvres, News, Remaining, RobotReport, RobotType, World
 
 MOST_RELEASES = 3
-"""How often a mission that would end takes what flickers between ground and obstacle for what it is told to be."""
+"""How often a mission that is about to end takes the cells that flicker between ground and obstacle as reported."""
 
 BESIDE_CELLS = 4.0
-"""How far from a robot's body it is beside a cell: it explores what is next to where it could stand, or a little on."""
+"""A robot is beside the cells within this distance of its body: exploring leads it next to a cell, or near it."""
 
 _NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 class SteadyWorld:
-    """Passes everything on to another world; what flickers there is no news here.
+    """Passes commands on to another world, and its news without what flickers.
 
     Attributes
     ----------
-    told
+    raw_news
         The last news of the other world.
     """
 
@@ -39,58 +40,50 @@ class SteadyWorld:
         self._bodies = {name: disc(cells) for name, cells in bodies.items()}
         self._beside = {name: disc(cells + BESIDE_CELLS) for name, cells in bodies.items()}
         self._last = world.grid.cells.copy()
-        self._flicker: Flicker | None = None  # made when known cells change for the first time
+        self._flicker: Flicker | None = None  # created when known cells change for the first time
         self._grid = world.grid
         self._releases = 0
-        self.told = News(t_ms=world.now_ms)
+        self.raw_news = News(t_ms=world.now_ms)
 
     @property
     def grid(self) -> Grid:
-        """The map that plans are made from."""
+        """The filtered map."""
         return self._world.grid if self._flicker is None else self._grid
 
     @property
     def now_ms(self) -> int:
-        """Mission time."""
         return self._world.now_ms
 
     def robots(self) -> tuple[RobotReport, ...]:
-        """Return every robot of the team."""
         return self._world.robots()
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
-        """Send a free robot along `route`."""
         self._world.drive(robot, route)
 
     def stop(self, robot: str) -> None:
-        """Let a driving robot stop."""
         self._world.stop(robot)
 
     def dock(self, rover: str, carrier: str) -> None:
-        """Let a free rover dock on a free carrier."""
         self._world.dock(rover, carrier)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        """Let a free carrier set a rover down."""
         self._world.undock(rover, carrier, cell)
 
     def distance_m(self, robot: str) -> float:
-        """Return how far a robot has driven."""
         return self._world.distance_m(robot)
 
     def driving_ms(self, robot: str) -> int:
-        """Return how long a robot has been driving."""
         return self._world.driving_ms(robot)
 
     def manoeuvres(self, robot: str) -> Manoeuvres:
-        """Return how often a robot has stopped and turned."""
         return self._world.manoeuvres(robot)
 
     def advance(self, until_ms: int) -> News:
-        """Let time pass until something happens; return what is news."""
-        self.told = news = self._world.advance(until_ms)
+        """Let time pass until something happens; return the filtered news."""
+        self.raw_news = news = self._world.advance(until_ms)
         cells = self._world.grid.cells
         begins = self._flicker is None and bool(news.changed)
+        # without a filter yet, only note what is known, as the filter's starting point
         if news.moved is not None and self._flicker is None:
             self._last = news.moved.laid_out(self._last, UNKNOWN)
         elif news.moved is not None and self._flicker is not None:
@@ -103,14 +96,14 @@ class SteadyWorld:
             return news
         if begins or news.moved is not None:
             self._grid = replace(self._world.grid, cells=self._flicker.cells)
-        if not begins and news.finished:
-            self._flicker.looked_at(self._around(self._beside, news.finished))
-        seen = _joined((*news.revealed, *news.changed))
-        found = self._flicker.take_in(seen, news.t_ms, self._around(self._bodies))
+        if not begins and news.finished:  # robots that arrived have seen what is beside them
+            self._flicker.visited(self._around(self._beside, news.finished))
+        seen = np.unique(np.concatenate([_NONE, *(indices for _, indices in (*news.revealed, *news.changed))]))
+        found = self._flicker.update(seen, news.t_ms, self._around(self._bodies))
         return self._news(news, found) if self._flicker.any else news
 
     def release(self) -> News | None:
-        """Take what flickers for what it is told to be, if that makes a difference; return what is news then."""
+        """Take flickering cells as they are reported; return the news that this makes, or None."""
         if self._flicker is None or not self._flicker.any or self._releases == MOST_RELEASES:
             return None
         news = self._news(News(t_ms=self.now_ms), self._flicker.release(self.now_ms, self._around(self._bodies)))
@@ -120,17 +113,18 @@ class SteadyWorld:
         return news
 
     def remaining(self) -> tuple[Remaining, ...]:
-        """Return the cells that flicker and count as something else than they are told to be."""
+        """Return the flickering cells that differ from the reported map."""
         return () if self._flicker is None else self._flicker.remaining(self.now_ms)
 
     def _news(self, news: News, cells: tuple[Ints, Ints]) -> News:
-        """Return news with these cells as those that are known now, and those that have changed."""
-        teller = next((name for name, _ in (*news.revealed, *news.changed)), self.robots()[0].name)
-        revealed, changed = (((teller, some),) if len(some) else () for some in cells)
+        """Return `news` with these cells instead: those that became known, and those that changed."""
+        # any robot will do: which one saw a cell matters in the log only, and that tells the raw news
+        reporter = next((name for name, _ in (*news.revealed, *news.changed)), self.robots()[0].name)
+        revealed, changed = (((reporter, some),) if len(some) else () for some in cells)
         return replace(news, revealed=revealed, changed=changed)
 
     def _around(self, discs: Mapping[str, Ints], names: Collection[str] | None = None) -> Ints:
-        """Return the cells of the discs, by type, round the robots on the ground, or those of these names."""
+        """Return the cells of each type's disc around the robots on the ground, or around `names` only."""
         found = [_NONE]
         height, width = self._world.grid.cells.shape
         for robot in self._world.robots():
@@ -140,8 +134,3 @@ class SteadyWorld:
             inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
             found.append((y * width + x)[inside])
         return np.concatenate(found)
-
-
-def _joined(seen: Sequence[tuple[str, Ints]]) -> Ints:
-    """Return all cells that were seen, ascending, each once."""
-    return np.unique(np.concatenate([_NONE, *(cells for _, cells in seen)]))

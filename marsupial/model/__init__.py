@@ -1,0 +1,59 @@
+"""The values that pass between all parts: maps, robots, situations, plans, missions.
+
+All are frozen dataclasses, enums or protocols, and know nothing of files, planners or the simulator.
+``from marsupial.model import Situation, Plan`` imports only the modules that define these names, at that moment:
+listing strategies or planners must not wait for numpy.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
+    from marsupial.model.frames import *
+    from marsupial.model.grid import *
+    from marsupial.model.mapreading import *
+    from marsupial.model.mission import *
+    from marsupial.model.objective import *
+    from marsupial.model.plan import *
+    from marsupial.model.planning import *
+    from marsupial.model.robots import *
+    from marsupial.model.scenario import *
+    from marsupial.model.situation import *
+    from marsupial.model.strategy import *
+    from marsupial.model.strategyinfo import *
+    from marsupial.model.team import *
+    from marsupial.model.unseen import *
+    from marsupial.model.world import *
+
+_NAMES = {
+    "frames": "FrameShift",
+    "grid": "FLOOR OBSTACLE ROUGH TERRAINS UNKNOWN Cell CellArray Grid Mask Terrain",
+    "mapreading": "LegendEntry MapReading",
+    "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown MapMeeting "
+    "MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed RobotLost Status "
+    "Trigger Triggers",
+    "objective": "MAKESPAN Makespan Objective ObjectiveName PricedArrival Value",
+    "plan": "EPSILON_MS Action ActionName Plan",
+    "planning": "Budget Engine EngineInfo Finished Improved Outcome",
+    "robots": "SQRT2 EnergyModel RobotType Role Routes TeamMember",
+    "scenario": "Goal MissionLimits PlanningTime Scenario",
+    "situation": "UNREACHABLE PlanningType RobotState Situation SituationGoal TargetInfo TravelTable",
+    "strategy": "Briefing Decider Decision PlanningReport PlanProgress Strategy",
+    "strategyinfo": "StrategyInfo",
+    "team": "Deployments Whereabouts",
+    "unseen": "Square Unseen",
+    "world": "Manoeuvres News RobotReport World",
+}
+_MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
+"""The module that defines each name."""
+
+__all__ = [*_MODULES]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    return value

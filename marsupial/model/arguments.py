@@ -1,7 +1,7 @@
-"""Arguments of the Python API: held to their types and bounds, with an error that names the argument.
+"""Checks of arguments of the Python API: type and bounds, with errors that name the argument.
 
-Numbers of numpy count as what they are and come back as plain ones, so that results can be written as JSON. A boolean
-is no number, and a number has to be finite.
+Each function returns the checked value. Numpy numbers are accepted and returned as plain ones, so that results can be
+written as JSON. A boolean does not count as a number, and numbers must be finite.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ _SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = 60
 
 def whole(name: str, value: object, bound: Bound = ANY) -> int:
     """Return a whole number within the bound as an int."""
+    # in Python, True is an integer
     if isinstance(value, bool) or not isinstance(value, Integral):
         refuse(name, "a whole number", value)
     plain = int(value)
-    if abs(plain) > MOST:  # as long as Python may not write it
+    if abs(plain) > MOST:  # too long for Python to print
         refuse(name, f"at most {MOST:g}", float("inf") if plain > 0 else float("-inf"))
     return _within(name, plain, bound)
 
@@ -40,7 +41,7 @@ def number(name: str, value: object, bound: Bound = ANY) -> float:
         refuse(name, "a number", value)
     try:
         plain = float(value)
-    except OverflowError:
+    except OverflowError:  # an integer beyond the range of floats
         plain = math.inf
     if not math.isfinite(plain):
         refuse(name, "finite", value)
@@ -55,10 +56,10 @@ def text(name: str, value: object) -> str:
 
 
 def path(name: str, value: object) -> Path:
-    """Return a path that was given as a text or a path."""
+    """Return a `Path` made of a text or a path."""
     try:
         given = os.fspath(value) if isinstance(value, str | os.PathLike) else None
-    except TypeError:
+    except TypeError:  # `__fspath__` returned neither text nor bytes
         given = None
     if not isinstance(given, str) or not given or "\0" in given:
         refuse(name, "a path", value)
@@ -66,7 +67,7 @@ def path(name: str, value: object) -> Path:
 
 
 def target(name: str, value: object) -> Path:
-    """Return the path of a file to be written: it is no folder, and in one that is there."""
+    """Return the path of a file to write: not a folder, and in an existing folder."""
     file = path(name, value)
     if os.path.isdir(file):
         raise UsageError(f"{name}: can't write {file}: is a directory")
@@ -76,14 +77,14 @@ def target(name: str, value: object) -> Path:
 
 
 def instance(name: str, value: object, kind: type[T]) -> T:
-    """Return a value of that type."""
+    """Return `value` if it is of type `kind`."""
     if not isinstance(value, kind):
         refuse(name, f"of type {kind.__name__}", value)
     return value
 
 
 def refuse(name: str, wanted: str, value: object) -> NoReturn:
-    """Raise a `UsageError`: an argument has to be something else."""
+    """Raise a `UsageError` that says what an argument must be and what it was."""
     raise UsageError(f"{name}: must be {wanted}, got {_SHORT.repr(value)}")
 
 

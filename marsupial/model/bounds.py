@@ -1,7 +1,7 @@
-"""Between which numbers each quantity lies that comes in from outside: one table for files and requests.
+"""Bounds of all quantities that come from outside: one table for files, options and requests.
 
-Readers of scenario files and of situations check against it, and so do the models of the service's requests, which
-show it in the OpenAPI document.
+Readers of scenarios and situations check against it. The service's request models do so too, and show the bounds in the
+OpenAPI document.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 MOST = 1e15
-"""Numbers beyond this are as good as infinite for anything measured in metres, seconds or cells."""
+"""Largest number of metres, seconds or cells that any input may contain."""
 
 LONGEST_MS = 10**12
-"""About 30 years; plans of thousands of such actions still add up without overflow."""
+"""Longest duration, about 30 years: sums over thousands of such actions don't overflow."""
 
 LONGEST_NAME = 100
-"""Characters in the name of a robot, a robot type or a terrain."""
+"""Most characters in the name of a robot, a robot type or a terrain."""
 
 LONGEST_TEXT = 200
-"""Characters in any other name: of a mission, a planner, a place."""
+"""Most characters in any other name: of a mission, a planner, a place."""
 
 MOST_ROBOTS = 1000
-"""Robots of a team: carriers and all their rovers."""
+"""Most robots in a team, carriers and rovers."""
 
 _LONGEST_S = 10_000_000
 """About four months: the longest docking, and the longest mission."""
@@ -30,7 +30,7 @@ _LONGEST_S = 10_000_000
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """The least and the most that a number may be, in `unit`; with `above`, it has to be more than the least."""
+    """The least and the greatest allowed number, in `unit`; with `above`, the least itself is excluded."""
 
     least: float
     most: float
@@ -38,12 +38,13 @@ class Bound:
     above: bool = False
 
     def fault(self, value: float) -> str | None:
-        """Say what is wrong with a number that lies outside."""
+        """Return what is wrong with a number, or None if it is within the bound."""
+        # "must be positive" reads better than "must be 0.001 or more"
         if value <= 0 and (self.above or 0 < self.least < 1):
             return f"must be positive, got {value}"
         if value < self.least:
             return f"must be {self.least} or more, got {value}"
-        if not value <= self.most:  # not a number, either
+        if not value <= self.most:  # true for NaN as well
             return f"must be at most {self.most}, got {value}"
         return None
 
@@ -89,5 +90,5 @@ BOUNDS: Mapping[str, Bound] = {
 
 
 def team_fault(robots: int) -> str | None:
-    """Say what is wrong with a team of so many robots, carriers and rovers."""
+    """Return what is wrong with a team of so many robots, or None."""
     return None if robots <= MOST_ROBOTS else f"must be at most {MOST_ROBOTS} robots with all rovers, got {robots}"

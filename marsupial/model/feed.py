@@ -1,6 +1,7 @@
-"""Cells that come in from time to time, handed to each of those who read them once.
+"""A queue of newly revealed cells with several readers, each at its own position.
 
-What everybody has read is kept by nobody: on a large map all that was ever revealed would be hundreds of megabytes.
+It is a linked list, and every reader points to its next entry. Entries that all readers have passed are freed by
+reference counting: on a large map, all cells ever revealed would take hundreds of megabytes.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from marsupial.arrays import Ints
 
 
 class _Entry:
-    """Some cells and the entry after it; the last entry of a feed has neither."""
+    """Some cells and the next entry; the last entry of a feed is empty and has no next one."""
 
     __slots__ = ("cells", "following")
 
@@ -23,29 +24,30 @@ class _Entry:
 
 
 class Feed:
-    """Hands on cells (n,), row-major indices, to its readers."""
+    """Passes arrays of cells (n,), row-major indices, to its readers."""
 
     def __init__(self) -> None:
         self._last = _Entry()
 
     def add(self, cells: Ints) -> None:
-        """Hand on cells to everyone who reads by now."""
+        """Append cells for all existing readers."""
+        # fill the empty last entry, to which the readers that are up to date already point
         self._last.cells, self._last.following = cells, _Entry()
         self._last = self._last.following
 
     def reader(self) -> Reader:
-        """Return what reads all that is added from now on."""
+        """Return a reader of all cells added from now on."""
         return Reader(self._last)
 
 
 class Reader:
-    """Reads a feed; an entry lives as long as a reader has not passed it."""
+    """A position in a feed."""
 
     def __init__(self, entry: _Entry) -> None:
         self._entry = entry
 
     def parts(self) -> list[Ints]:
-        """Return what was added since the last time, as it was."""
+        """Return the arrays added since the last call."""
         found = []
         while self._entry.following is not None:
             found.append(self._entry.cells)
@@ -53,5 +55,5 @@ class Reader:
         return found
 
     def cells(self) -> Ints:
-        """Return what was added since the last time in one."""
+        """Return the cells added since the last call as one array."""
         return np.concatenate([np.empty(0, dtype=np.int64), *self.parts()])

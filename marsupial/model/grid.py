@@ -1,8 +1,8 @@
 """The grid map: one byte per cell, unknown or a terrain class.
 
-Row 0 is the lowest row of the world (as in `nav_msgs/OccupancyGrid`), column 0 the leftmost; a cell is
-written ``(x, y)`` = (column, row) and ``cells[y, x]`` is its value. Readers of formats whose first row is the
-top one flip their rows. Everything outside the grid counts as an obstacle.
+Row 0 is the lowest row of the world (as in `nav_msgs/OccupancyGrid`), column 0 the leftmost. A cell is written
+``(x, y)`` = (column, row), and ``cells[y, x]`` is its value. Readers of formats whose first row is the top one flip the
+rows. Everything outside the grid counts as an obstacle.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ TERRAINS = (
     Terrain(code=FLOOR, name="floor"),
     Terrain(code=ROUGH, name="rough"),
 )
-"""The classes every map has; a scenario may add its own from code 3 on."""
+"""The classes of every map; a scenario may add its own from code 3 on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,11 +70,11 @@ class Grid:
     cells
         uint8, shape (height, width); terrain codes, or `UNKNOWN`. Held read-only.
     resolution_m
-        Edge of a cell in metres.
+        Edge length of a cell in metres.
     origin_m
         (x, y, yaw) of the lower left corner of cell (0, 0) in the map frame; metres and radians.
     terrains
-        The terrain classes that may occur; `TERRAINS` unless a scenario adds some.
+        The terrain classes that may occur.
     """
 
     cells: CellArray
@@ -88,7 +88,7 @@ class Grid:
         fault = BOUNDS["resolution_m"].fault(self.resolution_m)
         if fault:
             raise MapError(f"resolution_m {fault}")
-        view = self.cells.view()
+        view = self.cells.view()  # the owner of the array may still write to it: a known map grows
         view.flags.writeable = False
         object.__setattr__(self, "cells", view)
 
@@ -112,35 +112,36 @@ class Grid:
         return self.point_m(cell.x + 0.5, cell.y + 0.5)
 
     def point_m(self, x: float, y: float) -> tuple[float, float]:
-        """Return a point in the map frame, in metres, that is counted in cells from the lower left corner here."""
+        """Return the point in the map frame, in metres, at (x, y) cells from the lower left corner."""
         x0, y0, yaw = self.origin_m
         dx, dy = x * self.resolution_m, y * self.resolution_m
         cos, sin = math.cos(yaw), math.sin(yaw)
         return float(x0 + cos * dx - sin * dy), float(y0 + sin * dx + cos * dy)
 
     def cell_at_m(self, x_m: float, y_m: float) -> Cell:
-        """Return the cell that holds a point of the map frame; it may lie outside the grid."""
+        """Return the cell that contains a point of the map frame; it may lie outside the grid."""
         x, y = self.from_point_m(x_m, y_m)
         return Cell(int(np.floor(x)), int(np.floor(y)))
 
     def from_point_m(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Return a point of the map frame in cells from the lower left corner here: `point_m` the other way round."""
+        """Return a point of the map frame in cells from the lower left corner: the inverse of `point_m`."""
         x0, y0, yaw = self.origin_m
         cos, sin = math.cos(yaw), math.sin(yaw)
         dx, dy = x_m - x0, y_m - y0
         return float((cos * dx + sin * dy) / self.resolution_m), float((-sin * dx + cos * dy) / self.resolution_m)
 
     def contains(self, cell: Cell) -> bool:
-        """Say whether `cell` lies in the grid."""
+        """Return whether `cell` lies in the grid."""
         return 0 <= cell.x < self.width and 0 <= cell.y < self.height
 
     def solid(self) -> Grid:
-        """Return the map as a world: what it does not know is an obstacle."""
+        """Return the map with obstacles in place of unknown cells, as the simulator needs it."""
         unknown = self.cells == UNKNOWN
         return replace(self, cells=np.where(unknown, np.uint8(OBSTACLE), self.cells)) if unknown.any() else self
 
     def opaque_codes(self) -> CellArray:
         """Return a uint8 table of 256: 1 for codes that block sight (unknown included), else 0."""
+        # codes without a terrain are opaque, like unknown cells
         table = np.ones(256, dtype=np.uint8)
         for terrain in self.terrains:
             table[terrain.code] = terrain.blocks_sight

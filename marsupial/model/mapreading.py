@@ -1,7 +1,7 @@
-"""A map as it was read, with what its symbols were taken to mean.
+"""The result of reading a map file: the grid, and how the reader interpreted each symbol.
 
-Maps are misread more often than they are broken: a grey that meant unknown becomes free, and exploration ends
-before it began. So a reader hands back, beside the grid, what became of every symbol and what looks doubtful.
+Maps are misread more often than they are broken: a grey that meant unknown becomes free, and exploration ends before
+it began. So readers also return the meaning that they gave to every symbol, and warnings about doubtful ones.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ class LegendEntry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapReading:
-    """A map and how it was understood.
+    """A map and how it was interpreted.
 
     Parameters
     ----------
     grid
         The map.
     format
-        What the file was read as, in words.
+        The file format in words.
     legend
-        What became of every symbol in the file, in the order of the symbols.
+        The interpretation of every symbol in the file, ordered by symbol.
     warnings
-        What looks as if it meant something else, each with the symbols and the numbers of cells.
+        Interpretations that look wrong, with the symbols and numbers of cells.
     walled
-        Whether the format itself closes the map at its edge, so that free space there is no leak.
+        Whether the format itself closes the map at its edge, so that free space there is no gap in a wall.
     """
 
     grid: Grid

@@ -1,8 +1,8 @@
-"""What happens in a mission, as events on simulated time, and how it ends.
+"""The events of a mission, from `MissionStarted` to `MissionEnded`.
 
-The events are the mission log (`marsupial.formats.missionlog` writes one JSON object a line) and hold all that a
-replay needs: which cells were revealed when, who drove which way, which plan was followed and why it was made.
-They hold no wall-clock time, so the same scenario, seed and step budget give the same bytes.
+They are the mission log (`marsupial.formats.missionlog` writes one JSON object per line) and contain all that a replay
+needs: which cells were revealed when, who drove where, which plan was followed and why it was made. They contain no
+wall-clock time, so the same scenario, seed and step budget give the same bytes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class PlacedRobot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionStarted:
-    """First event: everything fixed for the mission. `width` and `height` in cells."""
+    """First event: everything that is fixed for the mission; `width` and `height` in cells."""
 
     t_ms: int
     scenario: str
@@ -59,7 +59,7 @@ class MissionStarted:
 class Revealed:
     """Cells seen for the first time by `robot`.
 
-    `runs` is flat: (start, length, code) three by three, cells numbered row-major (y * width + x).
+    `runs` is a flat list of (start, length, code); cells are numbered row-major (y * width + x).
     """
 
     t_ms: int
@@ -69,7 +69,7 @@ class Revealed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Changed:
-    """Cells known before that `robot` has found to be different, as in `Revealed`; code 255: not known any more."""
+    """Known cells that `robot` found to be different, encoded as in `Revealed`; code 255: unknown again."""
 
     t_ms: int
     robot: str
@@ -78,10 +78,10 @@ class Changed:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameGrown:
-    """The frame of the map has grown to `width` x `height` cells with its lower left corner at `origin_m`.
+    """The frame of the map grew to `width` x `height` cells with its lower left corner at `origin_m`.
 
-    What was cell (x, y) is cell (x, y) + `shift` from now on, and targets and meeting points, which are called after
-    their cells, have names to match (`marsupial.model.frames`).
+    Cell (x, y) is cell (x, y) + `shift` from now on. Targets and meeting points, which are named after their cells, are
+    renamed (`marsupial.model.frames`).
     """
 
     t_ms: int
@@ -93,10 +93,10 @@ class FrameGrown:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveStarted:
-    """`robot` sets out from the centre of `cell` along `steps`.
+    """`robot` starts a drive from the centre of `cell` along `steps`.
 
-    A step is a digit: 0 east (+x), 1 north-east, 2 north (+y), ... 7 south-east. The centre of the k-th cell is
-    passed at ``t_ms + round(1000 * length_m / speed_mps)``, along the steps (diagonals: `RobotType`).
+    A step is a digit: 0 east (+x), 1 north-east, 2 north (+y), ... 7 south-east. The robot passes the centre of the
+    k-th cell at ``t_ms + round(1000 * length_m / speed_mps)``; `RobotType` has the length of diagonal steps.
     """
 
     t_ms: int
@@ -107,7 +107,7 @@ class DriveStarted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveEnded:
-    """`robot` stands at `cell`, at the end of its drive or where it was stopped."""
+    """`robot` stands at `cell`: it reached the end of its drive, or was stopped."""
 
     t_ms: int
     robot: str
@@ -116,7 +116,7 @@ class DriveEnded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapTarget:
-    """A target on the map: representative frontier cell, who can explore it, the area it may reveal, its size."""
+    """A target on the map: representative frontier cell, types that can explore it, area it may reveal, size."""
 
     name: str
     cell: Cell
@@ -127,7 +127,7 @@ class MapTarget:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapMeeting:
-    """A meeting point on the map: pose of the carrier and of the rover, the two types it was made for."""
+    """A meeting point on the map: cells of the carrier and of the rover, and their types."""
 
     name: str
     carrier_cell: Cell
@@ -137,25 +137,25 @@ class MapMeeting:
 
 
 class Cause(StrEnum):
-    """What can ask for a new plan."""
+    """Why a new plan is needed."""
 
     START = "start"  # of the mission
-    FAILED = "failed"  # robots could not do what they were told
+    FAILED = "failed"  # commands of robots failed
     LOST = "lost"  # robots failed for good
-    GONE = "gone"  # targets of the plan
+    GONE = "gone"  # targets of the plan disappeared
     NEW = "new"  # targets that the plan does not know
-    ROBOT_FREE = "robot free"  # it has nothing left to do while there is a target without a robot
-    WAY_BLOCKED = "way blocked"  # of robots
+    ROBOT_FREE = "robot free"  # a robot has no action left, and a target has no robot
+    WAY_BLOCKED = "way blocked"  # robots have no route
     CARRIED_OUT = "plan carried out"
-    OVERTAKEN = "plan overtaken"  # by what happened while it was being made
-    EXPLORED = "explored"  # all there is to see has been seen
-    CALLED_BACK = "called back"  # the time left is only just enough to get back
-    OTHER = "other"  # a text in a log that is none of ours
+    OVERTAKEN = "plan overtaken"  # by events during planning
+    EXPLORED = "explored"  # all reachable cells have been seen
+    CALLED_BACK = "called back"  # the time left is only just enough to return
+    OTHER = "other"  # an unknown text in a log
 
 
 @dataclass(frozen=True, slots=True)
 class Trigger:
-    """A piece of news that asked for a new plan, and the robots or targets that it is about."""
+    """A reason for a new plan, and the robots or targets that it is about."""
 
     cause: Cause
     names: tuple[str, ...] = ()
@@ -166,10 +166,7 @@ Triggers = tuple[Trigger, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Planned:
-    """A new plan is followed from now on.
-
-    `trigger` says which news asked for it; the actions' times are absolute mission times.
-    """
+    """A new plan is in force; `trigger` has the reasons for it, and the actions' times are mission times."""
 
     t_ms: int
     revision: int
@@ -181,7 +178,7 @@ class Planned:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionStarted:
-    """An action of plan `revision` starts; `cell` is where its (first) robot has to be at its end."""
+    """An action of plan `revision` starts; `cell` is where its (first) robot will be at its end."""
 
     t_ms: int
     revision: int
@@ -190,18 +187,18 @@ class ActionStarted:
 
 
 class ActionEnd(StrEnum):
-    """Why an action is over."""
+    """How an action ended."""
 
     DONE = "done"
-    SUPERSEDED = "superseded"  # the next plan wants something else
-    BLOCKED = "blocked"  # its route is no longer passable
-    FAILED = "failed"  # its robots could not do it
-    LOST = "lost"  # a robot in it was lost
+    SUPERSEDED = "superseded"  # the next plan has another action
+    BLOCKED = "blocked"  # it has no passable route
+    FAILED = "failed"  # its command failed
+    LOST = "lost"  # one of its robots was lost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionEnded:
-    """An action is over; one whose way is blocked from the beginning ends without having started."""
+    """An action ended; a drive without a route ends without having started."""
 
     t_ms: int
     revision: int
@@ -211,7 +208,7 @@ class ActionEnded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotLost:
-    """A robot failed for good; it stays where it is."""
+    """A robot failed for good and stays where it is."""
 
     t_ms: int
     robot: str
@@ -220,7 +217,7 @@ class RobotLost:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remaining:
-    """One frontier left at the end and why it was not explored."""
+    """A frontier left at the end, and why it was not explored."""
 
     cell: Cell
     frontier_cells: int
@@ -229,9 +226,9 @@ class Remaining:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEnded:
-    """Last event: the stop report and the metrics (definitions: docs/command-line.md).
+    """Last event: the stop report and the metrics (docs/command-line.md defines them).
 
-    `exploration_ms` is when the last target was gone, or None if that never happened.
+    `exploration_ms` is when the last target disappeared, or None if targets are left.
     """
 
     t_ms: int
@@ -253,6 +250,7 @@ class MissionEnded:
     @property
     def coverage(self) -> float:
         """Explored share of the reachable area, 0 to 1."""
+        # with nothing to explore, all of it is explored
         return 1.0 if self.reachable_area_m2 == 0 else self.explored_area_m2 / self.reachable_area_m2
 
 

@@ -1,8 +1,8 @@
-"""The objective of planning: what makes one plan better than another.
+"""The objectives of planning, which define when one plan is better than another.
 
-There are two. The *makespan* is what the paper minimises: the plan that is done soonest, then the one that reaches
-targets sooner, then the one that drives less. *Priced arrival* is what missions ask for while most of the work has yet
-to turn up: a sum of prices, above all of how late each target is reached.
+*Makespan* is the paper's objective: the plan that ends first; among equals the one that reaches targets sooner, then
+the one that drives less. *Priced arrival* is for missions in which most of the work has yet to turn up: a sum of
+prices, above all for how late each target is reached.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.situation import Situation, TargetInfo
 
 Value = tuple[float, ...]
-"""How good a plan is by an objective: lower is better, the first part that differs decides."""
+"""Cost of a plan: lower is better; compared lexicographically."""
 
 
 class ObjectiveName(StrEnum):
-    """The objectives, by the names that engines list those with that they can take."""
+    """Names of the objectives, with which engines list those that they support."""
 
     MAKESPAN = "makespan"
     PRICED_ARRIVAL = "priced arrival"
@@ -28,16 +28,16 @@ class ObjectiveName(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Makespan:
-    """The shortest makespan, then the least weighted time at which targets are reached, then the least driving."""
+    """Minimises the makespan, then the weighted sum of the times at which targets are reached, then driving."""
 
     name: ClassVar[ObjectiveName] = ObjectiveName.MAKESPAN
 
     def weight(self, target: TargetInfo) -> int:
-        """Return what reaching a target sooner counts: in thousandths, 1 and 1 per m2 that it may reveal."""
+        """Return the weight of a target in thousandths: 1, plus 1 per m2 that it may reveal."""
         return 1000 + round(1000 * target.reveal_m2)
 
     def value(self, situation: Situation, plan: Plan) -> Value:
-        """Return makespan (ms), sum of the times at which targets are reached (ms times weight), time driving (ms).
+        """Return the makespan, the weighted sum of the times at which targets are reached, and the driving time (ms).
 
         Each action counts with the gap after it.
         """
@@ -53,18 +53,18 @@ class Makespan:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PricedArrival:
-    """The least sum of prices.
+    """Minimises a sum of prices.
 
     Parameters
     ----------
     worth
-        Of each target, by name: the price of each ms until it is reached.
+        Price of each ms until a target is reached, by target.
     makespan
-        The price of each ms of the makespan, as a share of what all targets are worth together.
+        Price of each ms of the makespan, as a share of the worth of all targets.
     driving
-        The price of each ms that a robot drives.
+        Price of each ms that a robot drives.
     undocking_ms
-        The price of setting a rover down.
+        Price of setting a rover down.
     """
 
     name: ClassVar[ObjectiveName] = ObjectiveName.PRICED_ARRIVAL
@@ -76,7 +76,7 @@ class PricedArrival:
 
     @property
     def total_worth(self) -> float:
-        """What all targets are worth together."""
+        """Worth of all targets together."""
         return sum(self.worth.values())
 
     def weight(self, target: TargetInfo) -> int:
@@ -84,7 +84,7 @@ class PricedArrival:
         return round(1000 * self.worth[target.name])
 
     def value(self, situation: Situation, plan: Plan) -> Value:
-        """Return the sum; each action counts with the gap after it, a target left out costs nothing."""
+        """Return the sum of prices; each action counts with the gap after it, a target left out costs nothing."""
         price = self.makespan * self.total_worth * plan.makespan_ms
         for action in plan.actions:
             if action.name is ActionName.EXPLORE:

@@ -1,7 +1,7 @@
-"""A plan: time-stamped durative actions in integer milliseconds.
+"""Plans: time-stamped durative actions in integer milliseconds.
 
-A robot takes part in one action at a time, and its next action starts at least `EPSILON_MS` after the last one ended
-(PDDL 2.1 wants what depends on an end to start after it).
+A robot takes part in one action at a time. Its next action starts at least `EPSILON_MS` after the end of the last one,
+since in PDDL 2.1 an action that depends on the end of another has to start after it.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class Action:
     name
         Which of the four.
     robot
-        Who moves or explores; the rover of a dock or undock.
+        The robot that moves or explores; the rover of a dock or undock.
     carrier
         The carrier of a dock or undock, else None.
     origin
-        Place a move or explore leaves, else None.
+        The place that a move or explore leaves, else None.
     place
-        Where it ends: a meeting or home (move), a target (explore), the meeting (dock, undock).
+        The place where it ends: a meeting or home (move), a target (explore), the meeting (dock, undock).
     """
 
     name: ActionName
@@ -52,12 +52,12 @@ class Action:
 
     @property
     def end_ms(self) -> int:
-        """When it ends."""
+        """End of the action."""
         return self.start_ms + self.duration_ms
 
     @property
     def robots(self) -> tuple[str, ...]:
-        """Every robot that takes part."""
+        """All robots that take part."""
         return (self.robot,) if self.carrier is None else (self.robot, self.carrier)
 
     def __str__(self) -> str:
@@ -67,18 +67,19 @@ class Action:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """Actions in order of start (ties: of the robots' names)."""
+    """Actions ordered by start, then by robot name."""
 
     actions: tuple[Action, ...]
 
     @classmethod
     def of(cls, actions: Iterable[Action]) -> Plan:
-        """Return the plan of these actions, put in order."""
+        """Return the plan of these actions, sorted."""
+        # a total order, so that equal plans are written in the same way
         return cls(actions=tuple(sorted(actions, key=lambda a: (a.start_ms, a.robot, a.name, a.place))))
 
     @property
     def makespan_ms(self) -> int:
-        """When the last action ends; 0 for an empty plan."""
+        """End of the last action; 0 for an empty plan."""
         return max((action.end_ms for action in self.actions), default=0)
 
     @property
@@ -87,17 +88,17 @@ class Plan:
         return frozenset(a.place for a in self.actions if a.name is ActionName.EXPLORE)
 
     def of_robot(self, robot: str) -> tuple[Action, ...]:
-        """Return the actions `robot` takes part in, in order."""
+        """Return the actions of `robot` in order."""
         return tuple(action for action in self.actions if robot in action.robots)
 
 
 def checked_plan(name: str, value: object) -> Plan:
-    """Return a plan that somebody else's code made, once all of it is of the types that it has to be.
+    """Return `value` after checking the types of a plan made by somebody else's code.
 
     Raises
     ------
     UsageError
-        Naming what is not; `name` says what the plan is.
+        If a part has the wrong type; the message names it after `name`.
     """
     plan = instance(name, value, Plan)
     for i, each in enumerate(instance(f"{name}.actions", plan.actions, tuple)):

@@ -1,7 +1,7 @@
-"""What passes between planners and those who ask them: budgets, improving plans, outcomes.
+"""The interface of planners: budgets in, improving plans and an outcome out.
 
-An engine is a callable object behind the `Engine` protocol: it streams every improving plan and ends with one
-`Finished`. That there is no plan is an `Outcome`, never an exception.
+A planner is an object with the `Engine` protocol. Its `solve` yields every improving plan and ends with one `Finished`.
+If there is no plan, the `Outcome` says so; it is never an exception.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from marsupial.model.plan import Plan
 from marsupial.model.situation import Situation
 
 NO_PLANNER = "none"
-"""Stands for the planner of strategies that ask none."""
-
+"""Planner name of strategies that ask none."""
 
 _POSITIVE = Bound(0, math.inf, "s", above=True)
 
@@ -30,7 +29,7 @@ class Outcome(StrEnum):
     """How a planner's run ended."""
 
     OPTIMAL = "optimal"  # the last plan is proven best
-    SATISFICING = "satisficing"  # there is a plan; nothing proven
+    SATISFICING = "satisficing"  # there is a plan, nothing is proven
     UNSOLVABLE = "unsolvable"  # proven: no plan exists
     NO_PLAN = "no_plan"  # gave up without a plan and without a proof
     TIMEOUT = "timeout"  # budget used up without a plan
@@ -42,7 +41,7 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """How long a planner may think: wall-clock seconds, or deterministic steps. Exactly one is set."""
+    """Limit of one planning call: wall-clock seconds, or deterministic steps. Exactly one is set."""
 
     seconds: float | None = None
     steps: int | None = None
@@ -50,6 +49,7 @@ class Budget:
     def __post_init__(self) -> None:
         if (self.seconds is None) == (self.steps is None):
             raise UsageError("a budget is either a number of seconds or a number of steps")
+        # numbers of numpy become plain ones, whatever the caller passed
         if self.seconds is not None:
             object.__setattr__(self, "seconds", number("budget", self.seconds, _POSITIVE))
         if self.steps is not None:
@@ -66,7 +66,7 @@ class Improved:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finished:
-    """The last event of a run: why it ended, in a sentence for people, and a lower bound on the makespan if known."""
+    """Last event of a run: the outcome, details for users, and a lower bound on the makespan if known."""
 
     outcome: Outcome
     detail: str = ""
@@ -76,7 +76,7 @@ class Finished:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EngineInfo:
-    """What `marsupial planners` shows of an engine; `missing` is why it can't be used here, or None."""
+    """Description of an engine for `marsupial planners`; `missing` says why it can't be used here, or is None."""
 
     name: str
     summary: str = ""
@@ -88,7 +88,7 @@ class EngineInfo:
     missing: str | None = None
 
     def require(self, objective: Objective) -> None:
-        """Raise UsageError if the engine can't take an objective."""
+        """Raise UsageError if the engine does not support an objective."""
         if objective.name not in self.objectives:
             raise UsageError(f"planner {self.name} can't plan for {objective.name}, only for {self.objectives[0]}")
 
@@ -98,28 +98,28 @@ class Engine(Protocol):
 
     @property
     def info(self) -> EngineInfo:
-        """What it is and whether it can be used on this machine."""
+        """Its description, and whether it can be used on this machine."""
 
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        """Yield plans that get better by `objective`, then exactly one `Finished`.
+        """Yield plans that improve by `objective`, then exactly one `Finished`.
 
-        `start` is a plan known to be valid for `situation`, as a first candidate. Closing the iterator early stops
-        the engine and everything it started. Plans need not be valid: see `marsupial.planning.incumbent`.
+        `start` is a valid plan for `situation`, as a first candidate. Closing the iterator early stops the engine and
+        everything it started. Plans need not be valid: callers check them (`marsupial.planning.incumbent`).
 
         Raises
         ------
         EngineUnavailable
             If the engine is not installed here.
         UsageError
-            If it can't keep a budget of that kind, or can't take the objective (`info.objectives`).
+            If it does not support that kind of budget, or the objective (`info.objectives`).
         """
 
 
 @runtime_checkable
 class Cancellable(Protocol):
-    """Events of a search that can be ended from another thread."""
+    """The iterator of an engine whose search can be cancelled from another thread."""
 
     def cancel(self) -> None:
-        """Ask for the end; returns at once."""
+        """Request the end; returns at once."""

@@ -1,6 +1,6 @@
-"""Robot types and the team: what each robot is able to do.
+"""Robot types and team members: the abilities of each robot, and where it starts.
 
-A robot type holds metres and seconds, as scenario files do; planning works on integer milliseconds
+A `RobotType` has metres and seconds, as scenario files do. Planning works with integer milliseconds
 (`marsupial.model.situation`).
 """
 
@@ -16,32 +16,31 @@ SQRT2 = math.sqrt(2.0)
 
 
 class Role(StrEnum):
-    """What a robot type is for."""
+    """The role of a robot type."""
 
     CARRIER = "carrier"
     ROVER = "rover"
 
 
 class Routes(StrEnum):
-    """Which of the ways to a place robots take."""
+    """Which routes robots take."""
 
     SHORTEST = "shortest"
-    ENERGY = "energy"
-    """Those of least energy, by the energy model of their type."""
+    ENERGY = "energy"  # of least energy, by the energy model of the robot type
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnergyModel:
-    """What a robot type uses: power by time, and energy by distance and manoeuvre.
+    """The energy use of a robot type: power by time, energy by distance and manoeuvre.
 
     Parameters
     ----------
     idle_w, drive_w
-        Power in W drawn always, and on top of it while driving.
+        Power in W at all times, and in addition while driving.
     metre_j
         Energy in J per metre driven.
     stop_j
-        Energy in J per stop on the way: wherever it turns, or stands before it goes on.
+        Energy in J per stop on the way: at each turn, and at each pause.
     turn_j
         Energy in J per turn of 45, 90, 135 and 180 degrees.
 
@@ -59,27 +58,27 @@ class EnergyModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotType:
-    """Abilities shared by robots of one type.
+    """The abilities of robots of one type.
 
     Parameters
     ----------
     speed_mps
         Driving speed in m/s.
     sensor_range_m
-        How far it sees, in metres.
+        Sensor range in metres.
     radius_m
         Radius of its footprint in metres; 0 is a point that only needs its own cell.
     terrains
         Codes of the terrain classes it can drive on.
     capacity
-        Carriers: how many rovers it carries. Rovers: 0.
+        Carriers: number of rovers that it can carry. Rovers: 0.
     dock_ms, undock_ms
-        Rovers: how long docking on a carrier and undocking from it take. Carriers: 0.
+        Rovers: duration of docking on a carrier and of undocking from it. Carriers: 0.
     diagonal
-        How long a diagonal step is in straight ones: sqrt 2, or down to 1 where robots hop from cell to cell and each
-        move takes as long as any other.
+        Length of a diagonal step in straight steps: sqrt 2, or less, down to 1 in worlds where every move takes the
+        same time.
     routes
-        Which ways it takes; those of least energy only if driving takes it some (`driving_j`).
+        Which routes it takes; least energy only if driving uses energy (`driving_j`).
     """
 
     name: str
@@ -97,12 +96,12 @@ class RobotType:
 
     @property
     def driving_j(self) -> float:
-        """Energy in J of driving a metre, beyond what is used anyway."""
+        """Energy in J of driving a metre, in addition to standing."""
         return self.energy.metre_j + self.energy.drive_w / self.speed_mps
 
     @property
     def routes_fault(self) -> str | None:
-        """What is wrong with the ways it takes, or None."""
+        """What is wrong with `routes`, or None."""
         if self.routes is Routes.ENERGY and not self.driving_j > 0:
             return "no way takes less energy than another: driving takes none (energy.metre_j, energy.drive_w)"
         return None
@@ -115,9 +114,9 @@ class TeamMember:
     Parameters
     ----------
     start
-        Its first cell; None for a carried rover and for robots whose start is drawn by the seed.
+        Its first cell; None for a carried rover, and if the seed draws the start.
     carrier
-        Name of the carrier it starts docked on (rovers only).
+        The carrier that it starts on (rovers only).
     """
 
     name: str
@@ -153,7 +152,7 @@ def default_types(capacity: int) -> tuple[RobotType, RobotType]:
 
 
 def uniform_team(carriers: int, rovers: int) -> tuple[TeamMember, ...]:
-    """Return `carriers` carriers with `rovers` docked rovers each: ``carrier1``, ``rover1_1``, ``rover1_2``..."""
+    """Return `carriers` carriers with `rovers` rovers aboard each: ``carrier1``, ``rover1_1``, ``rover1_2``..."""
     team: list[TeamMember] = []
     for i in range(1, carriers + 1):
         team.append(TeamMember(name=f"carrier{i}", type="carrier"))

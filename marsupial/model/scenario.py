@@ -1,7 +1,7 @@
-"""A scenario: the world and the team before a mission starts.
+"""A scenario: the true map, the team and the goal of a mission.
 
-It is what scenario files, built-in scenarios and bare maps are read into (`marsupial.formats.scenario`), and all
-that a mission needs beside a strategy, a planner, a seed and a budget.
+Scenario files, built-in scenarios and bare maps are all read into a `Scenario` (`marsupial.formats.scenario`). Together
+with a strategy, a planner, a seed and a budget it determines a mission.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from marsupial.model.robots import RobotType, Routes, TeamMember
 
 
 class PlanningTime(StrEnum):
-    """Whether planning stops the mission clock or runs on it."""
+    """Whether the mission clock stands still or runs during planning."""
 
     INSTANT = "instant"
     CHARGED = "charged"
@@ -23,10 +23,7 @@ class PlanningTime(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
-    """What a mission wants besides no reachable target being left.
-
-    `return_home` implies that rovers come home aboard.
-    """
+    """The goal of a mission besides exploring; `return_home` implies that rovers come home aboard."""
 
     recover_rovers: bool = True
     return_home: bool = False
@@ -34,23 +31,23 @@ class Goal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionLimits:
-    """When a mission is given up: simulated time in ms."""
+    """Limits of a mission: simulated time in ms."""
 
     time_ms: int = 4 * 3600 * 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """The hidden world, the team and what is asked of it.
+    """The true map, the team and its goal.
 
     Parameters
     ----------
     grid
-        The truth. Cells unknown in it stay unknown for ever: they block sight and motion.
+        The true map. Its unknown cells block sight and motion, and stay unknown.
     team
-        Carriers first, each rover with the carrier it starts on or a start of its own.
+        Carriers first; each rover has a carrier or a start of its own.
     start_seed
-        Draws the starts of the robots that have none; the mission's seed is used where it is None.
+        Seed for starts that are not fixed; None for the mission's seed.
     """
 
     name: str
@@ -63,17 +60,17 @@ class Scenario:
     start_seed: int | None = None
 
     def type_of(self, member: TeamMember) -> RobotType:
-        """Return the robot type of a member of the team."""
+        """Return the robot type of a team member."""
         return next(kind for kind in self.robot_types if kind.name == member.type)
 
 
 def with_routes(scenario: Scenario, routes: Routes) -> Scenario:
-    """Return the scenario with all robot types taking such routes.
+    """Return the scenario with these routes for all robot types.
 
     Raises
     ------
     ScenarioError
-        If routes of least energy are asked for and driving takes a type none.
+        If routes of least energy are wanted but driving uses no energy.
     """
     kinds = tuple(replace(kind, routes=routes) for kind in scenario.robot_types)
     faults = [(kind.name, kind.routes_fault) for kind in kinds]
@@ -84,5 +81,5 @@ def with_routes(scenario: Scenario, routes: Routes) -> Scenario:
 
 
 def has_fixed_starts(scenario: Scenario) -> bool:
-    """Say whether no start is left to be drawn, so that every seed gives the same mission."""
+    """Return whether all starts are fixed, so that every seed gives the same mission."""
     return all(member.start is not None or member.carrier is not None for member in scenario.team)

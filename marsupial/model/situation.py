@@ -1,10 +1,9 @@
-"""A situation: everything a planner needs at one moment, with no grid in it.
+"""A situation: the planning problem at one moment, as names and travel times without a grid.
 
-Places are named. A *start* is where one robot is (or will be when its running action ends), a *target* is a
-cluster of frontier cells, a *meeting* point is where a carrier and a rover can dock, a *home* is where a carrier
-has to end. Travel times are per robot type, since each type has its own pose at a place. An action that is
-running is represented by the moment its robots are free again and where they are then: a rover in the middle of
-docking is aboard already, and its carrier is busy until the docking ends.
+There are four kinds of places. A *start* is where a robot is, or will be when its running action ends; a *target* is a
+cluster of frontier cells; at a *meeting* point a carrier and a rover can dock; a *home* is where a carrier has to end.
+Travel times are per robot type, since each type has its own pose at a place. Running actions are not part of the
+situation, only their ends: a docking rover counts as aboard, and its carrier is busy until the docking ends.
 """
 
 from __future__ import annotations
@@ -23,14 +22,14 @@ from marsupial.model.robots import Role
 from marsupial.wording import counted
 
 UNREACHABLE = -1
-"""Entry of a travel table where there is no path."""
+"""Entry of a travel table without a path."""
 
 TravelTable = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningType:
-    """What planning knows of a robot type; times in integer milliseconds."""
+    """The properties of a robot type that matter for planning; times in integer milliseconds."""
 
     name: str
     role: Role
@@ -41,7 +40,7 @@ class PlanningType:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotState:
-    """Where a robot is free next.
+    """Where and when a robot is free.
 
     Parameters
     ----------
@@ -50,9 +49,9 @@ class RobotState:
     carrier
         Name of the carrier it is aboard, or None.
     free_at_ms
-        When its running action ends; 0 is now. A rover aboard is bound to its carrier's.
+        When its running action ends; 0 is now. A rover aboard is not free before its carrier is.
     home
-        Place a carrier has to end at when the goal asks for `return_home`.
+        Place where a carrier has to end if the goal is `return_home`.
     """
 
     name: str
@@ -74,7 +73,7 @@ class TargetInfo:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SituationGoal:
-    """What a plan has to reach besides exploring every target."""
+    """The goal of a plan besides exploring all targets."""
 
     recover_rovers: bool = False
     return_home: bool = False
@@ -87,15 +86,15 @@ class Situation:
     Parameters
     ----------
     types, robots, targets, meetings, homes
-        Meetings and homes are plain names. Names are unique over all robots and places.
+        Meetings and homes are names only. Names are unique over all robots and places.
     travel_ms
-        Per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` where there is
-        no path. Held read-only. Entries into a target are `UNREACHABLE` for a type that can't explore it.
+        Per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path.
+        Held read-only. A type that can't explore a target can't reach it either.
 
     Raises
     ------
     SituationError
-        With every problem found.
+        With all problems found.
     """
 
     types: tuple[PlanningType, ...]
@@ -113,6 +112,7 @@ class Situation:
         tables = {}
         for kind in self.types:
             table = np.ascontiguousarray(self.travel_ms[kind.name], dtype=np.int64)
+            # copy what the caller could still change
             if table is self.travel_ms[kind.name] and table.flags.writeable:
                 table = table.copy()
             table.flags.writeable = False
@@ -161,11 +161,11 @@ class Situation:
         return self.type_by_name[self.robot_by_name[robot].type]
 
     def of_role(self, role: Role) -> tuple[RobotState, ...]:
-        """Return the robots of a role, in order."""
+        """Return the robots with a role, in order."""
         return tuple(robot for robot in self.robots if self.type_by_name[robot.type].role is role)
 
     def travel(self, kind: str, origin: str, goal: str) -> int | None:
-        """Return the travel time in ms of robot type `kind`, or None where there is no path."""
+        """Return the travel time in ms of robot type `kind`, or None without a path."""
         value = int(self.travel_ms[kind][self.place_index[origin], self.place_index[goal]])
         return None if value == UNREACHABLE else value
 
@@ -177,15 +177,16 @@ class Situation:
         meetings: frozenset[str] | None = None,
         goal: SituationGoal | None = None,
     ) -> Situation:
-        """Return the smaller situation with only the named robots, targets and meetings (None keeps all).
+        """Return the situation with only the named robots, targets and meetings (None keeps all).
 
-        A kept rover that is aboard needs its carrier kept. Homes of dropped carriers go with them.
+        A rover that is aboard needs its carrier. Homes of removed carriers are removed as well.
         """
         kept = tuple(r for r in self.robots if robots is None or r.name in robots)
         kept_targets = tuple(t for t in self.targets if targets is None or t.name in targets)
         kept_meetings = tuple(m for m in self.meetings if meetings is None or m in meetings)
         used = {r.home for r in kept}
         homes = tuple(h for h in self.homes if h in used)
+        # the rows to keep, in the order of `places`
         starts = tuple(r.place for r in kept if r.place is not None)
         names = starts + tuple(t.name for t in kept_targets) + kept_meetings + homes
         rows = np.array([self.place_index[name] for name in names], dtype=np.intp)
@@ -202,6 +203,7 @@ class Situation:
 
 def _problems(situation: Situation) -> list[Problem]:
     problems: list[Problem] = []
+    # the other checks would take long with a team that is far too large
     if fault := team_fault(len(situation.robots)):
         return [Problem("robots", fault)]
     names = [kind.name for kind in situation.types]
@@ -216,6 +218,7 @@ def _problems(situation: Situation) -> list[Problem]:
     everything = [r.name for r in situation.robots] + list(situation.places)
     for name in sorted(n for n, times in Counter(everything).items() if times > 1):
         problems.append(Problem("places", f"name {name!r} is used twice"))
+    # the row and column of a place follow from the order of `places`, so sizes must match exactly
     shape = (len(situation.places), len(situation.places))
     for i, kind in enumerate(situation.types):
         table = situation.travel_ms.get(kind.name)

@@ -1,33 +1,39 @@
-"""What passes between the mission loop and a strategy.
+"""The interface between the mission loop and a strategy: `Briefing` in, `Decision` out.
 
-At each replanning the loop hands over a `Briefing` and follows the plan of the `Decision` it gets back, once the
-checker has accepted it. A plan need not serve every target: whatever it leaves is decided at a later replanning.
+The loop asks for a decision at each replanning and follows its plan once the checker has accepted it. A plan need not
+serve every target: the loop asks again later. `Strategy` is the base class; its optional methods have defaults.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, ClassVar, Protocol
 
 from marsupial.model.arguments import instance
+from marsupial.model.grid import Cell
 from marsupial.model.plan import Action, Plan, checked_plan
 from marsupial.model.planning import Outcome
+from marsupial.model.robots import RobotType, Role
+from marsupial.model.scenario import Goal
 from marsupial.model.situation import Situation
+from marsupial.model.strategyinfo import StrategyInfo
 from marsupial.model.unseen import Unseen
+from marsupial.model.world import World
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Briefing:
-    """All a strategy may know at one replanning.
+    """Everything a strategy may use at one replanning.
 
     Parameters
     ----------
     situation
-        The moment to decide for; its times count from now. While targets are left its goal asks for exploring only;
-        recovery and return are asked for once none is left.
+        The planning problem; its times count from now. While targets are left, its goal is to explore them; once none
+        is left, its goal is to recover the rovers or to return home.
     previous
-        What is left of the plan followed so far, times from now, without what is no longer possible; None at first.
+        The rest of the plan followed so far, times from now, without actions that are no longer possible; None at
+        first.
     direct_ms
         Computes, per carrier and target, the travel time at the carrier's speed over the known cells of terrain that
         any robot type can drive on, whatever its footprint. Pairs without such a path are absent. (The baseline
@@ -35,9 +41,9 @@ class Briefing:
     connects
         Per meeting point: the targets in the rover-only areas that it gives access to.
     deployed_at
-        Per rover on the ground: the meeting point it was last set down at, where that is still one.
+        Per rover on the ground: the meeting point where it was last set down, if that meeting point still exists.
     unseen
-        Finds what has not been seen yet.
+        Computes which parts of the map are still unknown.
     """
 
     situation: Situation
@@ -50,7 +56,7 @@ class Briefing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningReport:
-    """How one planning went: wall-clock seconds in all and to the engine's first own plan, its end, plans refused."""
+    """How one planning call went: wall-clock seconds in all and to the first plan, outcome, number of invalid plans."""
 
     planner: str
     outcome: Outcome
@@ -62,19 +68,19 @@ class PlanningReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
-    """The plan to follow from now on (times from now) and, where a planner was asked, how that went."""
+    """The plan to follow from now on (times from now) and how the planning went."""
 
     plan: Plan
     report: PlanningReport = PlanningReport(planner="none", outcome=Outcome.SATISFICING, wall_s=0.0)
 
 
 def checked_decision(name: str, value: object) -> Decision:
-    """Return what a strategy of that name decided, once it is a decision.
+    """Return `value` after checking the types of a decision made by somebody else's strategy.
 
     Raises
     ------
     UsageError
-        Naming what is not of the type that it has to be.
+        If a part has the wrong type; the message names it.
     """
     decision = instance(f"strategy {name}: what decide returns", value, Decision)
     checked_plan(f"strategy {name}: Decision.plan", decision.plan)
@@ -82,24 +88,73 @@ def checked_decision(name: str, value: object) -> Decision:
     return decision
 
 
-class Strategy(Protocol):
-    """Decides, at each replanning, what every robot does next.
-
-    One that is to be asked at other moments than the usual ones, or about other targets, also has a method
-    ``replanning(world, kinds, homes, goal)`` that returns its policy (`marsupial.mission.replanning`) or None; one that
-    is not made for every team has a method ``suits(roles)`` that raises a `ScenarioError`.
-    """
+class Decider(Protocol):
+    """The least that the mission loop accepts as a strategy: a name and a decision at each replanning."""
 
     @property
     def name(self) -> str:
-        """Its name in the registry."""
+        """Its name in logs."""
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the plan to follow; an empty plan means that nothing can be done."""
 
 
+class Strategy:
+    """Base class of strategies: decides, at each replanning, what every robot does next.
+
+    A strategy sets `name` and overrides `decide`; the rest has defaults. An object with `name` and `decide` that does
+    not derive from this class works as well (`as_strategy`).
+
+    Attributes
+    ----------
+    asks_planner
+        Whether it is created with an engine and a budget, rather than without arguments.
+    info
+        What `marsupial strategies` shows of it; None for the first line of its docstring.
+    """
+
+    name: str
+    asks_planner: ClassVar[bool] = False
+    info: ClassVar[StrategyInfo | None] = None
+
+    def decide(self, briefing: Briefing) -> Decision:
+        """Return the plan to follow; an empty plan means that nothing can be done."""
+        raise NotImplementedError
+
+    def replanning(
+        self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
+    ) -> Any:  # a `marsupial.mission.replanning.Replanning`, which this layer can't import
+        """Return when this mission replans and from which survey; None for the usual policy."""
+        return None
+
+    def suits(self, roles: Iterable[Role]) -> None:
+        """Raise a `ScenarioError` if the strategy can't lead a team of robots with these roles."""
+
+
+class _Adapted(Strategy):
+    """Gives an object that does not derive from `Strategy` the defaults of what it lacks."""
+
+    def __init__(self, decider: Decider) -> None:
+        self._decider = decider
+        self.name = decider.name
+
+    def decide(self, briefing: Briefing) -> Decision:
+        return self._decider.decide(briefing)
+
+    def replanning(self, *circumstances: Any) -> Any:
+        return getattr(self._decider, "replanning", super().replanning)(*circumstances)
+
+    def suits(self, roles: Iterable[Role]) -> None:
+        getattr(self._decider, "suits", super().suits)(roles)
+
+
+def as_strategy(decider: Decider) -> Strategy:
+    """Return the strategy itself, or an object with `name` and `decide` as a strategy."""
+    return decider if isinstance(decider, Strategy) else _Adapted(decider)
+
+
 class PlanProgress(Protocol):
-    """What the team is doing: the plan that is followed, as far as it is not carried out."""
+    """What the team is doing: the actions of the current plan that are not finished."""
 
     @property
     def idle(self) -> bool:
@@ -110,7 +165,7 @@ class PlanProgress(Protocol):
         """Meeting point at which each rover on the ground was last set down."""
 
     def remainder(self) -> tuple[Action, ...]:
-        """Return the actions that run or wait, in plan order; times are those of the plan they came with."""
+        """Return the running and waiting actions in plan order, with the times of their plan."""
 
     def unemployed(self, robots: Iterable[str]) -> bool:
-        """Say whether one of `robots` has nothing left to do."""
+        """Return whether at least one of `robots` has nothing left to do."""

@@ -1,4 +1,4 @@
-"""What is told of a strategy; apart from `marsupial.model.strategy`, so that lists of strategies take no numpy."""
+"""Descriptions of strategies, apart from `marsupial.model.strategy` so that listing them needs no numpy."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StrategyInfo:
-    """What there is to say of a strategy, apart from its code.
+    """Description of a strategy.
 
     Parameters
     ----------
     team
-        Which teams it leads, in words.
+        The teams that it can lead, in words.
     asks_planner
         Whether it asks a planner.
     parameters
-        What may follow its name, and the value of each if nothing is said; None for no limit.
+        Parameters that may follow its name, with their defaults; None for no limit.
     source
-        The paper it comes from.
+        The paper that it comes from.
     missing
-        What keeps it from being used here; None if nothing does.
+        Why it can't be used here, or None.
     """
 
     name: str
@@ -34,7 +34,7 @@ class StrategyInfo:
 
     @property
     def parameter_text(self) -> str:
-        """The parameters as they follow the name, with their values if nothing is said."""
+        """The parameters with their defaults, as text."""
         return ", ".join(
             f"{name} ({'no limit' if value is None else f'{value:g}'})" for name, value in self.parameters.items()
         )

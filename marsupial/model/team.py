@@ -1,8 +1,8 @@
-"""Who is where, and on whom: what driving, docking and undocking do to a robot.
+"""Where each robot is, and on which carrier: the effects of driving, docking and undocking.
 
-A rover that begins to dock has its place on the carrier from then on: it takes up room there, and plans count it as
-carried. It is aboard, and moves with its carrier, once it has docked; a docking that fails leaves it where it stands.
-A rover that begins to be set down is on the ground from then on; if that fails it is aboard again.
+A rover takes up a place on the carrier from the start of its docking, and plans count it as carried. It is aboard and
+moves with the carrier from the end of the docking; if the docking fails, it stays where it stands. A rover is on the
+ground from the start of its undocking; if the undocking fails, it is aboard again.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class Whereabouts(Generic[P]):
     at
         Where it stands or drives; None while it is aboard.
     carrier
-        The carrier that it has a place on: it is aboard, or docking.
+        The carrier on which it has a place, aboard or docking.
     left
-        The carrier that it was aboard when its last undocking began.
+        The carrier from which its last undocking began.
     """
 
     at: P | None
@@ -36,17 +36,18 @@ class Whereabouts(Generic[P]):
 
     @property
     def aboard(self) -> str | None:
-        """The carrier that it is aboard, or None."""
+        """The carrier if it is aboard, or None."""
         return self.carrier if self.at is None else None
 
     def begun(self, action: ActionName, at: P, carrier: str | None = None) -> Whereabouts[P]:
-        """Return where it is from the beginning of an action of its own at a place."""
+        """Return its whereabouts from the start of its docking or undocking at a place."""
         if action is ActionName.DOCK:
             return Whereabouts(at, carrier)
         return Whereabouts(at, None, self.carrier)
 
     def ended(self, action: ActionName, end: ActionEnd) -> Whereabouts[P]:
-        """Return where it is after an action; one that was not begun changes nothing."""
+        """Return its whereabouts after an action; an action that did not start changes nothing."""
+        # `at` and `carrier` are both set only from the start of a docking to its end
         docking = action is ActionName.DOCK and self.at is not None and self.carrier is not None
         if docking and end is ActionEnd.DONE:
             return Whereabouts(None, self.carrier)
@@ -58,20 +59,20 @@ class Whereabouts(Generic[P]):
 
 
 def after(action: Action) -> Whereabouts[str]:
-    """Return the place at which an action that is done leaves its robot; the rover, of a docking or undocking."""
+    """Return the whereabouts of an action's robot (a docking's or undocking's rover) after the action is done."""
     return Whereabouts(None, action.carrier) if action.name is ActionName.DOCK else Whereabouts(action.place)
 
 
 @dataclass(slots=True)
 class Deployments:
-    """Undockings and dockings done so far, and the meeting point at which each rover on the ground was set down."""
+    """Counts finished undockings and dockings; `at` has the meeting point where each rover was set down."""
 
     deployed: int = 0
     retrieved: int = 0
     at: dict[str, str] = field(default_factory=dict)
 
     def done(self, action: Action) -> None:
-        """Enter an action that is done."""
+        """Count an action that is done."""
         if action.name is ActionName.UNDOCK:
             self.deployed += 1
             self.at[action.robot] = action.place

@@ -1,4 +1,8 @@
-"""What is known of the unseen part of a map: where it lies, and what the ground is like elsewhere."""
+"""A description of the unknown part of a map, from which strategies guess what is there.
+
+`marsupial.maps.unseen` divides the unknown into squares. The ground seen so far tells how much of it may be for rovers
+only (`marsupial.strategies.guess`).
+"""
 
 from __future__ import annotations
 
@@ -8,18 +12,18 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Square:
-    """A square of the map, much of which is unknown.
+    """A square of the map that is largely unknown.
 
     Parameters
     ----------
     name
-        The same for the same square throughout a mission.
+        Stays the same during a mission.
     x_m, y_m
-        The middle of what is unknown in it, from the corner of the map.
+        Centre of its unknown cells, from the corner of the map.
     share
-        Which share of the square is unknown, above 0 and up to 1.
+        Unknown share of the square, above 0 and up to 1.
     draw
-        A number from 0 to 1 that stays the same, for whatever is true of only some squares.
+        A random number from 0 to 1 that stays the same during a mission, to choose some of the squares.
     """
 
     name: str
@@ -31,7 +35,7 @@ class Square:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unseen:
-    """The squares that are left, and what helps to guess what is in them.
+    """The unknown squares, and figures to guess what is in them.
 
     Parameters
     ----------
@@ -40,7 +44,7 @@ class Unseen:
     rovers_only
         Share of the ground seen so far that only rovers can drive on, from 0 to 1.
     speed_mps
-        Of each robot type.
+        Speed of each robot type.
     """
 
     squares: tuple[Square, ...] = ()

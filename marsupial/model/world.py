@@ -1,12 +1,12 @@
-"""What the mission loop needs of a world, simulated or real: a map that grows, robots, and four commands.
+"""The interface of a world, simulated or real: a map that grows, robots that report, and four commands.
 
-Time is mission time in integer ms. A robot that drives may be told to stop; it then stands at the next cell of
-its route a moment later. Commands are given to robots that are free only.
+`World` is all that the mission loop knows of the simulator or of real robots. Times are mission time in integer ms.
+A driving robot can be stopped; it then stands at the next cell of its route. Other commands need a free robot.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -15,20 +15,21 @@ import numpy.typing as npt
 
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell, Grid
+from marsupial.model.robots import RobotType
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotReport:
-    """Where a robot is.
+    """Where a robot is and when it is free.
 
     Parameters
     ----------
     cell
-        Where it stands; while driving the next cell it passes; None while it is carried.
+        Its cell; the next cell of its route while it drives; None while it is carried.
     carrier
-        Who carries it. From the start of a docking the rover counts as aboard, with `free_at_ms` its end.
+        The carrier that carries it. A docking rover counts as aboard from the start, until `free_at_ms`.
     free_at_ms
-        Mission time from which it can be given a new command if it is told to stop now.
+        Mission time from which it can take a new command, if it stops now.
     heading
         Digit of the step to `cell` (0 is +x, 2 is +y; `marsupial.paths.routes`); None before its first step and after
         it was carried.
@@ -45,7 +46,7 @@ class RobotReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Manoeuvres:
-    """How often a robot has stopped on its way, and turned by 45, 90, 135 and 180 degrees."""
+    """Number of stops on the way, and of turns by 45, 90, 135 and 180 degrees."""
 
     stops: int
     turns: tuple[int, int, int, int]
@@ -53,25 +54,26 @@ class Manoeuvres:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class News:
-    """What happened at one moment.
+    """The events of one moment.
 
     Parameters
     ----------
     revealed
         (robot, row-major indices of the cells it saw first), in order.
     changed
-        (robot, row-major indices of the known cells that it found to be different, or to be unknown again), in order;
-        only in worlds whose maps are made by others.
+        (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
+        worlds whose map is made by others.
     moved
-        How the frame of the map has grown, or None; the world's grid is another one then. All indices are of the frame
-        as it is now.
+        How the frame of the map grew, or None. The world then has a new grid; all indices refer to the new frame.
     finished
         Robots whose command ended at that moment (both of a docking).
     failed
-        (robot, reason) of the robots whose command ended without being carried out (both of a docking). After a
-        docking that failed the rover stands where it was, after an undocking that failed it is still aboard.
+        (robot, reason) of the robots whose command failed (both of a docking). After a failed docking the rover stands
+        where it was; after a failed undocking it is still aboard.
     lost
         (robot, reason) of the robots that failed for good.
+    partial
+        Whether more news of the same moment may follow, as robots report one by one.
     """
 
     t_ms: int
@@ -85,11 +87,11 @@ class News:
 
 
 class World(Protocol):
-    """A map being revealed and the robots in it."""
+    """A partly known map and the robots in it."""
 
     @property
     def grid(self) -> Grid:
-        """The known map; its cells change as robots see more. Another one where its frame has grown (`News.moved`)."""
+        """The known map. Its cells change as robots see more; a grown frame (`News.moved`) is a new grid."""
 
     @property
     def now_ms(self) -> int:
@@ -102,22 +104,35 @@ class World(Protocol):
         """Send a free robot along `route`, which starts at its cell."""
 
     def stop(self, robot: str) -> None:
-        """Let a driving robot stop at the next cell of its route; no-op for one that does not drive."""
+        """Stop a driving robot at the next cell of its route; do nothing if it does not drive."""
 
     def dock(self, rover: str, carrier: str) -> None:
-        """Let a free rover dock on a free carrier beside it."""
+        """Dock a free rover on a free carrier beside it."""
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        """Let a free carrier set a rover down on `cell`."""
+        """Set a rover of a free carrier down on `cell`."""
 
     def advance(self, until_ms: int) -> News:
-        """Let time pass until something happens, at most until `until_ms`, and say what."""
+        """Let time pass until something happens, at most until `until_ms`; return the news."""
 
     def distance_m(self, robot: str) -> float:
-        """Return how far a robot has driven by itself."""
+        """Return how far a robot has driven itself, in metres."""
 
     def driving_ms(self, robot: str) -> int:
         """Return how long a robot has been driving."""
 
     def manoeuvres(self, robot: str) -> Manoeuvres:
         """Return how often a robot has stopped and turned."""
+
+
+def energy_j(world: World, kinds: Mapping[str, RobotType]) -> tuple[tuple[str, float], ...]:
+    """Return the energy in J that each robot has used so far, by name."""
+
+    def used(robot: RobotReport) -> float:
+        energy, made = kinds[robot.type].energy, world.manoeuvres(robot.name)
+        timed = energy.idle_w * (world.now_ms / 1000) + energy.drive_w * (world.driving_ms(robot.name) / 1000)
+        driven = energy.metre_j * world.distance_m(robot.name) + energy.stop_j * made.stops
+        turned = sum(joules * times for joules, times in zip(energy.turn_j, made.turns, strict=True))
+        return round(timed + driven + turned, 3)
+
+    return tuple((robot.name, used(robot)) for robot in world.robots())

@@ -1,12 +1,35 @@
-"""What may still have to be done, guessed: the situation with jobs in the part of the map that nobody has seen.
+"""Guesses the work in the unknown part of the map, so that plans prepare for it.
 
-Every square of the unknown (`marsupial.maps.unseen`) is taken for one more job. In as many squares as there has been
-ground for rovers only so far it is a room: a rover has to be set down there. The others are for a carrier to see. The
-way to a square leads over a target that carriers can explore, then straight on, with some allowance for walls.
+A plan for the known targets alone is short-sighted: carriers share the nearest frontiers, rovers are set down although
+they will soon be needed elsewhere, tours end far from where work will turn up. So `guess` adds targets in the unknown
+to the situation, the planner plans for all of them, and `Guess.real_part` translates the plan back.
 
-A plan for the guess spreads carriers over the unknown, keeps rovers aboard that will be needed there, ends tours
-where more work may turn up. Of such a plan robots do what is real, up to the first thing that is not: instead of going
-to a square they go to the target on the way there, even if another robot explores it, so as to be there when it has.
+How it works
+------------
+::
+
+        known ground            frontier          unknown
+
+    carrier ------------------> gate t_1 . . . . . . . ?a       hall: a carrier explores it
+            known travel time    |   .  straight x BEND
+                                 |     .
+    carrier ------------------> gate t_2 . . . . . ?door_b - ?b  room: a carrier sets a rover down at
+                                                     ROOM_MS     the door, the rover explores the room
+
+1. `marsupial.maps.unseen` divides the unknown into squares. The nearest `MOST_SQUARES` become guessed targets.
+2. A square is a *room* or a *hall*. The share of rooms is the share of the seen ground that only rovers can drive on.
+   Each square has a random number that stays the same for the whole mission (`Square.draw`), so that it does not change
+   its kind from plan to plan.
+3. The path to a square leads through a *gate*, a known target that carriers can explore, then straight on; `BEND`
+   allows for walls. The travel time from any place is the least over all gates.
+4. The objective weights a real target with 1, and a square with `WORTH` times its unknown share.
+5. Robots have a small head start on the way that they are on already, as turning round for an equally good plan
+   wastes driving.
+6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the gate on
+   the way, even if another robot explores that target: the robot is then near when the ground behind it is revealed.
+   What follows is dropped; it is decided again as soon as the map has grown.
+
+The guess is often wrong, which costs little: docs/strategies.md has the figures, and what was tried and left out.
 """
 
 from __future__ import annotations
@@ -26,26 +49,26 @@ from marsupial.model.unseen import Square
 from marsupial.planning.schedule import retime
 
 WORTH = 0.5
-"""What a square all of which is unknown counts as beside a target."""
+"""Weight of a completely unknown square, relative to a real target."""
 
 BEND = 2.0
-"""How much longer than straight the ways are, walls being where nobody has seen any yet."""
+"""Length of a path through the unknown relative to a straight line, to allow for walls."""
 
 ROOM_MS = 6000
-"""How long a rover takes from the door of a guessed room to what there is to see."""
+"""Travel time of a rover from the door of a room to its target."""
 
 MOST_SQUARES = 40
-"""How many squares are planned for: those nearest to a target."""
+"""Greatest number of guessed targets; planning time grows with it."""
 
 HEAD_START_MS = 2000
-"""By how much the way is shortened that a robot is on already: the price of another plan for it."""
+"""How much shorter the travel time counts on the way that a robot is on: the price of changing the plan."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """The guessed situation and what each of its targets is worth, the real one, and the ways to the squares.
+    """The situation with guessed targets, the worth of each target, the real situation, and the gates to each square.
 
-    `gates` are by the place in a square that carriers drive to.
+    `gates` is keyed by the place in a square that carriers drive to: its target, or the door of a room.
     """
 
     situation: Situation
@@ -54,11 +77,12 @@ class Guess:
     gates: Mapping[str, _Gate]
 
     def real_part(self, plan: Plan) -> Plan:
-        """Return what robots do of a plan for the guess, on the clock of the real situation."""
+        """Return the real part of a plan for the guessed situation, with the travel times of the real one."""
         at = {robot.name: robot.place for robot in self.real.robots}
-        halted: set[str] = set()
+        halted: set[str] = set()  # robots whose next action was guessed
         kept: list[Action] = []
         for action in plan.actions:
+            # a docking needs both robots: if one has halted, the other halts as well
             if halted.isdisjoint(action.robots) and action.place in self.real.place_index:
                 kept.append(action)
                 at[action.robot] = after(action).at
@@ -66,29 +90,28 @@ class Guess:
             for robot in sorted(set(action.robots) - halted):
                 gate = self.gates.get(action.place)
                 if gate is not None and at[robot] is not None:
-                    kept += self._to_gate(robot, str(at[robot]), gate, kept)
+                    kept += self._drive_to_gate(robot, str(at[robot]), gate, kept)
             halted.update(action.robots)
         return retime(self.real, kept)
 
-    def _to_gate(self, robot: str, origin: str, gate: _Gate, done: Sequence[Action]) -> list[Action]:
+    def _drive_to_gate(self, robot: str, origin: str, gate: _Gate, done: Sequence[Action]) -> list[Action]:
         target = gate.nearest(self.real, self.real.robot_by_name[robot].type, origin)
         been = any(action.robot == robot and action.place == target for action in done)
         if target is None or target == origin or been:
             return []
-        explore = ActionName.EXPLORE
-        return [Action(name=explore, start_ms=0, duration_ms=0, robot=robot, place=target, carrier=None, origin=origin)]
+        return [Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=robot, place=target, origin=origin)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Gate:
-    """The ways to a square: over which targets, and how long it is from each (m)."""
+    """The known targets that lead to a square, and the path length from each to the square in metres."""
 
     targets: tuple[str, ...]
     metres: tuple[float, ...]
     speed_mps: Mapping[str, float]
 
     def nearest(self, situation: Situation, kind: str, origin: str) -> str | None:
-        """Return the target over which a robot gets there soonest."""
+        """Return the target on the fastest path from `origin` to the square."""
         options = [
             (travel + 1000 * metres / self.speed_mps[kind], target)
             for target, metres in zip(self.targets, self.metres, strict=True)
@@ -98,10 +121,10 @@ class _Gate:
 
 
 def guess(briefing: Briefing) -> Guess:
-    """Return the guess for a moment.
+    """Return the guess for a briefing.
 
-    It holds nothing new without targets that carriers can explore, nor for a robot by itself: that has nobody to keep
-    away from and no rover to keep aboard, and is only drawn away from what is near.
+    It adds no targets if carriers can't explore any, as no gate leads into the unknown. Nor for a single robot: it has
+    no other robot to spread out from and no rover to keep aboard, and guessed targets only divert it from near ones.
     """
     real = briefing.situation
     worth = dict.fromkeys((target.name for target in real.targets), 1.0)
@@ -114,30 +137,34 @@ def guess(briefing: Briefing) -> Guess:
     if not gates or not unseen.squares:
         return Guess(situation=begun, worth=worth, real=real, gates={})
     where = np.array([unseen.at_m[name] for name in gates])
-    apart = _apart(np.array([(s.x_m, s.y_m) for s in unseen.squares]), where)
-    nearest = np.sort(np.argsort(apart.min(axis=1), kind="stable")[:MOST_SQUARES])
-    chosen, apart = [unseen.squares[i] for i in nearest.tolist()], apart[nearest]
+    metres = _path_m(np.array([(s.x_m, s.y_m) for s in unseen.squares]), where)
+    # stable sorting keeps missions reproducible where distances are equal
+    nearest = np.sort(np.argsort(metres.min(axis=1), kind="stable")[:MOST_SQUARES])
+    chosen, metres = [unseen.squares[i] for i in nearest.tolist()], metres[nearest]
     rovers = frozenset(kind.name for kind in real.types if kind.role is Role.ROVER)
+    # without rovers in the team, nobody could explore a room
     share = unseen.rovers_only if any(robot.type in rovers for robot in real.robots) else 0.0
     rooms = [square for square in chosen if square.draw < share]
     halls = [square for square in chosen if square.draw >= share]
+    # `_extended` expects halls before rooms
     order = [chosen.index(square) for square in halls + rooms]
-    situation = _grown(begun, halls, rooms, (carriers, rovers), gates, apart[order], unseen.speed_mps)
-    worth |= {_job(square): WORTH * square.share for square in chosen}
+    situation = _extended(begun, halls, rooms, (carriers, rovers), gates, metres[order], unseen.speed_mps)
+    worth |= {_target(square): WORTH * square.share for square in chosen}
     ways = {
         name: _Gate(targets=gates, metres=tuple(row), speed_mps=unseen.speed_mps)
-        for name, row in zip(_ends(halls, rooms), apart[order].tolist(), strict=True)
+        for name, row in zip(_entries(halls, rooms), metres[order].tolist(), strict=True)
     }
     return Guess(situation=situation, worth=worth, real=real, gates=ways)
 
 
 def _with_head_starts(situation: Situation, previous: Plan | None) -> Situation:
-    """Return the situation with the first way of every robot in the previous plan a little shorter."""
+    """Return the situation with less travel time for the first drive of every robot in the previous plan."""
     travel = {name: table.copy() for name, table in situation.travel_ms.items()}
     seen: set[str] = set()
     for action in () if previous is None else previous.actions:
         for name in action.robots:
             robot = situation.robot_by_name[name]
+            # only the first drive counts, and a rover aboard does not drive
             if name in seen or robot.place is None or robot.place == action.place:
                 continue
             seen.add(name)
@@ -148,7 +175,7 @@ def _with_head_starts(situation: Situation, previous: Plan | None) -> Situation:
     return replace(situation, travel_ms=travel)
 
 
-def _job(square: Square) -> str:
+def _target(square: Square) -> str:
     return f"?{square.name}"
 
 
@@ -156,39 +183,45 @@ def _door(square: Square) -> str:
     return f"?door_{square.name}"
 
 
-def _ends(halls: Iterable[Square], rooms: Iterable[Square]) -> list[str]:
+def _entries(halls: Iterable[Square], rooms: Iterable[Square]) -> list[str]:
     """Return the places in squares that carriers drive to."""
-    return [_job(square) for square in halls] + [_door(square) for square in rooms]
+    return [_target(square) for square in halls] + [_door(square) for square in rooms]
 
 
-def _apart(some: Floats, others: Floats) -> Floats:
-    """Return the length of the ways between positions, in metres."""
+def _path_m(some: Floats, others: Floats) -> Floats:
+    """Return the estimated path lengths between positions (n, 2) and (m, 2) as (n, m), in metres."""
     return BEND * np.hypot(some[:, None, 0] - others[:, 0], some[:, None, 1] - others[:, 1])
 
 
-def _grown(
+def _extended(
     situation: Situation,
     halls: Sequence[Square],
     rooms: Sequence[Square],
     kinds: tuple[frozenset[str], frozenset[str]],
     gates: Sequence[str],
-    apart: Floats,
+    metres: Floats,
     speed_mps: Mapping[str, float],
 ) -> Situation:
-    """Return the situation with these squares added; `kinds` are the carriers' and the rovers' types.
+    """Return the situation with these squares added as targets.
 
-    `apart` is (squares, gates), in metres, halls before rooms.
+    Parameters
+    ----------
+    kinds
+        The types of carriers and of rovers.
+    metres
+        Path lengths (squares, gates), halls before rooms.
     """
-    targets = [TargetInfo(name=_job(square), explorers=kinds[0]) for square in halls]
-    targets += [TargetInfo(name=_job(square), explorers=kinds[1]) for square in rooms]
+    targets = [TargetInfo(name=_target(square), explorers=kinds[0]) for square in halls]
+    targets += [TargetInfo(name=_target(square), explorers=kinds[1]) for square in rooms]
+    # the order of `Situation.places`
     starts = [robot.place for robot in situation.robots if robot.place is not None]
     names = starts + [t.name for t in situation.targets] + [t.name for t in targets] + list(situation.meetings)
     names += [_door(square) for square in rooms] + list(situation.homes)
     index = {name: i for i, name in enumerate(names)}
     old = np.array([index[name] for name in situation.places])
-    new = np.array([index[name] for name in _ends(halls, rooms)])
+    new = np.array([index[name] for name in _entries(halls, rooms)])
     middles = np.array([(square.x_m, square.y_m) for square in [*halls, *rooms]])
-    between = _apart(middles, middles)
+    between = _path_m(middles, middles)
     via = np.array([situation.place_index[name] for name in gates])
     travel = {}
     for kind in situation.types:
@@ -196,14 +229,15 @@ def _grown(
         known = situation.travel_ms[kind.name]
         table[np.ix_(old, old)] = known
         if kind.role is Role.CARRIER:
-            beyond = 1000 * apart / speed_mps[kind.name]
-            table[np.ix_(old, new)] = _least(known[:, via][:, None, :] + beyond, known[:, via][:, None, :])
-            table[np.ix_(new, old)] = _least(beyond[:, None, :] + known[via].T, known[via].T[None])
+            # (places, squares, gates): the time to each gate and on to each square, and the other way round
+            beyond = 1000 * metres / speed_mps[kind.name]
+            table[np.ix_(old, new)] = _fastest(known[:, via][:, None, :] + beyond, known[:, via][:, None, :])
+            table[np.ix_(new, old)] = _fastest(beyond[:, None, :] + known[via].T, known[via].T[None])
             table[np.ix_(new, new)] = 1000 * between / speed_mps[kind.name]
-        else:
+        else:  # rovers drive inside a room only: carriers bring them to its door
             for square in rooms:
-                door, job = index[_door(square)], index[_job(square)]
-                table[door, job] = table[job, door] = ROOM_MS
+                door, target = index[_door(square)], index[_target(square)]
+                table[door, target] = table[target, door] = ROOM_MS
         np.fill_diagonal(table, 0)
         travel[kind.name] = table
     return replace(
@@ -214,7 +248,7 @@ def _grown(
     )
 
 
-def _least(times: Floats, known: TravelTable) -> TravelTable:
-    """Return the least of the times along the last axis, of those whose known part is a path."""
+def _fastest(times: Floats, known: TravelTable) -> TravelTable:
+    """Return the least of `times` along the last axis, without those whose `known` part has no path."""
     best = np.where(known == UNREACHABLE, np.inf, times).min(axis=-1)
     return np.where(np.isfinite(best), best, UNREACHABLE).astype(np.int64)

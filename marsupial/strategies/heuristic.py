@@ -1,22 +1,23 @@
-"""The paper's baseline: carriers assigned by travel cost alone, rovers deployed by rule.
+"""The paper's baseline: carriers are assigned by travel cost alone, rovers are deployed by rule.
 
 Carriers are assigned to targets at the least total travel cost, whether they can explore them or not. A carrier that
 can't explore its target goes to the nearest meeting point that connects to it and sets a rover down there; a carrier
-without a rover has to retrieve one first. A rover on the ground explores the targets that its meeting point gives
-access to and returns to that point.
+without a rover retrieves one first. A rover on the ground explores the targets that its meeting point gives access to
+and returns to that point.
 
-What the text leaves open, and how it is filled:
+The paper leaves some choices open; they are made as follows:
 
-- how costs become an assignment: Hungarian method. The cheapest pair is decided on and the others are assigned again,
-  since a rover that is set down takes care of more than one target. Costs lead over all ground that any type can
-  drive on (`Briefing.direct_ms`); until its running action ends a carrier is that much farther away;
-- targets that a rover on the ground, or about to be set down, will explore are not assigned to a carrier;
-- "nearest" meeting point: to the carrier; if none connects to the target's area, any from which a rover gets there;
-- targets "reachable from the meeting point": those only rovers can explore; in the order nearest first;
-- which rover is retrieved and where: one without targets left if there is one, then the one that can be met soonest.
-  A full carrier does not exchange rovers;
-- a carrier without a target waits; one that can't serve its target is assigned another;
-- once no target is left rovers are recovered by list scheduling (`marsupial.strategies.rules`).
+- Assignment: the Hungarian method. Only its cheapest pair is fixed, then the other carriers are assigned again, since a
+  rover that is set down serves more than one target. Costs are travel times over ground that any type can drive on
+  (`Briefing.direct_ms`), plus the time until a carrier's running action ends.
+- Targets that a rover on the ground, or about to be set down, will explore are not assigned to a carrier.
+- "Nearest" meeting point: nearest to the carrier. If none connects to the target's area, any from which a rover gets
+  there.
+- Targets "reachable from the meeting point": those that only rovers can explore, nearest first.
+- Which rover is retrieved and where: preferably one without targets left, then the one that can be met soonest. A full
+  carrier does not exchange rovers.
+- A carrier without a target waits; one that can't serve its target is assigned another.
+- Once no target is left, rovers are recovered by list scheduling (`marsupial.strategies.rules`).
 
 References
 ----------
@@ -31,24 +32,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.robots import Role
-from marsupial.model.situation import UNREACHABLE, RobotState
-from marsupial.model.strategy import Briefing, Decision
+from marsupial.model import UNREACHABLE, ActionName, Briefing, Decision, Plan, RobotState, Role, Strategy
 from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.matching import least_assignment
 from marsupial.strategies.rules import decide_by
 
-_FAR = 1e12
+_NO_PATH = 1e12  # cost; more than any travel time
 
 
-class Heuristic:
+class Heuristic(Strategy):
     """The deployment heuristic of the paper's evaluation."""
 
     name = "heuristic"
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the assignment's plan; one target per carrier, all its area's targets per rover."""
         return decide_by(self.name, _explore, briefing)
 
 
@@ -65,7 +62,7 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
 
 @dataclass(slots=True)
 class _Assignments:
-    """The actions chosen so far and the targets that they take care of."""
+    """The actions chosen so far and the targets that they serve."""
 
     timeline: Timeline
     taken: set[str] = field(default_factory=set)
@@ -79,7 +76,7 @@ class _Assignments:
         return situation.travel(situation.robot_by_name[robot].type, self.timeline.at[robot] or "", place)
 
     def arrivals_ms(self, robot: str, places: Sequence[str]) -> Floats:
-        """Return how soon the robot can be at n places (n,), inf where it can't."""
+        """Return the earliest arrival at n places as (n,), inf where there is no path."""
         index = self.timeline.situation.place_index
         table = self.timeline.situation.travel_ms[self.timeline.situation.robot_by_name[robot].type]
         times = table[index[self.timeline.at[robot] or ""], [index[place] for place in places]]
@@ -87,9 +84,9 @@ class _Assignments:
 
 
 def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozenset[str]:
-    """Return the targets a rover takes care of from `meeting`: those of the rover-only areas it connects to.
+    """Return the targets that a rover serves from `meeting`: those of the rover-only areas it connects to.
 
-    Where it connects to none, all those that only rovers can explore.
+    If it connects to none, all targets that only rovers can explore.
     """
     situation = briefing.situation
     carriers = {kind.name for kind in situation.types if kind.role is Role.CARRIER}
@@ -99,7 +96,7 @@ def _area(briefing: Briefing, rover: RobotState, meeting: str | None) -> frozens
 
 
 def _rovers_explore(draft: _Assignments, rovers: Iterable[str], areas: Mapping[str, Set[str]]) -> None:
-    """Let rovers explore the targets of their areas; again and again the one that is soonest at a target takes it."""
+    """Assign the targets of their areas to rovers: repeatedly the pair with the earliest arrival."""
     order = sorted(rovers)
     targets = sorted(frozenset[str]().union(*(areas[rover] for rover in order)) - draft.taken)
     if not targets:
@@ -111,6 +108,7 @@ def _rovers_explore(draft: _Assignments, rovers: Iterable[str], areas: Mapping[s
         first, target = np.unravel_index(left_ms.argmin(), left_ms.shape)
         if np.isinf(left_ms[first, target]):
             return
+        # only the arrivals of the rover that was chosen change
         draft.explore(order[first], targets[target])
         mine[:, target] = False
         there_ms[first] = draft.arrivals_ms(order[first], targets)
@@ -122,22 +120,22 @@ def _return(draft: _Assignments, rover: RobotState, meeting: str | None) -> None
 
 
 def _send_carriers(briefing: Briefing, draft: _Assignments, waiting: set[str]) -> set[str]:
-    """Assign carriers to targets until one of both runs out; return the targets no robot could be sent to."""
+    """Assign carriers to targets until either runs out; return the targets that no robot could be sent to."""
     situation = briefing.situation
     direct = briefing.direct_ms()
     free = [robot.name for robot in situation.of_role(Role.CARRIER) if robot.name in direct]
-    hopeless: set[tuple[str, str]] = set()
+    impossible: set[tuple[str, str]] = set()
     while free:
         open_targets = [t.name for t in situation.targets if t.name not in draft.taken]
-        pair = _cheapest_pair(free, open_targets, direct, draft, hopeless)
+        pair = _cheapest_pair(free, open_targets, direct, draft, impossible)
         if pair is None:
             break
         carrier, target = pair
         if _serve(briefing, draft, carrier, target, waiting):
             free.remove(carrier)
         else:
-            hopeless.add(pair)
-    return {target for _, target in hopeless} - draft.taken
+            impossible.add(pair)
+    return {target for _, target in impossible} - draft.taken
 
 
 def _cheapest_pair(
@@ -145,23 +143,23 @@ def _cheapest_pair(
     targets: Sequence[str],
     direct: Mapping[str, Mapping[str, int]],
     draft: _Assignments,
-    hopeless: Set[tuple[str, str]],
+    impossible: Set[tuple[str, str]],
 ) -> tuple[str, str] | None:
-    """Return the cheapest pair of the optimal assignment of carriers to targets, hopeless pairs left out."""
+    """Return the cheapest pair of the optimal assignment of carriers to targets without impossible pairs."""
     if not targets:
         return None
-    cost = np.full((len(carriers), len(targets)), _FAR)
+    cost = np.full((len(carriers), len(targets)), _NO_PATH)
     for i, carrier in enumerate(carriers):
         for j, target in enumerate(targets):
-            if target in direct[carrier] and (carrier, target) not in hopeless:
+            if target in direct[carrier] and (carrier, target) not in impossible:
                 cost[i, j] = draft.timeline.ready_ms[carrier] + direct[carrier][target]
     rows, columns = least_assignment(cost)
     best = min(zip(cost[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
-    return (carriers[best[1]], targets[best[2]]) if best[0] < _FAR else None
+    return (carriers[best[1]], targets[best[2]]) if best[0] < _NO_PATH else None
 
 
 def _serve(briefing: Briefing, draft: _Assignments, carrier: str, target: str, waiting: set[str]) -> bool:
-    """Let `carrier` explore `target` or bring a rover that does; return False if it can't."""
+    """Send `carrier` to explore `target` or to bring a rover that does; return False if it can't."""
     situation = briefing.situation
     explorers = situation.target_by_name[target].explorers
     if situation.robot_by_name[carrier].type in explorers and draft.travel(carrier, target) is not None:
@@ -184,6 +182,7 @@ def _serve(briefing: Briefing, draft: _Assignments, carrier: str, target: str, w
 def _nearest_meeting(briefing: Briefing, draft: _Assignments, carrier: str, target: str, kind: str) -> str | None:
     """Return the meeting point nearest to the carrier from which a rover of type `kind` gets to the target."""
     situation = briefing.situation
+    # meeting points that connect to the target's area come first: False < True
     options = [
         (target not in briefing.connects.get(meeting, frozenset()), travel, meeting)
         for meeting in situation.meetings
@@ -196,22 +195,22 @@ def _nearest_meeting(briefing: Briefing, draft: _Assignments, carrier: str, targ
 def _retrieve(
     briefing: Briefing, draft: _Assignments, carrier: str, explorers: Iterable[str], waiting: set[str]
 ) -> str | None:
-    """Let `carrier` pick a rover up first; return which, or None if there is none to be had."""
+    """Send `carrier` to pick up a rover first; return which, or None if none is available."""
     situation, ready_ms = briefing.situation, draft.timeline.ready_ms
     options = []
     for rover in sorted(waiting):
         if situation.robot_by_name[rover].type not in explorers:
             continue
         for meeting in situation.meetings:
-            come, drive = draft.travel(rover, meeting), draft.travel(carrier, meeting)
-            if come is not None and drive is not None:
-                meet = max(ready_ms[rover] + come, ready_ms[carrier] + drive)
+            rover_ms, carrier_ms = draft.travel(rover, meeting), draft.travel(carrier, meeting)
+            if rover_ms is not None and carrier_ms is not None:
+                meet = max(ready_ms[rover] + rover_ms, ready_ms[carrier] + carrier_ms)
                 busy = any(a.name is ActionName.EXPLORE and a.robot == rover for a in draft.timeline.actions)
                 options.append((busy, meet, rover, meeting))
     load = sum(robot.carrier == carrier for robot in situation.robots)
     if load >= situation.type_of(carrier).capacity or not options:
         return None
-    _, _, rover, meeting = min(options)
+    _, _, rover, meeting = min(options)  # rovers without targets come first: False < True
     waiting.remove(rover)
     draft.timeline.dock(rover, carrier, meeting)
     return rover

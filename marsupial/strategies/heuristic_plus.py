@@ -1,16 +1,16 @@
-"""The paper's baseline with its obvious weaknesses repaired, still without looking at what comes after the next target.
+"""The paper's baseline without its obvious weaknesses; like the baseline, it looks one target ahead.
 
-As in the baseline carriers are assigned to targets, and rovers on the ground explore their areas by themselves, nearest
-target first. What is repaired (docs/strategies.md tells why):
+Carriers are assigned to targets, and rovers on the ground explore their areas, nearest target first. Different from
+the baseline (docs/strategies.md says why):
 
-- a carrier's cost is when the target would be explored, whichever robot does it: detours, docking, undocking and the
-  rover's drive count, and of several rovers and meeting points those are chosen that are soonest. A rover to be
-  retrieved finishes its area first;
-- a second rover is set down in an area if a target there would be explored `GAIN_MS` sooner than by those at work;
-- rovers without work in an area explore targets that carriers were not sent to;
-- a carrier keeps its target unless another assignment is better by more than a trifle;
-- carriers without a target stand by (`marsupial.strategies.standby`), and rovers wait at the nearest meeting point, not
-  where they were set down.
+- A carrier's cost is the time at which the target would be explored by any robot. So it includes detours, docking,
+  undocking and the rover's drive, minimised over rovers and meeting points. A rover to be retrieved finishes its area
+  first.
+- A second rover is set down in an area if a target there would be explored `GAIN_MS` sooner than by those at work.
+- Rovers without work in their area explore targets that no carrier was sent to.
+- A carrier keeps its target unless another assignment is clearly better.
+- Carriers without a target stand by (`Outlook.stand_by`), and rovers wait at the nearest meeting point, not where they
+  were set down.
 
 References
 ----------
@@ -23,57 +23,60 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.model.plan import Plan
-from marsupial.model.robots import Role
-from marsupial.model.strategy import Briefing, Decision
+from marsupial.model import Briefing, Decision, Plan, Role, Strategy
 from marsupial.planning.list_scheduling.costs import NEVER, Mask, Times
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook
 from marsupial.strategies.rules import decide_by
-from marsupial.strategies.standby import stand_by
 
 GAIN_MS = 20_000
-"""How much sooner a target must be explored for a further rover to be set down in an area."""
+"""A further rover is set down in an area if it explores a target there at least this much sooner."""
 
-Errand = tuple[Option, int]
-"""What a carrier does next, and the index of the target."""
+Job = tuple[Option, int]
+"""A carrier's next option, and the index of its target."""
 
 
-class HeuristicPlus:
+class HeuristicPlus(Strategy):
     """The baseline, improved."""
 
     name = "heuristic-plus"
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan that gives each carrier at most one target, and rovers on the ground all of their areas."""
         return decide_by(self.name, _explore, briefing)
 
 
 def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
     start = Outlook(briefing.situation, briefing.previous)
     carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
-    errands: list[Errand] = []
-    draft = _drafted(start, errands)
-    while (errand := _next_errand(draft, carriers, errands)) is not None:
-        errands.append(errand)
-        draft = _drafted(start, errands)
+    jobs: list[Job] = []
+    draft = _drafted(start, jobs)
+    # fix one job at a time and draft anew, as each changes what rovers on the ground can do
+    while (job := _next_job(draft, carriers, jobs)) is not None:
+        jobs.append(job)
+        draft = _drafted(start, jobs)
     outlook = draft.outlook
-    sent = {option.robot for option, _ in errands}
-    _help_out(draft)
+    sent = {option.robot for option, _ in jobs}
+    _use_idle_rovers(draft)
     if not outlook.plan.explored:
         return serve(briefing.situation)
     for rover in _on_ground(outlook):
         outlook.wait_at_meeting(rover)
-    stand_by(outlook, [carrier for carrier in carriers if carrier not in sent])
+    outlook.stand_by([carrier for carrier in carriers if carrier not in sent])
     return outlook.plan, frozenset()
 
 
 @dataclass(slots=True)
 class _TripPlan:
-    """The actions of some errands and of the rovers on the ground.
+    """The actions of carriers' jobs and of the rovers on the ground.
 
-    `left` (targets,) says which targets no robot explores, `by_ms` (targets,) when a rover on the ground explores those
-    of its area, `idle` names the rovers on the ground without work.
+    Parameters
+    ----------
+    left
+        Mask (targets,) of the targets that no robot explores.
+    by_ms
+        Times (targets,) at which rovers on the ground explore the targets of their areas.
+    idle
+        Rovers on the ground without work.
     """
 
     outlook: Outlook
@@ -82,17 +85,18 @@ class _TripPlan:
     idle: list[str]
 
 
-def _drafted(start: Outlook, errands: list[Errand]) -> _TripPlan:
-    """Return the draft with these errands, in which rovers finish their areas before they are retrieved."""
-    outlook = start.afresh()
+def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
+    """Return the draft with these jobs; rovers finish their areas before they are retrieved."""
+    outlook = start.emptied()
     left = np.ones(len(outlook.targets), dtype=np.bool_)
-    left[[target for _, target in errands]] = False
-    for option, target in errands:
+    left[[target for _, target in jobs]] = False
+    for option, target in jobs:
         if not option.retrieved:
             outlook.take(option, target)
+    # rovers on the ground explore before the jobs that retrieve them are added
     by_ms = _tours(outlook, left)
     idle = [rover for rover in _on_ground(outlook) if not outlook.has_work(rover)]
-    for option, target in errands:
+    for option, target in jobs:
         if option.retrieved and _possible(outlook, option, target):
             outlook.take(option, target)
             idle = [rover for rover in idle if rover != option.explorer]
@@ -100,9 +104,9 @@ def _drafted(start: Outlook, errands: list[Errand]) -> _TripPlan:
 
 
 def _tours(outlook: Outlook, left: Mask) -> Times:
-    """Let rovers on the ground explore what only rovers can; again and again the one that is soonest at a target.
+    """Assign rover-only targets to rovers on the ground: repeatedly the pair with the earliest arrival.
 
-    Targets are taken off `left`. Returns when each is explored, `NEVER` for those that are not.
+    Removes targets from `left`. Returns when each is explored, `NEVER` for the others.
     """
     types = outlook.situation.type_by_name
     mine = [all(types[kind].role is Role.ROVER for kind in t.explorers) for t in outlook.situation.targets]
@@ -118,9 +122,9 @@ def _tours(outlook: Outlook, left: Mask) -> Times:
     return by_ms
 
 
-def _next_errand(draft: _TripPlan, carriers: list[str], errands: list[Errand]) -> Errand | None:
-    """Return the soonest of the best assignment of the carriers that have no errand yet, None if there is none."""
-    taken = {name for option, _ in errands for name in (option.robot, option.explorer)}
+def _next_job(draft: _TripPlan, carriers: list[str], jobs: list[Job]) -> Job | None:
+    """Return the earliest job of the best assignment of carriers without a job, or None."""
+    taken = {name for option, _ in jobs for name in (option.robot, option.explorer)}
     retrievable = {rover for rover in _on_ground(draft.outlook) if rover not in taken}
     options = [
         [
@@ -135,12 +139,12 @@ def _next_errand(draft: _TripPlan, carriers: list[str], errands: list[Errand]) -
 
 
 def _much_sooner(draft: _TripPlan, option: Option) -> Mask:
-    """Return for which targets of rovers on the ground it pays to set down another one that is aboard."""
+    """Return the targets of rovers on the ground that justify setting down a further rover."""
     spare = not option.retrieved and option.robot != option.explorer
     return np.asarray(spare & (draft.by_ms < NEVER) & (option.end_ms + GAIN_MS <= draft.by_ms))
 
 
-def _help_out(draft: _TripPlan) -> None:
+def _use_idle_rovers(draft: _TripPlan) -> None:
     outlook = draft.outlook
     for option, target in outlook.assign([[o.only(draft.left) for o in outlook.options(r)] for r in draft.idle]):
         outlook.take(option, target)

@@ -1,4 +1,7 @@
-"""What there is to say of marsupial's own strategies, apart from their code, which takes a second to import."""
+"""Descriptions of marsupial's own strategies, for listings.
+
+They are kept apart from the strategies' code, which takes a second to import.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ KOENIG_2003 = "Koenig et al. 2003, Performance bounds for planning in unknown te
 OWN = (
     StrategyInfo(
         name="temporal",
-        summary="asks a planner for a concurrent plan, for what is known and a guess of the rest",
+        summary="asks a planner for concurrent plans, for known and guessed targets",
         asks_planner=True,
         source=WURM_2010,
     ),
@@ -40,9 +43,9 @@ OWN = (
     ),
     StrategyInfo(
         name="closest-frontier",
-        summary="each robot to the closest frontier that no other has",
+        summary="each robot to the closest frontier that no other robot has",
         team=WITHOUT_ROVERS,
-        source=f"what is compared with in {WURM_2008}",
+        source=f"the baseline of {WURM_2008}",
     ),
     StrategyInfo(
         name="segmentation",
@@ -60,14 +63,14 @@ OWN = (
     ),
     StrategyInfo(
         name="sheng",
-        summary="the same with another bid: what would be seen, less the way",
+        summary="as bidding, with another bid: what would be seen, less the distance",
         team=WITHOUT_ROVERS,
         parameters={"w_1": 1.0, "w_2": 1.0},
         source=SHENG_2006,
     ),
     StrategyInfo(
         name="orientation",
-        summary="what is to the robot's left first",
+        summary="frontiers to the robot's left first",
         team=ONE_ROBOT,
         parameters={"share": 0.7},
         source=MEI_2006,
@@ -76,11 +79,11 @@ OWN = (
         name="widest-frontier",
         summary="the middle of the widest frontier",
         team=ONE_ROBOT,
-        source=f"what is compared with in {MEI_2006}",
+        source=f"the baseline of {MEI_2006}",
     ),
     StrategyInfo(
         name="covering",
-        summary="ways on which the team sees everything, the unknown taken for free ground",
+        summary="tours on which the team sees everything, with the unknown taken as free",
         team=WITHOUT_ROVERS,
         parameters={"rounds": 4.0, "seconds": None},
         source=f"marsupial's own, after {KOENIG_2003}",

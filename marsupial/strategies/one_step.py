@@ -1,15 +1,15 @@
-"""One step ahead: robots and targets are brought together at the least sum of arrival times.
+"""Assignment one step ahead: each robot gets at most one target, at the least sum of exploration times.
 
-At each replanning a Hungarian assignment gives each robot at most one target: carriers that explore themselves, rovers
-on the ground, carriers that deploy a rover they carry and carriers that retrieve one from the ground first. Costs are
-the times at which targets would be explored (`marsupial.strategies.outlook`). What comes after that is not looked at:
-a rover that was set down gets its next target at a later replanning, as any other robot.
+At each replanning a Hungarian assignment decides among carriers that explore themselves, rovers on the ground, carriers
+that deploy a rover aboard, and carriers that first retrieve one from the ground. Costs are the times at which targets
+would be explored (`marsupial.strategies.outlook`). Nothing after that is planned: a rover that was set down gets its
+next target at a later replanning, like any other robot.
 
-A rover that has a target of its own is not retrieved; of several transports that need a rover from the ground the
-soonest is decided on, and the others are assigned again. A robot for which no target is left stands by
-(`marsupial.strategies.standby`). If no robot gets to a target in any of these ways, list scheduling is asked for one.
+A rover with a target of its own is not retrieved. If several transports need a rover from the ground, only the earliest
+is fixed and the others are assigned again. A robot without a target stands by (`Outlook.stand_by`). If no robot can
+reach a target in any of these ways, list scheduling makes the plan.
 
-There is no utility of targets: taking off seconds for the area that a target may reveal made missions longer.
+Targets have no utility: subtracting seconds for the area that a target may reveal made missions longer.
 
 References
 ----------
@@ -23,22 +23,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from marsupial.model.plan import Plan
-from marsupial.model.strategy import Briefing, Decision
+from marsupial.model import Briefing, Decision, Plan, Strategy
 from marsupial.planning.list_scheduling.costs import Mask
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.outlook import Option, Outlook
 from marsupial.strategies.rules import decide_by
-from marsupial.strategies.standby import stand_by
 
 
-class OneStep:
+class OneStep(Strategy):
     """The one-step assignment."""
 
     name = "assignment"
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the plan that brings each robot to at most one target."""
         return decide_by(self.name, _explore, briefing)
 
 
@@ -53,7 +50,7 @@ def _explore(briefing: Briefing) -> tuple[Plan, frozenset[str]]:
             free = [robot for robot in free if robot not in (option.robot, option.explorer)]
     if left.all():
         return serve(briefing.situation)
-    stand_by(outlook, free)
+    outlook.stand_by(free)
     return outlook.plan, frozenset()
 
 
@@ -62,5 +59,5 @@ def _options(outlook: Outlook, robot: str, free: Sequence[str], left: Mask) -> l
 
 
 def _without_conflict(chosen: list[tuple[Option, int]]) -> list[tuple[Option, int]]:
-    """Return those that need no rover from the ground; if there are none, the soonest of the others."""
+    """Return the choices that need no rover from the ground, or else the earliest of the others."""
     return [pair for pair in chosen if not pair[0].retrieved] or chosen[:1]

@@ -1,22 +1,21 @@
-"""What each robot could do next for each target, when that would be done, and who had best do what.
+"""The options of each robot for each target, when each would explore the target, and their best assignment.
 
-A robot on the ground drives to a target itself; a carrier sets down a rover that is aboard at the meeting from which
-it gets there soonest; or it first picks up a rover on the ground, at the meeting that makes the whole soonest (a full
-carrier sets another down there). All times are arrivals that the checker would confirm: running actions, waiting for
-each other, docking and undocking included.
+A robot can drive to a target itself. A carrier can set down a rover that is aboard, at the meeting from which the rover
+arrives first; or it can pick up a rover on the ground before that, at the meeting with the earliest arrival overall (a
+full carrier sets another rover down there). All times are exact: they include running actions, waiting for each other,
+docking and undocking.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model.plan import ActionName, Plan
-from marsupial.model.situation import Situation
+from marsupial.model import ActionName, Plan, Role, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
 from marsupial.planning.list_scheduling.detours import Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
@@ -24,28 +23,28 @@ from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.list_scheduling.transports import transport
 from marsupial.planning.matching import least_assignment
 
-LOYALTY_MS = 2000
-"""How much sooner the target that a robot was to explore so far counts as, so that plans do not flap."""
+KEEP_MS = 2000
+"""Bonus for the target that a robot had before, so that it does not change targets without a gain."""
 
-_IMPOSSIBLE = 1e15  # ms; more than all that is possible together
+_IMPOSSIBLE = 1e15  # ms; more than any sum of possible times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Option:
-    """One way for a robot to take part in the exploring of targets; arrays are int64 (targets,).
+    """One way for a robot to contribute to exploring each target; arrays are int64 (targets,).
 
     Parameters
     ----------
     robot
-        Whose option it is: the explorer, or the carrier that brings it.
+        The explorer, or the carrier that brings it.
     explorer
-        Who explores.
+        The robot that explores.
     retrieved
         Whether the explorer is picked up from the ground first.
     meeting
-        Index of the meeting at which the explorer is best set down; None where it drives itself.
+        Index of the best meeting to set the explorer down; None if it drives itself.
     end_ms
-        When the target would be explored; `NEVER` or later where that is not possible.
+        When the target would be explored; `NEVER` or later if that is impossible.
     """
 
     robot: str
@@ -55,22 +54,22 @@ class Option:
     end_ms: Times
 
     def only(self, targets: Mask) -> Option:
-        """Return the option for no others than these targets, a mask (targets,)."""
+        """Return the option restricted to these targets, a mask (targets,)."""
         return replace(self, end_ms=np.where(targets, self.end_ms, NEVER))
 
 
 class Outlook:
-    """The actions chosen so far, and what could come next.
+    """The actions chosen so far, and the options for the next ones.
 
     Parameters
     ----------
     previous
-        What is left of the plan so far.
+        The rest of the current plan.
 
     Attributes
     ----------
     situation
-        With every hole in its travel tables filled.
+        With complete travel tables: detours stand for missing direct paths.
     targets
         Names of the targets, in the order of all arrays.
     """
@@ -83,8 +82,8 @@ class Outlook:
         self._before = _first_targets(previous)
         self._begin()
 
-    def afresh(self) -> Outlook:
-        """Return the outlook with no action chosen."""
+    def emptied(self) -> Outlook:
+        """Return a copy without any action."""
         other = copy(self)
         other._begin()
         return other
@@ -95,15 +94,15 @@ class Outlook:
 
     @property
     def plan(self) -> Plan:
-        """The actions so far, as a plan for the situation as it was given."""
+        """The actions so far, as a plan for the original situation."""
         return self._detours.told(self.timeline.plan)
 
     def alone_ms(self, robot: str) -> Times:
-        """Return when `robot` would have explored each target, driving there itself."""
+        """Return when `robot` would explore each target if it drives there itself."""
         return self._insertions.alone_ms[self._insertions.arrivals.row[robot]]
 
     def options(self, robot: str, *, retrievable: Set[str] = frozenset()) -> list[Option]:
-        """Return what a robot on the ground could do; of the rovers there it may retrieve those `retrievable`."""
+        """Return the options of a robot on the ground; a carrier may retrieve the rovers `retrievable`."""
         alone = self.alone_ms(robot)
         found = [Option(robot=robot, explorer=robot, retrieved=False, meeting=None, end_ms=alone)]
         known = self._insertions.arrivals
@@ -115,6 +114,7 @@ class Outlook:
             rover = known.robots[v]
             if known.aboard[k] == number or rover in retrievable:
                 retrieved = known.aboard[k] < 0
+                # row 0: a rover that is aboard; row 1 + n: one that carrier n picks up first
                 landed = self._insertions.landed_ms[1 + number if retrieved else 0, k]
                 via = landed[:, None] + self._costs.sortie[known.kinds[v]]
                 best = via.argmin(axis=0)
@@ -123,12 +123,12 @@ class Outlook:
         return found
 
     def assign(self, options: Sequence[Sequence[Option]]) -> list[tuple[Option, int]]:
-        """Return who does what so that most robots have a target and the sum of the times is least; soonest first.
+        """Return the assignment of most robots to targets with the least sum of times; earliest first.
 
         Parameters
         ----------
         options
-            Per robot what it could do; each gets at most one target, each target at most one robot (Hungarian method).
+            The options of each robot; it gets at most one target, and a target at most one robot (Hungarian method).
         """
         if not options or not self.targets:
             return []
@@ -136,33 +136,34 @@ class Outlook:
         best = [np.argmin(mine, axis=0) for mine in choices]
         costs = np.array([np.min(mine, axis=0) for mine in choices])
         rows, columns = least_assignment(costs)
+        # an impossible pair costs more than all possible ones, so there are as few as can be; these are dropped
         pairs = sorted(zip(costs[rows, columns].tolist(), rows.tolist(), columns.tolist(), strict=True))
         return [(options[i][best[i][target]], target) for cost, i, target in pairs if cost < _IMPOSSIBLE / 2]
 
     def take(self, option: Option, target: int) -> None:
-        """Add the actions of an option that is possible."""
+        """Add the actions of a possible option."""
         if option.robot != option.explorer:
             transport(self.timeline, option.explorer, self._insertions.journey(option.explorer, option.robot, target))
         self.explore(option.explorer, target)
 
     def explore(self, robot: str, target: int) -> None:
-        """Let `robot` drive to a target that it can get to, and explore it."""
+        """Send `robot` to explore a target that it can reach."""
         self.timeline.explore(robot, self.targets[target])
         self._insertions.advance()
 
     def has_work(self, robot: str) -> bool:
-        """Say whether `robot` takes part in an action."""
+        """Return whether `robot` takes part in an action."""
         return any(robot in action.robots for action in self.timeline.actions)
 
     def approach(self, option: Option, target: int) -> None:
-        """Let the robot of an option go as far as it goes itself: to the target, or to where it would set down."""
+        """Send the robot of an option as far as it drives itself: to the target, or where it would set a rover down."""
         if option.meeting is None:
             self.explore(option.robot, target)
         else:
             self.go(option.robot, self.situation.meetings[int(option.meeting[target])])
 
     def go(self, robot: str, meeting: str) -> None:
-        """Let `robot` drive to a meeting that it can get to, unless it is there."""
+        """Send `robot` to a meeting that it can reach, unless it is there."""
         at = self.timeline.at[robot]
         kind = self.situation.robot_by_name[robot].type
         if at is not None and self.situation.travel(kind, at, meeting):
@@ -170,17 +171,32 @@ class Outlook:
             self._insertions.advance()
 
     def wait_at_meeting(self, rover: str) -> None:
-        """Let a rover drive to the nearest meeting, where it can be picked up."""
+        """Send a rover to the nearest meeting, where it can be picked up."""
         arrive = self._insertions.arrivals.arrive_ms[self._insertions.arrivals.row[rover]]
         if arrive.min(initial=NEVER) < NEVER:
             self.go(rover, self.situation.meetings[int(arrive.argmin())])
 
+    def stand_by(self, robots: Iterable[str]) -> None:
+        """Send robots without a target to where others explore, so that they are near what turns up there.
+
+        They are assigned to the targets once more, repeatedly until all are sent. A carrier waits where it would set a
+        rover down. A rover that can reach no target waits at the nearest meeting.
+        """
+        waiting = list(robots)
+        while sent := self.assign([self.options(robot) for robot in waiting]):
+            for option, target in sent:
+                self.approach(option, target)
+                waiting.remove(option.robot)
+        for robot in waiting:
+            if self.situation.type_of(robot).role is Role.ROVER:
+                self.wait_at_meeting(robot)
+
     def _cost(self, option: Option) -> Floats:
-        """Return float64 (targets,): when each target would be explored, in ms, less what loyalty counts for."""
+        """Return the cost of each target as (targets,): when it would be explored, in ms, less the bonus."""
         cost = np.where(option.end_ms < NEVER, option.end_ms.astype(np.float64), _IMPOSSIBLE)
         before = self._before.get(option.explorer)
         if before in self.targets:
-            cost[self.targets.index(before)] -= LOYALTY_MS  # an impossible one stays far beyond all others
+            cost[self.targets.index(before)] -= KEEP_MS  # an impossible one stays far beyond all others
         return cost
 
 

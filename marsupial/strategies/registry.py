@@ -1,7 +1,8 @@
-"""The strategies, by the name the command line and comparisons use.
+"""The registry of strategies, by the names that the command line and comparisons use.
 
-Each is named by where it is, as entry points are (``package.module:name``), and imported when it is first made: to list
-them takes none of what they are made of, not even numpy.
+An entry holds the location of its code, as entry points do (``package.module:name``), which is imported when the
+strategy is first created: listing strategies imports neither them nor numpy. Strategies of installed packages come from
+the entry points `marsupial.strategies`.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from marsupial import extensions
 from marsupial.errors import EngineUnavailable, UsageError
@@ -20,9 +21,7 @@ from marsupial.strategies import infos
 from marsupial.wording import unknown_name
 
 if TYPE_CHECKING:
-    from marsupial.model.planning import Budget, Engine
-    from marsupial.model.robots import Role
-    from marsupial.model.strategy import Strategy
+    from marsupial.model import Budget, Decider, Engine, Role
     from marsupial.strategies.frontier.rule import FrontierRule
 
 RULES: Mapping[str, str] = {
@@ -34,7 +33,7 @@ RULES: Mapping[str, str] = {
     "widest-frontier": "marsupial.papers.mei2006.rules:WidestFrontier",
     "covering": "marsupial.strategies.frontier.covering:Covering",
 }
-"""Those that send robots to frontiers; they lead carriers without rovers."""
+"""The rules that send robots to frontier cells, for teams without rovers."""
 
 
 def frontier_rule(name: str) -> type[FrontierRule]:
@@ -43,25 +42,25 @@ def frontier_rule(name: str) -> type[FrontierRule]:
     return rule
 
 
-def _temporal(planner: str | Engine, budget: Budget) -> Strategy:
+def _temporal(planner: str | Engine, budget: Budget) -> Decider:
     from marsupial.planning.engines import mission_engine
     from marsupial.strategies.temporal import Temporal
 
     return Temporal(mission_engine(planner, budget), budget)
 
 
-def _without_planner(target: str, planner: str | Engine, budget: Budget) -> Strategy:
-    made: Strategy = resolve_name(target)()
+def _without_planner(target: str, planner: str | Engine, budget: Budget) -> Decider:
+    made: Decider = resolve_name(target)()
     return made
 
 
-def _frontier(rule: str, planner: str | Engine, budget: Budget) -> Strategy:
+def _frontier(rule: str, planner: str | Engine, budget: Budget) -> Decider:
     from marsupial.strategies.frontier.exploration import FrontierStrategy
 
     return FrontierStrategy(frontier_rule(rule)())
 
 
-STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Strategy]] = {
+STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Decider]] = {
     "temporal": _temporal,
     "heuristic": partial(_without_planner, "marsupial.strategies.heuristic:Heuristic"),
     "heuristic-plus": partial(_without_planner, "marsupial.strategies.heuristic_plus:HeuristicPlus"),
@@ -70,35 +69,35 @@ STRATEGIES: Mapping[str, Callable[[str | Engine, Budget], Strategy]] = {
 }
 
 PLANNING_STRATEGIES = frozenset(info.name for info in infos.OWN if info.asks_planner)
-"""Those that ask a planner."""
+"""The strategies that ask a planner."""
 
 
 def is_strategy(name: str) -> bool:
-    """Say whether there is a strategy of that name, parameters left out."""
+    """Return whether a strategy of that name exists; parameters in the name are ignored."""
     return name.split("/")[0] in strategy_names()
 
 
 def strategy_names() -> tuple[str, ...]:
-    """Return the names of all strategies: ours first, then those that installed packages bring along."""
+    """Return the names of all strategies: marsupial's own, then those of installed packages."""
     return (*STRATEGIES, *extensions.extension_names(extensions.STRATEGIES, STRATEGIES))
 
 
 def strategy_infos() -> tuple[StrategyInfo, ...]:
-    """Return what there is to say of every strategy: ours, the clairvoyant, those of installed packages, usable or not.
+    """Return descriptions of all strategies: marsupial's own, the clairvoyant, and those of installed packages.
 
-    What an installed package names may say it in an attribute `info`; else it is the first line of its docstring.
+    An installed strategy describes itself in its attribute `info`, or else by the first line of its docstring.
     """
     others = extensions.extensions(extensions.STRATEGIES, STRATEGIES)
     return (*infos.OWN, infos.CLAIRVOYANT, *map(_extension_info, others))
 
 
 def asks_planner(name: str) -> bool:
-    """Say whether the strategy of that name asks a planner; one that doesn't exist asks none.
+    """Return whether the strategy of that name asks a planner; False if there is none.
 
     Raises
     ------
     EngineUnavailable
-        If it is of an installed package and can't be loaded.
+        If the strategy belongs to an installed package and can't be loaded.
     """
     if name in STRATEGIES:
         return name in PLANNING_STRATEGIES
@@ -106,20 +105,20 @@ def asks_planner(name: str) -> bool:
     return found is not None and _asks(_loaded(found))
 
 
-def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
-    """Return a fresh strategy, by its name; those that ask no planner ignore `planner` and `budget`.
+def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Decider:
+    """Return a new strategy by its name; strategies that ask no planner ignore `planner` and `budget`.
 
-    A name may be followed by values of the parameters of a paper: ``bidding/W_n=1/W_p=0.5``.
+    Values of a paper's parameters may follow the name: ``bidding/W_n=1/W_p=0.5``.
 
-    What an installed package names is called without arguments, or with engine and budget where it has a true attribute
-    `asks_planner`.
+    The object that an installed package's entry point names is called without arguments, or with engine and budget if
+    it has a true attribute `asks_planner`.
 
     Raises
     ------
     UsageError
-        If there is no strategy of that name, or no such parameter of it.
+        If there is no strategy of that name, or it has no such parameter.
     EngineUnavailable
-        If it is of an installed package and can't be used, or its planner can't.
+        If the strategy belongs to an installed package and can't be used, or its planner can't.
     """
     if name in STRATEGIES:
         return STRATEGIES[name](planner, budget)
@@ -135,11 +134,11 @@ def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Strategy:
     return _made(found, planner, budget)
 
 
-def check_suits(strategy: object, roles: Iterable[Role]) -> None:
-    """Raise a `ScenarioError` if a strategy is not made for a team of robots with these roles."""
-    suits = getattr(strategy, "suits", None)
-    if suits is not None:
-        suits(roles)
+def check_suits(decider: Any, roles: Iterable[Role]) -> None:
+    """Raise a `ScenarioError` if a strategy (`Decider`) can't lead a team of robots with these roles."""
+    from marsupial.model.strategy import as_strategy
+
+    as_strategy(decider).suits(roles)
 
 
 def _extension(name: str) -> Extension | None:
@@ -147,31 +146,32 @@ def _extension(name: str) -> Extension | None:
 
 
 def _extension_info(found: Extension) -> StrategyInfo:
+    # a package can't replace a strategy of marsupial's own; the listing shows both
     name = f"{found.name} ({found.package})" if found.name in STRATEGIES else found.name
     try:
         make = found.load()
     except EngineUnavailable as error:
         return StrategyInfo(name=name, summary=f"of {found.package}", missing=str(error))
-    told = getattr(make, "info", None)
-    if not isinstance(told, StrategyInfo):
+    info = getattr(make, "info", None)
+    if not isinstance(info, StrategyInfo):
         summary = (make.__doc__ or f"of {found.package}").strip().splitlines()[0]
-        told = StrategyInfo(name=name, summary=summary)
-    return replace(told, name=name, asks_planner=_asks(make))
+        info = StrategyInfo(name=name, summary=summary)
+    return replace(info, name=name, asks_planner=_asks(make))
 
 
 def _asks(make: object) -> bool:
     return bool(getattr(make, "asks_planner", False))
 
 
-def _loaded(found: Extension) -> Callable[..., Strategy]:
+def _loaded(found: Extension) -> Callable[..., Decider]:
     try:
-        make: Callable[..., Strategy] = found.load()
+        make: Callable[..., Decider] = found.load()
     except EngineUnavailable as error:
         raise EngineUnavailable(f"strategy {found.name}: {error}") from error
     return make
 
 
-def _made(found: Extension, planner: str | Engine, budget: Budget) -> Strategy:
+def _made(found: Extension, planner: str | Engine, budget: Budget) -> Decider:
     from marsupial.planning.engines import mission_engine
 
     make = _loaded(found)
@@ -180,7 +180,7 @@ def _made(found: Extension, planner: str | Engine, budget: Budget) -> Strategy:
         made = make(*arguments)
         if not callable(made.decide):
             raise TypeError("no strategy: `decide` must be a method")
-    except Exception as error:  # other people's code
-        said = f"{type(error).__name__}: {error}"
-        raise EngineUnavailable(f"strategy {found.name} of {found.package} can't be made: {said}") from error
+    except Exception as error:  # code of other packages may raise anything
+        fault = f"{type(error).__name__}: {error}"
+        raise EngineUnavailable(f"strategy {found.name} of {found.package} can't be made: {fault}") from error
     return made

@@ -1,7 +1,7 @@
-"""What strategies have in common that follow rules and ask no planner.
+"""The common part of strategies that follow rules instead of asking a planner.
 
-While targets are left each explores by rules of its own. Once none is, rovers are picked up and carriers drive home by
-list scheduling, as no strategy of the literature treats that.
+While targets are left, each explores by its own rule. Afterwards all recover rovers and drive home by list scheduling,
+since the literature's strategies do not cover that.
 """
 
 from __future__ import annotations
@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from time import perf_counter
 
-from marsupial.model.plan import Plan
-from marsupial.model.planning import Outcome
-from marsupial.model.strategy import Briefing, Decision, PlanningReport
+from marsupial.model import Briefing, Decision, Outcome, Plan, PlanningReport
 from marsupial.planning.list_scheduling.greedy import serve
 
 Rule = Callable[[Briefing], tuple[Plan, frozenset[str]]]
-"""Makes a plan for a briefing with targets, and names those it has no way to explore."""
+"""Makes a plan for a briefing with targets; returns it with the targets that it can't explore."""
 
 
 def decide_by(name: str, explore: Rule, briefing: Briefing) -> Decision:
-    """Return what the strategy `name` decides: by its rule `explore` while targets are left, else to recover."""
+    """Return the decision of strategy `name`: by its rule `explore` while targets are left, else to recover rovers."""
     began = perf_counter()
     plan, stuck = explore(briefing) if briefing.situation.targets else serve(briefing.situation)
     wall = perf_counter() - began

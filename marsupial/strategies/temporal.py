@@ -1,23 +1,41 @@
 """The temporal strategy: asks a planner for concurrent plans that weigh deploying and retrieving against driving.
 
-The shortest plan for the targets known is not what explores an unknown map soonest: most of the work has yet to turn
-up. So plans are made for a guess of all that may still have to be done (`marsupial.strategies.guess`), and the
-objective is priced arrival: the better plan is the one that reaches what is worth most sooner, with some weight on the
-makespan, on driving, and on setting rovers down, which have to be picked up again.
+This is the paper's strategy with two changes: plans are made for known *and* guessed targets, and the objective is
+not the makespan alone.
 
-By this objective the best is followed of the engine's plan, what is left of the plan so far, the deployment
-heuristic's and the greedy one, all of which the greedy planner completes. Engines that can take the objective plan for
-the guess. The others are asked for the shortest plan for the targets known: by makespan alone, the guess made missions
-longer rather than shorter (docs/strategies.md). No robot waits for a planner: without an answer in time one of the
-other plans is the best.
+How it works
+------------
+::
 
-Teams without rovers are told anew where to go as soon as they know what is behind a frontier, and their targets are
-whole frontiers, each at its cell that is nearest to a robot: so they waste no way on what is seen already. Robots that
-see no farther than the next cells have ground to cover, rather than frontiers to look behind. They follow ways that see
-everything, with the unknown taken for free ground (`marsupial.strategies.frontier.covering`); the search for them plans
-with the same annealing, and is kept to small maps.
+    Briefing ---> guess: known targets + guessed ones in the unknown
+                    |
+                    v
+    candidates:   previous plan, heuristic's plan, nothing
+                    |  each completed by the greedy planner, so that it serves all targets
+                    v
+                  best candidate ---> engine.solve(situation, budget, objective, start)
+                    |                    |  every improving plan is checked (`Incumbent`); the best one is completed
+                    v                    v
+                  best of all by (targets unserved, objective)
+                    |
+                    v
+                  real part of that plan ---> Decision
 
-Once no target is left, the engine is asked for the shortest plan that recovers the rovers or brings the team home.
+- *Why a guess.* The shortest plan for the known targets does not explore an unknown map fastest, as most of the work
+  has yet to turn up (`marsupial.strategies.guess`).
+- *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner. Smaller prices are on the
+  makespan, on driving, and on setting a rover down, as it has to be picked up again later.
+- *Robots never wait for a planner.* If the engine has no answer within its budget, another candidate is the best plan.
+  The previous plan comes first among equals, so robots do not change their minds without a gain.
+- *Engines that minimise only the makespan* get the known targets and plan for these: by makespan alone, guessed targets
+  made missions longer (docs/strategies.md). All candidates are still compared on the guess.
+- *Once no target is left,* the engine is asked for the shortest plan that recovers the rovers or brings the team home.
+
+Teams without rovers need no docking plans, and gain more from replanning often. They replan as soon as they know what
+is behind a frontier, and their targets are whole frontiers, each at its cell nearest to a robot (`WholeFrontiers`), so
+they do not drive to ground that is seen already. If robots see hardly farther than the next cell, no frontier reveals
+much, and the task is to cover ground. On small maps, and unless the engine minimises only the makespan, they then
+follow tours that see everything, with the unknown taken as free (`marsupial.strategies.frontier.covering`).
 
 References
 ----------
@@ -38,7 +56,7 @@ from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal
 from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing, Decision, PlanningReport
+from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
 from marsupial.model.world import World
 from marsupial.planning.checker import check
 from marsupial.planning.incumbent import Incumbent
@@ -50,31 +68,34 @@ from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 
 MAKESPAN_SHARE, DRIVING, UNDOCKING_MS = 0.3, 0.15, 40_000
-"""The prices of a ms of the makespan (as a share of what all targets are worth), of a ms of driving, of setting a
-rover down, where a ms until a target is reached costs 1."""
+"""Prices of 1 ms of makespan (as a share of the worth of all targets), of 1 ms of driving, and of setting a rover down;
+1 ms until a real target is reached costs 1."""
 
 NEAR_CELLS, MOST_CELLS = 2.0, 12_000
-"""Ways that see everything are searched for if no robot sees as far as so many cells, on maps of so many at most."""
+"""Covering tours are used if every sensor range is below so many cells, on maps of at most so many cells."""
+
+NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
 
 ROUNDS_PER_STEP = 0.5
-"""Of that search, for each step of the budget of a planning."""
+"""Rounds of the search for covering tours, for each step of the planning budget."""
 
 Served = tuple[Plan, frozenset[str]]
-"""A plan and the targets it leaves out."""
+"""A plan and the targets that it leaves out."""
 
 
-class Temporal:
-    """Follows the best plan for the guess of what is to be done.
+class Temporal(Strategy):
+    """Follows the best plan for known and guessed targets.
 
     Parameters
     ----------
     engine
-        Asked at each replanning.
+        The planner, called at each replanning.
     budget
-        For each replanning.
+        Its budget for each call.
     """
 
     name = "temporal"
+    asks_planner = True
 
     def __init__(self, engine: Engine, budget: Budget) -> None:
         self._engine = engine
@@ -84,7 +105,7 @@ class Temporal:
     def replanning(
         self, world: World, kinds: Mapping[str, RobotType], homes: Mapping[str, Cell], goal: Goal
     ) -> OnArrival | None:
-        """Return when to plan anew, and from what, for a team without rovers; None for others."""
+        """Return the policy for a team without rovers; None for others."""
         team = {robot.type: kinds[robot.type] for robot in world.robots()}
         if any(kind.role is Role.ROVER for kind in team.values()):
             return None
@@ -99,13 +120,12 @@ class Temporal:
         return self._covering.replanning(world, kinds, homes, goal)
 
     def _covers(self, grid: Grid, team: Mapping[str, RobotType]) -> bool:
-        """Say whether ways that see everything are searched for."""
+        """Return whether the team follows covering tours."""
         able = ObjectiveName.PRICED_ARRIVAL in self._engine.info.objectives
         near = all(kind.sensor_range_m < NEAR_CELLS * grid.resolution_m for kind in team.values())
         return able and near and grid.cells.size <= MOST_CELLS
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the best plan: the engine's, what is left of the previous one, the heuristic or the greedy one."""
         if self._covering is not None:
             return self._covering.decide(briefing)
         began = perf_counter()
@@ -127,7 +147,7 @@ class Temporal:
         return Decision(plan=plan, report=report)
 
     def _explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _EngineResult]:
-        """Return what is real of the best plan for the guess, and the real targets that no robot can serve."""
+        """Return the real part of the best plan for the guess, the real targets that no robot can serve, the answer."""
         guessed, known = guess(briefing), briefing.situation
         situation = guessed.situation
         objective = PricedArrival(
@@ -143,18 +163,17 @@ class Temporal:
         kept, others = _served(listing, previous), [*_served(listing, baseline), listing.serve()]
         if objective.name in self._engine.info.objectives:
             plan, unserved = min(kept + others, key=rank)
+            # targets that nobody can serve would make the problem unsolvable for the engine
             answer = self._ask(_without(situation, unserved), objective, plan)
         else:
             served = _served(Listing(known), previous, baseline)
             answer = self._ask(known, objective, _shortest(known, served))
+        # `min` takes the first of equals: the previous plan, then the engine's
         plan, unserved = min(kept + _served(listing, answer.plan) + others, key=rank)
         return guessed.real_part(plan), unserved & known.target_by_name.keys(), answer
 
     def _finish(self, briefing: Briefing) -> tuple[Plan, frozenset[str], _EngineResult]:
-        """Return the shortest plan that recovers rovers and brings carriers home, as far as that is asked for.
-
-        Of plans as short the previous one is kept.
-        """
+        """Return the shortest plan that recovers rovers or brings carriers home, as the goal asks."""
         situation, answer = briefing.situation, _EngineResult()
         listing = Listing(situation)
         kept = _served(listing, briefing.previous)
@@ -165,8 +184,9 @@ class Temporal:
         return plan, unserved, answer
 
     def _ask(self, situation: Situation, objective: Objective, start: Plan | None) -> _EngineResult:
-        """Ask the engine for plans that get better by an objective, or by makespan if that is all it can take."""
+        """Ask the engine for plans by this objective, or by makespan if it does not support the objective."""
         asked = objective if objective.name in self._engine.info.objectives else MAKESPAN
+        # a completed plan may still miss targets or rovers, and engines may rely on a valid start
         if start is not None and not check(situation, start).valid:
             start = None
         incumbent = Incumbent(situation, asked, partial=True)
@@ -179,12 +199,9 @@ class Temporal:
         return _EngineResult(plan=incumbent.plan, refused=len(incumbent.refused), first_s=first_s, end=end)
 
 
-NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _EngineResult:
-    """What an engine said: its best plan, how many the checker refuses, when the first new one came, the end."""
+    """An engine's answer: its best plan, the number of invalid ones, when the first new one came, the last event."""
 
     plan: Plan | None = None
     refused: int = 0
@@ -199,12 +216,12 @@ def _baseline(briefing: Briefing) -> Plan | None:
 
 
 def _served(listing: Listing, *plans: Plan | None) -> list[Served]:
-    """Return the plans there are with what they leave of the goal added at their ends, as far as can be."""
+    """Return the plans that are not None, each completed with the targets that it leaves out."""
     return [listing.serve(plan) for plan in plans if plan is not None]
 
 
 def _shortest(situation: Situation, served: Iterable[Served]) -> Plan | None:
-    """Return the shortest of the plans that reach the whole goal, if any does."""
+    """Return the shortest plan that reaches the whole goal, or None."""
     whole = (plan for plan, _ in served if check(situation, plan).valid)
     return min(whole, key=lambda plan: plan.makespan_ms, default=None)
 

@@ -58,7 +58,7 @@ def test_cells_that_are_lost_every_five_reports_do_not_keep_a_team_from_ending(s
     assert ended.t_ms < 120_000
     assert plans(watcher) <= STEADY_PLANS + 6 * MOST_LOSSES
     assert watcher.of(Changed)
-    lost = {left.cell for left in ended.remaining if left.reason.startswith("flickers: known and lost")}
+    lost = {left.cell for left in ended.remaining if left.reason.startswith("flickers between known and unknown")}
     assert lost <= {Cell(c.x + dx, c.y + dy) for c in cells for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
     assert lost or not forgets
 
@@ -123,7 +123,7 @@ class Row:
         """Let a cell be told to be something; return what it counts as."""
         self.now_ms += after_ms
         self.told[0, cell] = code
-        self.flicker.take_in(np.array([cell]), self.now_ms, np.array(under, dtype=np.int64))
+        self.flicker.update(np.array([cell]), self.now_ms, np.array(under, dtype=np.int64))
         return int(self.flicker.cells[0, cell])
 
 
@@ -139,8 +139,8 @@ def test_a_cell_that_stays_lost_though_robots_stand_beside_it_counts_as_what_it_
     row = Row()
     row.tell(UNKNOWN)
     for _ in range(MOST_LOSSES):
-        row.flicker.looked_at(np.array([4, 5, 6]))
-    row.flicker.take_in(NOBODY, row.now_ms, NOBODY)
+        row.flicker.visited(np.array([4, 5, 6]))
+    row.flicker.update(NOBODY, row.now_ms, NOBODY)
     assert row.flicker.cells[0, 5] == FLOOR
 
 
@@ -150,7 +150,7 @@ def test_a_door_may_close_and_open_twice_and_then_counts_as_closed_until_it_is_s
         assert (row.tell(OBSTACLE), row.tell(FLOOR)) == (OBSTACLE, FLOOR)
     assert (row.tell(OBSTACLE), row.tell(FLOOR)) == (OBSTACLE, OBSTACLE)
     assert row.flicker.remaining(row.now_ms)[0].cell == Cell(5, 0)
-    row.flicker.take_in(NOBODY, row.now_ms + STEADY_MS + 1, NOBODY)
+    row.flicker.update(NOBODY, row.now_ms + STEADY_MS + 1, NOBODY)
     assert row.flicker.cells[0, 5] == FLOOR
     assert row.flicker.remaining(row.now_ms + STEADY_MS + 1) == ()
 

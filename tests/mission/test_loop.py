@@ -23,7 +23,6 @@ from small_missions import (
 
 from marsupial.formats.triggers import trigger_text
 from marsupial.maps.lookout import LOOK_MS
-from marsupial.mission.energy import energy_j
 from marsupial.mission.loop import MAX_FRUITLESS
 from marsupial.mission.runs import runs_of
 from marsupial.model.grid import Cell
@@ -43,6 +42,7 @@ from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import EnergyModel
 from marsupial.model.scenario import Goal, PlanningTime
 from marsupial.model.strategy import Briefing, Decision
+from marsupial.model.world import energy_j
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.heuristic import Heuristic
 from marsupial.strategies.temporal import Temporal
@@ -151,7 +151,7 @@ def test_a_mission_is_complete_though_a_robot_that_just_stopped_had_been_given_o
 def test_a_strategy_that_does_nothing_stalls_and_every_frontier_is_named() -> None:
     ended, _ = fly(drawn_grid(*LONG_HALL), [carrier_at(20, 1)], Scripted(nothing))
     assert (ended.status, ended.t_ms) == (Status.STALLED, 0)
-    assert ended.reason == "the strategy knows nothing to do"
+    assert ended.reason == "the strategy found no action"
     assert {left.cell for left in ended.remaining} == {Cell(17, 1), Cell(23, 1)}
     assert all(ended.reason in left.reason for left in ended.remaining)
 
@@ -274,7 +274,7 @@ def test_a_strategy_that_runs_on_the_spot_stalls(planning_time: PlanningTime) ->
     ended, _ = fly(drawn_grid(*LONG_HALL), team, strategy, planning_time=planning_time)
     assert ended.status is Status.STALLED
     assert ended.t_ms <= MAX_FRUITLESS + 1
-    assert "over and over" in ended.reason
+    assert ended.reason == f"no progress after {MAX_FRUITLESS + 1} replannings"
     assert len(strategy.briefings) == MAX_FRUITLESS + 1
 
 

@@ -1,4 +1,4 @@
-"""Places that together see everything: a randomised greedy set cover.
+"""Finds stops from which a team sees everything: a randomised greedy set cover.
 
 References
 ----------
@@ -17,18 +17,18 @@ from marsupial.strategies.clairvoyant.ground import Cells, Ground
 from marsupial.strategies.clairvoyant.outline import Stop
 
 NEAR = 60
-"""Of how many sites around it one is looked for that serves another robot type as well."""
+"""Number of nearby sites searched for one from which another robot type sees the same cells."""
 
 
 def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.random.Generator) -> Iterator[Stop]:
-    """Yield stops from which all that is wanted is seen.
+    """Yield stops from which all wanted cells are seen.
 
     Parameters
     ----------
     worth
-        What seeing a cell from a site of a type counts.
+        Weight of a cell seen from a site, by robot type.
     noise
-        By how much, as a share, sites seem to see more than they do.
+        Greatest random increase of a site's value, as a share.
     """
     sites = [(kind, int(index)) for kind in ground.kinds for index in ground.sites[kind]]
     views = [view for kind in ground.kinds for view in ground.site_views(kind)]
@@ -41,6 +41,7 @@ def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.rand
     while left and heap:
         _, i = heapq.heappop(heap)
         gain = -factors[i] * (views[i] & left).bit_count()
+        # gains only shrink as cells are covered: a stale entry is pushed back with its present gain
         if heap and gain > heap[0][0]:
             if gain:
                 heapq.heappush(heap, (gain, i))
@@ -52,7 +53,7 @@ def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.rand
 
 
 def stop_at(ground: Ground, name: str, kind: str, cell: Cell, cells: Cells) -> Stop:
-    """Return a stop at a site of a type, and for other types at the nearest site that sees these cells as well."""
+    """Return a stop at a site of one type; other types stop at their nearest site that sees the same cells."""
     viewpoints = {kind: cell}
     for other in ground.kinds:
         if other != kind:

@@ -1,4 +1,4 @@
-"""Meeting points on the whole map: those of the project's own analysis, and more wherever rovers can be set down."""
+"""Meeting points on the whole map: those that missions use, and more, spread over all ground where docking works."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Stop
 
 APART_M, MOST = 8.0, 40
-"""How far apart the further ones are at least, and how many there are at most of each pair of types."""
+"""Least distance between additional meeting points, and their greatest number per pair of types."""
 
 
 def doors(ground: Ground, stops: Sequence[Stop]) -> tuple[MapMeeting, ...]:
-    """Return meeting points for robots that go to these stops; they are sites from now on."""
+    """Return meeting points for robots that go to these stops, and add their cells to the sites."""
     targets = [stop.target for stop in stops]
     points = list(find_meetings(ground.territory, ground.reach, targets, ground.robots).points)
     for number, (carrier, rover) in enumerate(sorted(ground.reach.docking)):
@@ -38,6 +38,7 @@ def _spread(ground: Ground, carrier: str, rover: str, points: Sequence[MapMeetin
     for point in points:
         apart = np.minimum(apart, np.hypot(x - point.rover_cell.x, y - point.rover_cell.y))
     found: list[MapMeeting] = []
+    # farthest-point sampling: repeatedly the cell that is farthest from all meeting points so far
     while len(found) < MOST and len(cells):
         n = int(np.argmax(apart))
         if apart[n] * ground.territory.grid.resolution_m < APART_M:

@@ -1,8 +1,8 @@
-"""What the clairvoyant knows: where robots can stand, what is seen from there, how far it is from one place to another.
+"""The true map as the clairvoyant's search needs it: where robots can stop, what they see there, path lengths.
 
-Robots stop at *sites*, a lattice of the cells that their type can reach. What is seen is held as the bits of a whole
-number, one for each cell that is to be seen: unions and differences of tens of thousands of cells then take less
-than a microsecond.
+Robots stop at *sites*, a lattice of the cells that their type can reach. A set of seen cells is a Python integer with
+one bit per reachable cell, so that unions and differences of tens of thousands of cells take less than a microsecond.
+Views, path lengths and routes are cached within a memory limit.
 """
 
 from __future__ import annotations
@@ -19,9 +19,7 @@ from marsupial.maps.contact import Contact
 from marsupial.maps.growth import reach_of
 from marsupial.maps.sight import Sight
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model.grid import Cell, Grid, Mask
-from marsupial.model.mission import PlacedRobot
-from marsupial.model.robots import RobotType
+from marsupial.model import Cell, Grid, Mask, PlacedRobot, RobotType
 from marsupial.paths.routes import Route
 from marsupial.paths.ways import ways_of
 
@@ -29,37 +27,37 @@ K = TypeVar("K")
 V = TypeVar("V")
 
 Cells = int
-"""A set of cells to be seen, one bit for each."""
+"""A set of reachable cells, one bit for each."""
 
 NOTHING: Ints = np.empty(0, dtype=np.int64)
 
 MOST_SITES = 6000
-"""Of one robot type, but for those that must be, and fewer on large maps; the lattice is chosen accordingly."""
+"""Most sites of a robot type on the lattice; fewer on large maps. Necessary sites are added to them."""
 
 MEMORY = 200_000_000
-"""Bytes for what is seen from sites, and as many for what else is remembered: beyond that it is computed again."""
+"""Bytes for views from sites, and as many for the other caches, which are cleared when they are full."""
 
 
 class Ground:
-    """The truth, as far as a plan needs it.
+    """Sites, views and paths on the true map.
 
     Parameters
     ----------
     grid
-        The whole map.
+        The true map.
     robots
-        The team at its start: what it sees from there need not be seen any more.
+        The team at its start; cells seen from there need not be seen again.
     seen
-        Row-major indices of other cells that need not be seen any more.
+        Row-major indices of other cells that need not be seen again.
 
     Attributes
     ----------
     kinds
-        The robot types there are robots of, by name.
+        The robot types of the team, by name.
     wanted
-        The reachable cells that are not seen from the starts.
+        The reachable cells still to be seen.
     sites
-        Per type the row-major indices of its sites, ascending.
+        Row-major indices of the sites of each type, ascending.
     """
 
     def __init__(
@@ -83,9 +81,10 @@ class Ground:
         self._routes: dict[tuple[str, Cell, Cell], Route] = {}
         self._legs: dict[tuple[str, Cell, Cell], Cells] = {}
         self._site_views: dict[str, list[Cells]] = {}
-        self._remembered = 0
+        self._cached_bytes = 0
         self._bit = np.flatnonzero(np.logical_or.reduce(list(self.reach.by_type.values())))
         self._set_bytes = len(self._bit) // 8
+        # the number of each cell's bit, -1 for cells that nobody can reach
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
         self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)
@@ -101,21 +100,21 @@ class Ground:
         return Cell(int(index) % self.width, int(index) // self.width)
 
     def view(self, kind: str, cell: Cell) -> Cells:
-        """Return what a robot of that type sees where it stands."""
-        return self._kept(self._views, (kind, cell), lambda: self._bits(self._seen(kind, cell)), self._set_bytes)
+        """Return what a robot of that type sees from a cell."""
+        return self._cached(self._views, (kind, cell), lambda: self._bits(self._seen(kind, cell)), self._set_bytes)
 
     def site_views(self, kind: str) -> list[Cells]:
-        """Return what of the wanted cells is seen from each site of a type."""
+        """Return the wanted cells that are seen from each site of a type."""
         if kind not in self._site_views:
             self._site_views[kind] = [self.view(kind, self.cell(i)) & self.wanted for i in self.sites[kind].tolist()]
         return self._site_views[kind]
 
     def ms_per_cell(self, kind: str) -> float:
-        """Return how long a type drives for the length of a cell."""
+        """Return the driving time of a type for the length of a cell."""
         return 1000 * self.territory.grid.resolution_m / self.kinds[kind].speed_mps
 
     def may_see(self, kind: str, cells: Cells) -> Mask:
-        """Say of each site of a type whether all these cells might be seen from it: two of them are near enough."""
+        """Return which sites of a type are near enough to the first and last of these cells to see all of them."""
         near = np.ones(len(self.sites[kind]), dtype=np.bool_)
         if cells:
             for bit in ((cells & -cells).bit_length() - 1, cells.bit_length() - 1):
@@ -137,53 +136,54 @@ class Ground:
         return 1 << int(self._place[cell.y * self.width + cell.x])
 
     def drawn(self, cells: Cells, rng: np.random.Generator) -> Cell:
-        """Return one of a set of cells, by lot."""
+        """Return a random cell of the set."""
         return self.cell(int(rng.choice(self._listed(cells))))
 
     def distances(self, kind: str, cell: Cell) -> Floats:
-        """Return the length in cells of the way from a cell to each site of a type, inf where there is none."""
+        """Return the path length in cells from a cell to each site of a type, inf without a path."""
         sites = self.sites[kind]
 
         def lengths() -> Floats:
             return self._ways[kind].lengths(cell, np.column_stack((sites % self.width, sites // self.width)))
 
-        return self._kept(self._rows, (kind, cell), lengths, sites.nbytes)
+        return self._cached(self._rows, (kind, cell), lengths, sites.nbytes)
 
     def apart(self, kind: str, cell: Cell, others: Sequence[Cell]) -> Floats:
-        """Return the lengths in cells of the ways from a cell to some sites of a type."""
+        """Return the path lengths in cells from a cell to some sites of a type."""
         numbers = self._numbers[kind]
         return self.distances(kind, cell)[[numbers[c.y * self.width + c.x] for c in others]]
 
     def route(self, kind: str, start: Cell, goal: Cell) -> Route:
-        """Return the way that a robot of that type takes between two cells that are connected for it."""
+        """Return the route of a type between two cells that are connected for it."""
         key = (kind, start, goal)
         if key not in self._routes:
             found = self._ways[kind].route(start, goal)
             assert found is not None, "only connected places are put in a plan"
-            self._remember(100 * len(found))
+            self._reserve(100 * len(found))
             self._routes[key] = found
         return self._routes[key]
 
     def leg(self, kind: str, start: Cell, goal: Cell) -> Cells:
-        """Return what a robot sees on its way, both ends included."""
+        """Return what a robot sees on its route, both ends included."""
 
         def seen() -> Cells:
             return reduce(or_, (self.view(kind, cell) for cell in self.route(kind, start, goal)))
 
-        return self._kept(self._legs, (kind, start, goal), seen, self._set_bytes)
+        return self._cached(self._legs, (kind, start, goal), seen, self._set_bytes)
 
     def add_sites(self, kind: str, cells: Iterable[Cell]) -> None:
-        """Let a type stop at these cells, too: where it starts, and where it docks."""
+        """Add cells to the sites of a type, such as its starts and meeting points."""
         more = [i for c in cells if (i := c.y * self.width + c.x) not in self._numbers[kind]]
         if not more:
             return
         self.sites[kind] = np.unique(np.concatenate((self.sites[kind], np.array(more, dtype=np.int64))))
         self._numbers[kind] = {int(i): n for n, i in enumerate(self.sites[kind])}
+        # both caches are indexed by the numbers of sites, which have changed
         self._rows.clear()
         self._site_views.pop(kind, None)
 
     def _lattice(self, kind: str) -> Ints:
-        """Return the reachable cells with coordinates that are multiples of the least number that leaves few enough."""
+        """Return the reachable cells on the finest square lattice that has few enough of them."""
         reach = self.reach.by_type[kind]
         most = min(MOST_SITES, MEMORY // (1 + len(self._bit) // 8) // len(self.kinds))
         spacing = 1
@@ -194,7 +194,7 @@ class Ground:
         return np.flatnonzero(thinned)
 
     def _add_lone_sites(self) -> None:
-        """Make every cell a site that is seen from no other one."""
+        """Add as a site every cell that is seen from no site."""
         left = self.wanted
         for kind in self.kinds:
             for seen in self.site_views(kind):
@@ -224,17 +224,17 @@ class Ground:
         seen = self._sight.visible(cell, self.territory.kinds[kind].sensor_range_m / grid.resolution_m)
         return np.concatenate((seen, self._contact[kind].touched(grid.cells, cell)))
 
-    def _kept(self, known: dict[K, V], key: K, make: Callable[[], V], size: int) -> V:
-        """Return what is known, or make it and remember it; `size` is in bytes."""
+    def _cached(self, known: dict[K, V], key: K, make: Callable[[], V], size: int) -> V:
+        """Return the cached value, or compute and cache it; `size` is in bytes."""
         if key not in known:
             value = make()
-            self._remember(size)
+            self._reserve(size)
             known[key] = value
         return known[key]
 
-    def _remember(self, size: int) -> None:
-        self._remembered += size
-        if self._remembered > MEMORY:
-            self._remembered = 0
+    def _reserve(self, size: int) -> None:
+        self._cached_bytes += size
+        if self._cached_bytes > MEMORY:
+            self._cached_bytes = 0
             for known in (self._views, self._rows, self._routes, self._legs):
                 known.clear()

@@ -1,7 +1,8 @@
-"""A plan as it is being improved: where to stop, and which robot does what in which order.
+"""The clairvoyant's plan during the search: where to stop, and which robot does what in which order.
 
-A `Stop` is a target of the planning problem: some cells to see, and for each robot type that can see them all from one
-place the site it goes to. An `Outline` is the stops, the situation they make, and a plan for it.
+A `Stop` is a target of the planning problem: a place to look from, with a site for each robot type that can see the
+stop's cells. An `Outline` is the stops, the `Situation` that they make, and a plan for it without times: the order of
+the robots' explorations and dockings, called errands. A `Tour` is what one robot drives between dockings.
 """
 
 from __future__ import annotations
@@ -29,14 +30,14 @@ from marsupial.strategies.clairvoyant.ground import Cells, Ground
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stop:
-    """A place to look from; `viewpoints` has the site of each robot type that may go there."""
+    """A place to look from; `viewpoints` has the site of each robot type that can go there."""
 
     name: str
     viewpoints: Mapping[str, Cell]
 
     @property
     def target(self) -> Target:
-        """The target that it is for a plan; no frontier belongs to it."""
+        """The stop as a target, without frontier cells."""
         cell = next(iter(self.viewpoints.values()))
         none = np.empty(0, dtype=np.int64)
         return Target(name=self.name, cell=cell, viewpoints=self.viewpoints, cells=none, reveal_m2=0.0)
@@ -44,11 +45,16 @@ class Stop:
 
 @dataclass(slots=True)
 class Tour:
-    """What a robot drives by itself in one go, between being set down and picked up; it can be changed.
+    """What a robot drives between being set down and being picked up; it can be changed.
 
-    `names` are the places from the first to the last, `cells` where they are for the robot. `after` has, per place, the
-    last errand there; None where the tour begins or ends. `seen` has what is seen at the first place and then on each
-    leg.
+    Parameters
+    ----------
+    names, cells
+        The places from the first to the last, and the robot's cells there.
+    after
+        The last errand at each place; None where the tour begins or ends.
+    seen
+        What is seen at the first place, and then on each leg.
     """
 
     robot: str
@@ -59,13 +65,13 @@ class Tour:
     seen: list[Cells]
 
     def ends_aboard(self) -> bool:
-        """Say whether the robot is picked up at the last place."""
+        """Return whether the robot is picked up at the last place."""
         return len(self.names) > 1 and self.after[-1] is None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """Stops and meeting points, and what the robots do: the actions of a plan without the moves, in plan order."""
+    """Stops, meeting points, and the errands of the robots: a plan's actions without moves, in plan order."""
 
     ground: Ground
     stops: tuple[Stop, ...]
@@ -74,7 +80,7 @@ class Outline:
 
     @cached_property
     def poses(self) -> Poses:
-        """The cell of each place, by robot type."""
+        """Cells of each place, by robot type."""
         poses: dict[str, Mapping[str, Cell]] = {
             f"s_{robot.name}": {robot.type: robot.cell} for robot in self.ground.robots if robot.cell is not None
         }
@@ -108,7 +114,7 @@ class Outline:
 
     @property
     def survey(self) -> Survey:
-        """The situation and what it means on the map."""
+        """The situation and its places on the map."""
         return Survey(
             situation=self.situation,
             targets=tuple(stop.target for stop in self.stops),
@@ -121,21 +127,21 @@ class Outline:
 
     @cached_property
     def plan(self) -> Plan:
-        """The errands with the driving between them, each as early as possible."""
+        """The errands with the drives between them, each as early as possible."""
         return replay(self.situation, Plan(actions=self.errands)).plan
 
     def tours(self) -> list[Tour]:
-        """Return what each robot drives in one go."""
+        """Return the tours of all robots."""
         return [tour for robot in self.ground.robots for tour in self._tours_of(robot)]
 
     @cached_property
     def missed(self) -> Cells:
-        """What no robot comes to see."""
+        """The wanted cells that no robot sees."""
         return missed_by(self.ground, self.tours())
 
     @cached_property
     def complete_ms(self) -> int:
-        """When the last cell is seen that is; what is not seen at all does not count."""
+        """When the last cell is seen; cells that are never seen do not count."""
         ground, looks = self.ground, self._looks()
         left = ground.wanted & ~self.missed
         last_ms = 0
@@ -149,7 +155,7 @@ class Outline:
         return last_ms
 
     def with_plan(self, plan: Plan) -> Outline:
-        """Return the outline that does what `plan` does."""
+        """Return the outline with the errands of `plan`."""
         return replace(self, errands=tuple(a for a in plan.actions if a.name is not ActionName.MOVE))
 
     def without(self, names: Iterable[str]) -> Outline:
@@ -166,6 +172,7 @@ class Outline:
         for errand in self.errands:
             if robot.name not in errand.robots:
                 continue
+            # several dockings of a carrier at one place are one visit
             if robot.name == errand.carrier and visits[-1][0] == errand.place:
                 visits[-1] = (errand.place, errand)
             elif errand.name is ActionName.UNDOCK and robot.name == errand.robot:
@@ -188,7 +195,7 @@ class Outline:
         return Tour(robot.name, robot.type, names, cells, [errand for _, errand in visits], seen)
 
     def _looks(self) -> list[tuple[int, str, Cell]]:
-        """Return when a robot passes a cell, and of which type it is."""
+        """Return (time, robot type, cell) for each cell that a robot passes."""
         ground, poses = self.ground, self.poses
         types = {robot.name: robot.type for robot in ground.robots}
         looks: list[tuple[int, str, Cell]] = []
@@ -215,7 +222,7 @@ class Outline:
 
 
 def missed_by(ground: Ground, tours: Iterable[Tour]) -> Cells:
-    """Return what is to be seen and is not, on any of these tours."""
+    """Return the wanted cells that are not seen on any of these tours."""
     missed = ground.wanted
     for tour in tours:
         for seen in tour.seen:

@@ -1,4 +1,8 @@
-"""Puts stops for what is not seen yet where they cost the least, one after the other."""
+"""Repairs an outline that misses cells: inserts stops one by one where they cost least.
+
+A missed cell is drawn at random. The sites that see it are compared by the cost of the detour per missed cell seen,
+with some noise, and the cheapest is inserted into a tour.
+"""
 
 from __future__ import annotations
 
@@ -9,35 +13,33 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
-from marsupial.model.grid import Cell
-from marsupial.model.plan import Plan
+from marsupial.model import Cell, Plan
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline, Tour
 from marsupial.strategies.clairvoyant.tours import Tours
 
 LATE = 4.0
-"""What a ms beyond the time limit costs beside one of driving."""
+"""Cost of a ms beyond the time limit, relative to a ms of driving."""
 
 FIXED_MS = 500.0
-"""What a stop costs beside its driving: few that see much are better than many."""
+"""Cost of a stop in addition to driving: few stops that see much are better than many."""
 
 NOISE = 0.3
-"""How much costs are taken to vary: the standard deviation of their logarithm."""
+"""Random variation of costs: the standard deviation of their logarithm."""
 
 UNSERVED = 4.0
-"""What a stop that no robot can go to costs, beside the time limit."""
+"""Cost of a stop that no robot can reach, relative to the time limit."""
 
 SITES = 100
-"""Of how many sites of a type that may see a cell one is chosen."""
-
+"""Most sites of a type compared for one cell."""
 
 Place = tuple[Tour, int]
-"""A tour, and the number of the place on it after which a stop may come."""
+"""A tour, and the number of its place after which a stop is inserted."""
 
 
 class _Choice(NamedTuple):
-    """A site by its number, what it costs for each missed cell that it sees, and where it comes in, if anywhere."""
+    """A site by its number, its cost per missed cell that it sees, and where it is inserted, if anywhere."""
 
     cost: float
     kind: str
@@ -46,12 +48,12 @@ class _Choice(NamedTuple):
 
 
 def repaired(outline: Outline, rng: np.random.Generator, limit_ms: int) -> Outline:
-    """Return the outline with more stops, so that everything is seen, as far as that is possible.
+    """Return the outline with more stops, so that all wanted cells are seen if possible.
 
     Parameters
     ----------
     limit_ms
-        Robots that are done before it are preferred.
+        Time limit; robots that finish before it are preferred.
     """
     tours = Tours(outline)
     missed = tours.missed
@@ -73,7 +75,7 @@ class _Repair:
     Attributes
     ----------
     is_partial
-        Whether there is a stop that no robot goes to yet.
+        Whether a stop is not in any tour yet.
     """
 
     def __init__(self, tours: Tours, plan: Plan, rng: np.random.Generator, limit_ms: int) -> None:
@@ -85,7 +87,7 @@ class _Repair:
         self.is_partial = False
 
     def add_stop(self, missed: Cells) -> Cells:
-        """Add a stop that sees one of the missed cells, drawn; return which of them it sees."""
+        """Add a stop that sees a random missed cell; return the missed cells that it sees."""
         ground, tours = self._tours.ground, self._tours
         cell = ground.drawn(missed, self._rng)
         choices = [
@@ -95,7 +97,7 @@ class _Repair:
         seen = ground.site_views(kind)[site] & missed
         here = ground.cell(ground.sites[kind][site])
         if place is None:
-            tours.put_down(kind, here, seen)
+            tours.add_stop(kind, here, seen)
             self.is_partial = True
         else:
             before = self._length(place[0])
@@ -105,10 +107,11 @@ class _Repair:
         return seen
 
     def _sites(self, kind: str, cell: Cell) -> Ints:
-        """Return the numbers of the sites of a type that see a cell, or of some of them."""
+        """Return the numbers of (some of) the sites of a type that see a cell."""
         ground = self._tours.ground
         near, bit, views = ground.sites_near(kind, cell), ground.bit_of(cell), ground.site_views(kind)
         some = near if len(near) <= SITES else self._rng.choice(near, SITES, replace=False)
+        # a sample may by chance hold no site that sees the cell
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
         return np.array(seeing, dtype=np.int64)
 
@@ -121,7 +124,7 @@ class _Repair:
         return _Choice(float(costs[n]), kind, int(sites[n]), places[n])
 
     def _insertions(self, kind: str, sites: Ints) -> tuple[Floats, list[Place | None]]:
-        """Return the least cost, in ms, of driving to each site, and where it comes in; None where no robot can."""
+        """Return the least cost of inserting each site, in ms, and the place; None if no robot can go there."""
         tours = [tour for tour in self._tours.all if tour.kind == kind]
         places = [(tour, at) for tour in tours for at in range(len(tour.names) - tour.ends_aboard())]
         costs, where = np.full(len(sites), UNSERVED * self._limit_ms), np.full(len(sites), -1)
@@ -134,7 +137,7 @@ class _Repair:
         return costs, [None if i < 0 else places[i] for i in where.tolist()]
 
     def _detours(self, tour: Tour, at: int, sites: Ints) -> Floats:
-        """Return how long it takes, in ms, to go to each site after a place of a tour."""
+        """Return the detour in ms to each site after a place of a tour."""
         ground = self._tours.ground
         before, *after = tour.cells[at : at + 2]
         extra = ground.distances(tour.kind, before)[sites]

@@ -1,12 +1,13 @@
-"""The search for a fast plan: planned again and again, with a part of the stops taken out and put back elsewhere.
+"""The clairvoyant's search for a fast plan: large neighbourhood search (ruin and repair) with restarts.
 
-A round takes some stops out (those seen last above all, and their neighbours), puts others where they cost least until
-all is seen again, lets the anytime engine's annealing find a better order, and shortens the tours. What is better, or
-hardly worse, is what the next round begins with. Where nothing better is found for long, the search begins again with
-other viewpoints.
+A round removes some stops (preferably those seen last, with their neighbours), inserts others at the least cost until
+all is seen again, improves the order by the anytime engine's annealing, and shortens the tours. The next round starts
+from the result if that is better or hardly worse. After `PATIENCE` rounds without improvement, the search restarts from
+new viewpoints.
 
-Why it begins again: on the office with 1x1 and 3x2 robots, the only ones tried, searches with different seeds ended up
-to 10 % apart without that and up to 3 % with it. How far the plans are from the best there are is not known.
+Restarts make the result less dependent on the seed: on the office with 1x1 and 3x2 robots, the only teams tried,
+searches with different seeds ended up to 10 % apart without restarts and up to 3 % with them. The distance to the
+optimum is unknown.
 
 References
 ----------
@@ -20,8 +21,7 @@ from itertools import cycle, islice
 
 import numpy as np
 
-from marsupial.model.plan import EPSILON_MS, ActionName
-from marsupial.model.robots import Role
+from marsupial.model import EPSILON_MS, ActionName, Role
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode, events_of, plan_of
@@ -34,34 +34,34 @@ from marsupial.strategies.clairvoyant.repair import repaired
 from marsupial.strategies.clairvoyant.shorten import shortened
 
 CARRIER_WORTH = (1.0, 3.0, 0.5)
-"""What a cell seen from a carrier counts in the covers to begin with, in turn; from a rover 1."""
+"""Weight of a cell seen from a carrier in the initial covers, in turn; from a rover it is 1."""
 
 PATIENCE = 12
-"""After how many rounds that find nothing better the search begins again."""
+"""Rounds without improvement before a restart."""
 
 LATEST = 0.6
-"""From which share of the effort on it then goes back to the best so far instead."""
+"""Share of the budget after which it returns to the best outline instead of restarting."""
 
 COVERS = 2
-"""Of how many covers the best is begun with."""
+"""Number of covers from which a restart takes the best."""
 
 COVER_NOISE = 0.3
-"""By what share sites may seem to see more than they do."""
+"""Greatest random increase of a site's value in a cover, as a share."""
 
-BEGIN_STEPS, ROUND_STEPS, TURN = 200, 30, 10
-"""Steps of annealing for each cover, for each round, and at a time."""
+BEGIN_STEPS, ROUND_STEPS, BATCH = 200, 30, 10
+"""Annealing steps for each cover, for each round, and per batch."""
 
-MOST_TAKEN = 8
-"""How many stops a round takes out, at most."""
+MOST_REMOVED = 8
+"""Most stops that a round removes."""
 
 AMBITION = 0.05
-"""By what share robots should be done sooner than all is seen so far."""
+"""The time limit of repairs is this share below the best completion time, so that robots aim to be faster."""
 
 TOLERANCE = 0.02
-"""By what share the next round may begin with something worse than the best, at the beginning; none at the end."""
+"""A result may be worse than the best by this share to be the next start; the share shrinks to 0 at the end."""
 
 DRIVING_SHARE = 0.002
-"""What a ms of driving costs beside one until all is seen."""
+"""Cost of a ms of driving, relative to a ms until all is seen."""
 
 Rate = tuple[int, float]
 
@@ -72,23 +72,24 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
     Parameters
     ----------
     used
-        Says, after so many rounds, which share of the effort is used: the search ends at 1.
+        Returns the used share of the budget after so many rounds; the search ends at 1.
     seed
-        Of the search.
+        Seed of the search.
     """
     rng = np.random.default_rng(seed)
-    begun = (_begun(ground, worth, rng) for worth in cycle(CARRIER_WORTH))
-    best = top = current = min(islice(begun, COVERS + 1), key=rate)
+    initial = (_initial(ground, worth, rng) for worth in cycle(CARRIER_WORTH))
+    best = top = current = min(islice(initial, COVERS + 1), key=rate)
     done = futile = 0
     while (share := used(done)) < 1:
         if futile == PATIENCE:
-            top = current = min(islice(begun, COVERS), key=rate) if share < LATEST else best
+            top = current = min(islice(initial, COVERS), key=rate) if share < LATEST else best
             futile = 0
         found = _round(current, round((1 - AMBITION) * top.complete_ms), rng, number=done)
         futile += 1
         if rate(found) < rate(top):
             top, futile = found, 0
-        if rate(found) <= _tolerated(rate(top), share):
+        missed, cost = rate(top)
+        if rate(found) <= (missed, cost * (1 + TOLERANCE * (1 - share))):
             current = found
         best = min(best, top, key=rate)
         done += 1
@@ -96,7 +97,7 @@ def best_outline(ground: Ground, used: Callable[[int], float], seed: int) -> Out
 
 
 def fitted(outline: Outline, used: Callable[[int], float], seed: int) -> Outline:
-    """Return an outline made for other ground changed so that all is seen again, and then as the search improves it.
+    """Return an outline that was made for other ground, repaired so that all is seen, then improved by the search.
 
     The parameters are those of `best_outline`.
     """
@@ -110,17 +111,13 @@ def fitted(outline: Outline, used: Callable[[int], float], seed: int) -> Outline
     return best
 
 
-def _tolerated(top: Rate, share: float) -> Rate:
-    return top[0], top[1] * (1 + TOLERANCE * (1 - share))
-
-
 def rate(outline: Outline) -> Rate:
-    """Return how good an outline is: what is not seen, then when the rest is, and a little of the driving."""
+    """Return the cost of an outline: missed cells first, then completion time plus a little of the driving."""
     driving = sum(action.duration_ms for action in outline.plan.actions if action.origin is not None)
     return outline.missed.bit_count(), outline.complete_ms + DRIVING_SHARE * driving
 
 
-def _begun(ground: Ground, carrier_worth: float, rng: np.random.Generator) -> Outline:
+def _initial(ground: Ground, carrier_worth: float, rng: np.random.Generator) -> Outline:
     worth = {name: carrier_worth if kind.role is Role.CARRIER else 1.0 for name, kind in ground.kinds.items()}
     stops = tuple(cover(ground, worth, COVER_NOISE, rng))
     outline = Outline(ground=ground, stops=stops, meetings=doors(ground, stops))
@@ -139,28 +136,29 @@ def _round(outline: Outline, limit_ms: int, rng: np.random.Generator, number: in
 
 
 def _ruined(outline: Outline, rng: np.random.Generator) -> Outline:
-    """Return the outline without a stop, one of the last with preference, and some of its neighbours."""
+    """Return the outline without a random stop, preferably a late one, and some of its neighbours."""
     names = [
         name for _, name in sorted((a.end_ms, a.place) for a in outline.plan.actions if a.name is ActionName.EXPLORE)
     ]
     if not names:
         return outline
+    # the cube of a uniform number is mostly near 0: late stops are chosen most often
     chosen = len(names) - 1 - int(len(names) * rng.random() ** 3)
     where = np.array([next(iter(outline.poses[name].values())) for name in names], dtype=np.float64)
     apart = np.hypot(*(where - where[chosen]).T)
-    count = int(rng.integers(1, 1 + min(MOST_TAKEN, len(names))))
+    count = int(rng.integers(1, 1 + min(MOST_REMOVED, len(names))))
     near = np.argsort(apart, kind="stable")[:count]
     return outline.without(names[n] for n in near.tolist())
 
 
 def annealed(outline: Outline, steps: int, number: int) -> Outline:
-    """Return the outline with its errands in a better order, as far as that many steps find one."""
+    """Return the outline with its errands in the best order that so many annealing steps find."""
     if not outline.stops or not outline.errands:
         return outline
     task = encode(outline.situation)
     bound_ms = makespan_bound_ms(task) + EPSILON_MS
     search = Annealing(task, [events_of(outline.situation, outline.plan)], bound_ms, number)
     search.expect(steps)
-    for done in range(0, steps, TURN):
-        search.step(done / steps, TURN)
+    for done in range(0, steps, BATCH):
+        search.step(done / steps, BATCH)
     return outline.with_plan(plan_of(outline.situation, search.events))

@@ -1,40 +1,41 @@
-"""Shorter tours to see the same: stops that see nothing of their own go, others move to where the tour is shortest."""
+"""Shortens tours without seeing less: drops stops that see nothing of their own, and moves the others."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from marsupial.model.grid import Cell
-from marsupial.model.plan import ActionName
+from marsupial.model import ActionName, Cell
 from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline, Tour
 from marsupial.strategies.clairvoyant.tours import Tours
 
 TRIES = 8
-"""How many places that seem to do are looked at more closely, for each stop."""
+"""Most candidate places that are checked exactly, for each stop."""
 
 LESS_CELLS = 0.1
-"""By how much a tour has to get shorter to be worth a change."""
+"""Least gain in tour length that justifies a change."""
 
 
 def shortened(outline: Outline, passes: int = 2) -> Outline:
-    """Return the outline with stops dropped and moved so that as much is seen as before."""
+    """Return the outline with stops dropped and moved; it sees the same cells."""
     ends = {a.place: a.end_ms for a in outline.plan.actions if a.name is ActionName.EXPLORE}
-    order = sorted(ends, key=lambda name: (-ends[name], name))  # what others see need not be seen late
+    # late stops first: what other stops see as well need not be seen late
+    order = sorted(ends, key=lambda name: (-ends[name], name))
     tours = Tours(outline)
     for _ in range(passes):
-        order = [name for name in order if _look_at(tours, name)]
+        order = [name for name in order if _improve(tours, name)]
     return tours.outline()
 
 
-def _look_at(tours: Tours, name: str) -> bool:
-    """Drop a stop, or move it if that shortens its tour; say whether it is still there."""
+def _improve(tours: Tours, name: str) -> bool:
+    """Drop a stop, or move it if that shortens its tour; return whether it is still there."""
     found = tours.find(name)
     assert found is not None
     tour, at = found
     own = tours.own(tour, at)
     ends = _ends(tour, at)
     passing = tours.ground.view(tour.kind, ends[0]) | tours.leg(tour, *ends)
+    # drop it if others see its cells, or if driving past would do and it is not a rover's only stop
     if not own or not (tours.is_only_stop(tour, at) or own & ~passing):
         tours.drop(tour, at)
         return False
@@ -49,7 +50,7 @@ def _ends(tour: Tour, at: int) -> tuple[Cell, ...]:
 
 
 def _better(tours: Tours, tour: Tour, at: int, own: Cells, passing: Cells) -> Cell | None:
-    """Return a place from which a stop's own cells are seen with less driving, or None."""
+    """Return a cell from which a stop's own cells are seen with less driving, or None."""
     ground, kind = tours.ground, tour.kind
     before, *after = _ends(tour, at)
     lengths = np.sum([ground.distances(kind, end) for end in (before, *after)], axis=0)

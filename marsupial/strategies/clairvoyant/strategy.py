@@ -1,7 +1,7 @@
-"""The clairvoyant as a strategy and as a policy of replanning: one plan, made from the truth, until all has been seen.
+"""The clairvoyant as a strategy and a replanning policy: one plan, made from the true map, until all has been seen.
 
-As in any mission the robots see what there is to see from where they are; but no one looks at what they report, until
-all of the reachable area is known. Then a greedy plan does what the mission asks for besides exploring.
+Robots see and report as in any mission, but the reports only count the cells left. Once all of the reachable area is
+known, a greedy plan reaches the rest of the mission's goal.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from marsupial.model.plan import Action, Plan
 from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal
-from marsupial.model.strategy import Briefing, Decision, PlanningReport, PlanProgress
+from marsupial.model.strategy import Briefing, Decision, PlanningReport, PlanProgress, Strategy
 from marsupial.model.world import News, World
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -29,25 +29,25 @@ from marsupial.strategies.clairvoyant.outline import Outline
 from marsupial.strategies.clairvoyant.search import best_outline
 
 ROUNDS_PER_STEP, SECONDS = 1.5, 5.0
-"""How many rounds of the search there are for each step of the budget of a planning, or how many times its seconds:
-the clairvoyant plans once where a strategy plans a hundred times."""
+"""Search rounds per step of a strategy's planning budget, or factor on its seconds: the clairvoyant plans once, while a
+strategy plans a hundred times."""
 
 SEED = 1
 
 
-class Clairvoyant:
-    """Plans with the whole map known.
+class Clairvoyant(Strategy):
+    """Plans with the true map.
 
     Parameters
     ----------
     truth
-        The whole map.
+        The true map.
     world
-        Where the plan is carried out.
+        The world in which the plan is executed.
     reachable
-        The cells (height, width) that are to be seen.
+        The cells (height, width) to see.
     budget
-        For each planning of a strategy it is to be compared with; see `ROUNDS_PER_STEP`.
+        Planning budget of the strategies that it is compared with; see `ROUNDS_PER_STEP`.
     """
 
     name = CLAIRVOYANT
@@ -76,7 +76,8 @@ class Clairvoyant:
         self.exploration_ms: int | None = None
 
     def decide(self, briefing: Briefing) -> Decision:
-        """Return the one plan or, once all has been seen, a plan that brings the rovers back."""
+        """Return the one plan, or after it a plan that brings the rovers back."""
+        # the search runs in `survey`, before this call, but counts as planning
         began = perf_counter() - self._search_s
         plan, detail = Plan(actions=()), ""
         goal = briefing.situation.goal
@@ -92,23 +93,23 @@ class Clairvoyant:
         report = PlanningReport(planner=CLAIRVOYANT, outcome=Outcome.SATISFICING, wall_s=wall_s, detail=detail)
         return Decision(plan=plan, report=report)
 
-    def take_in(self, news: News) -> None:
-        """Count what there still is to see."""
+    def update(self, news: News) -> None:
+        """Count the cells that are still unseen."""
         for _, indices in news.revealed:
             self._left -= int(np.count_nonzero(self._reachable[indices]))
         if not self._left and self.exploration_ms is None:
             self.exploration_ms = news.t_ms
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        """Ask for another plan as soon as all has been seen, and whenever one is carried out."""
+        """Replan as soon as all has been seen, and whenever a plan is finished."""
         if not self._left and (self._exploring or work.idle):
             return (Trigger(Cause.EXPLORED),)
         return (Trigger(Cause.CARRIED_OUT),) if work.idle else ()
 
     def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        """Return the stops of the plan or, once all has been seen, the moment's survey of the truth.
+        """Return the stops of the plan, or after it a survey of the true map.
 
-        Rovers can always be picked up where they were set down: those meeting points are kept.
+        Rovers can always be picked up where they were set down, so these meeting points are kept.
         """
         if self._left:
             return self._best().survey
@@ -117,20 +118,20 @@ class Clairvoyant:
         return self._surveyor.survey(self._world.robots(), self._world.now_ms, kept)
 
     def route(self, kind: str, start: Cell, goal: Cell, _heading: int | None) -> Sequence[Cell] | None:
-        """Return the way that the plan was made with: as if robots faced no way in particular."""
+        """Return the route that the plan was made with, which ignores the heading."""
         return self._surveyor.route(kind, start, goal)
 
     def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        """Leave it at that: what robots see is no news."""
+        """Do nothing: newly seen cells don't change the plan."""
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        """Return the frontiers of what has been seen."""
+        """Return the frontiers of the seen area."""
         known = Surveyor(Territory(self._world.grid, self._kinds), self._homes, self._goal)
         targets = known.targets(self._world.robots())
         return known.remaining(targets, reason if self._left else "nothing reachable is behind it")
 
     def _best(self) -> Outline:
-        """Return the best outline, found when it is asked for first."""
+        """Return the best outline; the first call runs the search."""
         if self._outline is None:
             began = perf_counter()
             ground = Ground(self._truth, self._kinds, placed(self._world.robots()))
@@ -140,7 +141,7 @@ class Clairvoyant:
 
 
 def _used(budget: Budget, cancelled: Callable[[], bool] | None, began: float, rounds: int) -> float:
-    """Return which share of the budget is used after so many rounds; 1 or more once the search is to end."""
+    """Return the used share of the budget after so many rounds; 1 or more ends the search."""
     if cancelled is not None and cancelled():
         return 1.0
     if budget.steps is not None:

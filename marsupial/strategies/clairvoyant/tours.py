@@ -1,4 +1,4 @@
-"""What every robot drives and sees, to be changed stop by stop: what both repairing and shortening work on."""
+"""Editable tours of an outline: repair and shortening insert, move and drop their stops."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
-from marsupial.model.grid import Cell
-from marsupial.model.plan import Action, ActionName
+from marsupial.model import Action, ActionName, Cell
 from marsupial.strategies.clairvoyant.cover import stop_at
 from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline, Stop, Tour, missed_by
@@ -27,18 +26,18 @@ class Tours:
 
     @property
     def missed(self) -> Cells:
-        """What no robot comes to see."""
+        """The wanted cells that no robot sees."""
         return missed_by(self.ground, self.all)
 
     def find(self, name: str) -> tuple[Tour, int] | None:
-        """Return the tour that leads to a stop, and its number on it."""
+        """Return the tour of a stop, and the stop's number in it."""
         return next(((tour, tour.names.index(name)) for tour in self.all if name in tour.names), None)
 
     def own(self, tour: Tour, at: int) -> Cells:
         """Return what only the legs to and from a stop see.
 
-        For the only stop of a rover that was set down it is what only that rover sees on its whole tour: without a stop
-        there is no reason to set it down.
+        For the only stop of a deployed rover it is what only this rover sees on its whole tour: without the stop there
+        is no reason to set it down.
         """
         if self.is_only_stop(tour, at):
             return self._own(tour, range(len(tour.seen)))
@@ -56,13 +55,13 @@ class Tours:
         return own
 
     def is_only_stop(self, tour: Tour, at: int) -> bool:
-        """Say whether a stop is the only one of a rover that was set down."""
+        """Return whether a stop is the only one of a deployed rover."""
         first = tour.after[0]
         set_down = first is not None and first.name is ActionName.UNDOCK and first.robot == tour.robot
         return set_down and at == 1 and len(tour.names) - tour.ends_aboard() == 2
 
     def drop(self, tour: Tour, at: int) -> None:
-        """Take a stop out."""
+        """Remove a stop."""
         self._dropped.add(tour.names[at])
         self._errands = [errand for errand in self._errands if errand is not tour.after[at]]
         del tour.names[at], tour.cells[at], tour.after[at]
@@ -71,15 +70,16 @@ class Tours:
             tour.seen[at] = self.leg(tour, tour.cells[at - 1], tour.cells[at])
 
     def move(self, tour: Tour, at: int, cell: Cell, cells: Cells) -> None:
-        """Put a stop elsewhere, from where these cells are to be seen."""
+        """Move a stop to another cell; the stop is for seeing `cells`."""
         tour.cells[at] = cell
         self._see_around(tour, at)
         self._changed[tour.names[at]] = (tour.kind, cell, cells)
 
     def insert(self, tour: Tour, at: int, cell: Cell, cells: Cells) -> None:
-        """Put a new stop, from where these cells are to be seen, after place `at` of a tour."""
+        """Insert a new stop for seeing `cells` after place `at` of a tour."""
         name = self._new_stop(tour.kind, cell, cells)
         errand = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=tour.robot, place=name)
+        # the robot does it right after its last errand at the place before
         before = tour.after[at]
         position = 0 if before is None else next(i for i, e in enumerate(self._errands) if e is before) + 1
         self._errands.insert(position, errand)
@@ -89,19 +89,19 @@ class Tours:
         tour.seen.insert(at + 1, 0)
         self._see_around(tour, at + 1)
 
-    def put_down(self, kind: str, cell: Cell, cells: Cells) -> None:
-        """Add a stop that no robot goes to yet."""
+    def add_stop(self, kind: str, cell: Cell, cells: Cells) -> None:
+        """Add a stop that is in no tour yet."""
         self._new_stop(kind, cell, cells)
 
     def leg(self, tour: Tour, *cells: Cell) -> Cells:
-        """Return what the robot sees that drives from cell to cell."""
+        """Return what the tour's robot sees when it drives from cell to cell."""
         seen = 0
         for start, goal in pairwise(cells):
             seen |= self.ground.leg(tour.kind, start, goal)
         return seen
 
     def outline(self) -> Outline:
-        """Return the outline as it is now."""
+        """Return the changed outline."""
         return replace(self._outline, stops=tuple(self._stops()), errands=tuple(self._errands))
 
     def _stops(self) -> Iterator[Stop]:
