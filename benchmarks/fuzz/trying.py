@@ -7,7 +7,7 @@ import time
 import traceback
 import warnings
 
-from benchmarks.fuzz.targets import Target
+from benchmarks.fuzz.targets import FuzzTarget
 from marsupial.errors import InternalError
 
 MOST_CPU_S = 5.0
@@ -18,7 +18,7 @@ LONGEST = 65_536
 """Bytes of an input."""
 
 
-def fault_of(target: Target, data: bytes) -> str | None:
+def fault_of(target: FuzzTarget, data: bytes) -> str | None:
     """Return what was wrong with how a reader took `data` in a line, None if it took or refused it as it documents."""
     began, peak = time.process_time(), _peak_bytes()
     try:

@@ -13,7 +13,7 @@ from itertools import chain
 
 import numpy as np
 
-from benchmarks.storm.ground import UNKNOWN, Document, Ground
+from benchmarks.storm.ground import UNKNOWN, Document, TrueGround
 from benchmarks.storm.logs import Cell
 
 
@@ -33,7 +33,7 @@ class Robot:
     lost: bool = False
 
 
-class Account(Ground):
+class Account(TrueGround):
     """The robots and counts of a mission as its events leave them; `findings` are the rules that were broken."""
 
     def __init__(self, scenario: Document, summary: Document, *, faulty: bool) -> None:

@@ -24,7 +24,7 @@ UNKNOWN = 255
 BLOCKS_SIGHT = (0, 4)
 
 
-class Ground:
+class TrueGround:
     """The true map, and what is known of it."""
 
     def __init__(self, drawn: Document) -> None:

@@ -89,7 +89,7 @@ class Journeys:
         ]
 
 
-class Explorer:
+class ExplorerClient:
     """Carries out one mission after the other until told to stop."""
 
     def __init__(

@@ -86,7 +86,7 @@ class Load:
 
 
 @dataclass(slots=True, kw_only=True)
-class Outcome:
+class FleetOutcome:
     """What came of it.
 
     Attributes
@@ -158,10 +158,10 @@ def together(said: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-class Fleet:
+class ClientFleet:
     """One fleet and its mission."""
 
-    def __init__(self, load: Load, world: Scenario, number: int, outcome: Outcome) -> None:
+    def __init__(self, load: Load, world: Scenario, number: int, outcome: FleetOutcome) -> None:
         placed = place_team(world, number)
         steps = Budget(steps=1) if load.budget_s is None else Budget(seconds=load.budget_s)
         area = reachable_area(world, placed)
@@ -252,12 +252,12 @@ class Fleet:
                 self._outcome.lags_s.append(time.perf_counter() - sent_s)
 
 
-async def carry_out(load: Load) -> Outcome:
+async def carry_out(load: Load) -> FleetOutcome:
     """Let all fleets do their part."""
-    outcome = Outcome(lags_s=[], odd={})
+    outcome = FleetOutcome(lags_s=[], odd={})
     world = replace(builtin_scenario(load.scenario), team=uniform_team(load.carriers, load.rovers))
     world = replace(world, planning_time=PlanningTime.CHARGED if load.budget_s else PlanningTime.INSTANT)
-    fleets = [Fleet(load, world, number, outcome) for number in range(1, load.fleets + 1)]
+    fleets = [ClientFleet(load, world, number, outcome) for number in range(1, load.fleets + 1)]
     begun_s, cpu_s = asyncio.get_running_loop().time(), time.process_time()
     ends_s = begun_s + load.seconds + (load.fleets - 1) * load.apart_s
     await asyncio.gather(*(fleet.run(begun_s + i * load.apart_s, ends_s) for i, fleet in enumerate(fleets)))

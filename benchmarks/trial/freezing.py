@@ -47,7 +47,7 @@ def after(begun: Point, sql: str) -> Point:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
+class FrozenRow:
     """After which statements a server froze, how long the slowest write of the other took in s, and what failed."""
 
     point: Point
@@ -163,7 +163,7 @@ class Proxy:
         return point if point[0].startswith("BEGIN") and sql not in _END else ()
 
 
-def rows_of(proxy: Proxy, made: Callable[[], tuple[Act, Act]]) -> Iterator[Row]:
+def rows_of(proxy: Proxy, made: Callable[[], tuple[Act, Act]]) -> Iterator[FrozenRow]:
     """Freeze whoever does one thing at each of its statements, while another one does the same, or what is to go on.
 
     `made` returns the two, made anew each time.
@@ -182,6 +182,6 @@ def rows_of(proxy: Proxy, made: Callable[[], tuple[Act, Act]]) -> Iterator[Row]:
                 beside()
             except StoreError as error:
                 failed = str(error)
-            yield Row(point=proxy.tried[-1], slowest_s=time.monotonic() - began_s, failed=failed)
+            yield FrozenRow(point=proxy.tried[-1], slowest_s=time.monotonic() - began_s, failed=failed)
             proxy.free()
             stuck.exception()  # of a commit that was frozen nobody knows whether it was done

@@ -31,8 +31,8 @@ from databases import PostgresServer
 from talk import ACCEPTED, BROKEN, Talk
 
 from benchmarks.trial import rare_writes
-from benchmarks.trial.explorers import Explorer, Journeys, undisturbed_mission
-from benchmarks.trial.freezing import Proxy, Row
+from benchmarks.trial.explorers import ExplorerClient, Journeys, undisturbed_mission
+from benchmarks.trial.freezing import FrozenRow, Proxy
 from benchmarks.trial.house import House, end_strays
 from benchmarks.trial.tasks import short_jobs
 from marsupial_service.operations.keys import KeyRow, open_keys
@@ -194,7 +194,7 @@ class Lives(threading.Thread):
                 self._house.launch()
 
 
-def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float) -> Iterator[Row]:
+def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float) -> Iterator[FrozenRow]:
     """Freeze a server at each statement that passes, for so long."""
     url = database.database()
     with open_keys(url) as keys:
@@ -207,7 +207,7 @@ def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float
             house.launch()
             house.wait_ready()
         users = [Users(house.port, place, (one, other)) for house, place in zip(houses, places, strict=True)]
-        Explorer([houses[0].port], Journeys(), lambda _: None, key=one)
+        ExplorerClient([houses[0].port], Journeys(), lambda _: None, key=one)
         busy += [*users, Lives(houses[0])]
         until_s = time.monotonic() + seconds
         while time.monotonic() < until_s:
@@ -222,14 +222,14 @@ def freezes(database: PostgresServer, proxy: Proxy, folder: Path, seconds: float
             house.close((database.pid,))
 
 
-def _freeze(proxy: Proxy, healthy: Users) -> Row:
+def _freeze(proxy: Proxy, healthy: Users) -> FrozenRow:
     began_s, failed = time.monotonic(), len(healthy.failures)
     while (now_s := time.monotonic()) < began_s + _LONGEST_S:
         if now_s > began_s + _HOLD_S and healthy.are_done(began_s, began_s + _HOLD_S):
             break
         time.sleep(0.05)
     failures = sorted(set(healthy.failures[failed:]))
-    row = Row(point=proxy.tried[-1], slowest_s=healthy.slowest_since(began_s), failed=", ".join(failures))
+    row = FrozenRow(point=proxy.tried[-1], slowest_s=healthy.slowest_since(began_s), failed=", ".join(failures))
     proxy.free()
     return row
 
@@ -259,9 +259,9 @@ def main() -> int:
     wanted = parser.parse_args()
     random.seed(wanted.seed)
     undisturbed_mission(1)
-    rows: list[Row] = []
+    rows: list[FrozenRow] = []
     if wanted.json and wanted.json.exists():
-        rows = [Row(**{**row, "point": tuple(row["point"])}) for row in json.loads(wanted.json.read_text())]
+        rows = [FrozenRow(**{**row, "point": tuple(row["point"])}) for row in json.loads(wanted.json.read_text())]
     with cut_off() as (database, proxy, folder):
         proxy.tried += [row.point for row in rows]
         for row in chain(rare_writes.rows(database, proxy), freezes(database, proxy, folder, wanted.seconds)):

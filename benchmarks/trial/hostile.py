@@ -54,7 +54,7 @@ def rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
     """Run so many of them, two or more at a time as the service does, and watch their processes."""
     with opened(options()) as house:
         before = house.resident_bytes()
-        watch = Watch(house)
+        watch = ServerWatch(house)
         kinds = [kind for _, kind in zip(range(runs), _round_and_round(), strict=False)]
         done = _results(house, kinds, say)
         left_below = _below_after(house)
@@ -86,7 +86,7 @@ def rows(runs: int, say: Callable[[str], None]) -> list[TrialRow]:
     ]
 
 
-class Watch:
+class ServerWatch:
     """Looks at all processes of hostile planners again and again, and notes when each group of them was last seen."""
 
     def __init__(self, house: House) -> None:

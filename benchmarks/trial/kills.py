@@ -18,7 +18,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from benchmarks.trial.crowd import Crowd
-from benchmarks.trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
+from benchmarks.trial.explorers import SEEDS, ExplorerClient, Journeys, undisturbed_mission
 from benchmarks.trial.house import House, NotStarted, strays, unopened
 from benchmarks.trial.promises import Promises, audit
 from benchmarks.trial.rows import TrialRow, none_of
@@ -47,7 +47,7 @@ def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
     with unopened(OPTIONS) as house:
         ports = (house.port,)
         crowd = Crowd(ports, promises, random.Random(seed))
-        explorer = Explorer(ports, journeys, promises.missions.append)
+        explorer = ExplorerClient(ports, journeys, promises.missions.append)
         while toll.victims.total() < kills:
             _LIVES[draw.randrange(len(_LIVES))](house, draw, toll)
             _bury(house, toll)

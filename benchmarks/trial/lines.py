@@ -13,7 +13,7 @@ _AGAIN_S = 0.02
 _LONGEST_LINE = 1 << 24
 
 
-class Answer(NamedTuple):
+class LineAnswer(NamedTuple):
     """Status and body."""
 
     status: int
@@ -33,7 +33,7 @@ class Line:
         """Connect."""
         return cls(port, *await asyncio.open_connection(HOST, port, limit=_LONGEST_LINE))
 
-    async def post(self, path: str, body: bytes) -> Answer:
+    async def post(self, path: str, body: bytes) -> LineAnswer:
         """Send JSON, and return what is answered; again if the server has closed the connection, as nobody used it."""
         try:
             return await self._post(path, body)
@@ -41,12 +41,12 @@ class Line:
             self._reader, self.writer = await asyncio.open_connection(HOST, self._port, limit=_LONGEST_LINE)
             return await self._post(path, body)
 
-    async def _post(self, path: str, body: bytes) -> Answer:
+    async def _post(self, path: str, body: bytes) -> LineAnswer:
         head = f"POST {path} HTTP/1.1\r\nHost: {HOST}\r\nContent-Type: application/json\r\nContent-Length: {len(body)}"
         self.writer.write(head.encode() + b"\r\n\r\n" + body)
         told = (await self._reader.readuntil(b"\r\n\r\n")).lower()
         length = int(told.split(b"content-length:")[1].split(b"\r\n")[0])
-        return Answer(int(told[9:12]), await self._reader.readexactly(length))
+        return LineAnswer(int(told[9:12]), await self._reader.readexactly(length))
 
     async def report(self, mission: str, reports: list[dict[str, Any]]) -> None:
         """Send reports to the mission at that path, again while too many wait."""

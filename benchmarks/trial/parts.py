@@ -19,7 +19,7 @@ class Stores(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Extent:
+class TrialExtent:
     """How much of everything; 0 leaves a part out.
 
     Parameters
@@ -52,8 +52,8 @@ class Extent:
     seed: int = 1
 
 
-FULL = Extent()
-QUICK = Extent(
+FULL = TrialExtent()
+QUICK = TrialExtent(
     kills=10,
     hostile=12,
     clients=10,
@@ -69,7 +69,7 @@ QUICK = Extent(
 """A look at everything but fuzzing, in five minutes on a quiet machine."""
 
 
-def trial(extent: Extent, say: Callable[[str], None]) -> Iterator[TrialRow]:
+def trial(extent: TrialExtent, say: Callable[[str], None]) -> Iterator[TrialRow]:
     """Run every part and yield its rows; what is timed comes first."""
     if extent.posts:
         yield from speed.answer_rows(extent.posts, say)

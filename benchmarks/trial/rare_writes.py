@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 from databases import PostgresServer
 
-from benchmarks.trial.freezing import Act, Proxy, Row, rows_of
+from benchmarks.trial.freezing import Act, FrozenRow, Proxy, rows_of
 from marsupial.model.planning import Budget
 from marsupial_service.entries.quota import Quota
 from marsupial_service.entries.records import NewEntry
@@ -32,7 +32,7 @@ _OLD_VERSION = 2
 _MADE_MS, _NOW_MS = 1_000_000, 1_100_000
 
 
-def rows(database: PostgresServer, proxy: Proxy) -> Iterator[Row]:
+def rows(database: PostgresServer, proxy: Proxy) -> Iterator[FrozenRow]:
     """Freeze a server at each statement of each of these writes, and of an upgrade of the tables."""
     yield from rows_of(proxy, partial(_upgrade, database, proxy))
     url = database.database()

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
-from benchmarks.trial.parts import FULL, QUICK, Extent, Stores, kill_rows, trial
+from benchmarks.trial.parts import FULL, QUICK, Stores, TrialExtent, kill_rows, trial
 from benchmarks.trial.rows import Judgement, table
 from marsupial.cli.display.messages import say
 from marsupial.cli.display.tables import print_text
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description="Servers on trial: killed, given hostile planners, timed, ended, fuzzed.",
         epilog="0 leaves a part out.",
     )
-    for field in fields(Extent):
+    for field in fields(TrialExtent):
         default = getattr(FULL, field.name)
         option = "--" + field.name.replace("_", "-")
         parser.add_argument(option, type=type(default), default=default, help=f"{HELP[field.name]} (%(default)s)")
@@ -51,7 +51,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write a row per requirement there")
     chosen = parser.parse_args(arguments)
-    wanted = QUICK if chosen.quick else Extent(**{field.name: getattr(chosen, field.name) for field in fields(Extent)})
+    wanted = (
+        QUICK
+        if chosen.quick
+        else TrialExtent(**{field.name: getattr(chosen, field.name) for field in fields(TrialExtent)})
+    )
     rows = []
     before = os.getloadavg()[0]
     found = trial(wanted, say) if chosen.store is None else kill_rows(chosen.kills, chosen.seed, chosen.store, say)

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from databases import NoPostgres, PostgresServer
 
 from benchmarks.trial.crowd import Crowd
-from benchmarks.trial.explorers import SEEDS, Explorer, Journeys, undisturbed_mission
+from benchmarks.trial.explorers import SEEDS, ExplorerClient, Journeys, undisturbed_mission
 from benchmarks.trial.house import House, end_strays, strays
 from benchmarks.trial.kills import OPTIONS, armed, kill_below
 from benchmarks.trial.owners import Ownership, keep_account, ownership
@@ -167,7 +167,7 @@ def rows(kills: int, seed: int, say: Callable[[str], None]) -> list[TrialRow]:
             estate.open()
             crowd = Crowd(estate.ports, promises, random.Random(seed))
             explorers = [
-                Explorer(estate.ports, journeys, promises.missions.append, first) for first in range(EXPLORERS)
+                ExplorerClient(estate.ports, journeys, promises.missions.append, first) for first in range(EXPLORERS)
             ]
             while toll.victims.total() < kills:
                 estate.kill_one()

@@ -12,7 +12,7 @@ from marsupial_ros.chart import Chart
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
 from marsupial_ros.progress import Progress
 from marsupial_ros.robots import Errand, Point, TrackedRobot
-from marsupial_ros.rosbridge import ActionEnd
+from marsupial_ros.rosbridge import ActionResult
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
@@ -158,7 +158,7 @@ class RobotFleet:
         if errand is not None and errand.drives:
             errand.progress.hear(feedback, now_s)
 
-    def ended(self, end: ActionEnd) -> None:
+    def ended(self, end: ActionResult) -> None:
         """Take in that a goal has ended; earlier goals of a command, which were sent again, count no more."""
         self._given_up.pop(end.goal, None)
         errand = self._errand(end.goal)

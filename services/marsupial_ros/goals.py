@@ -13,7 +13,7 @@ from typing import Any
 
 from marsupial_client.mission_documents import Command
 from marsupial_ros.messages import final_yaw, path_of, pose_stamped
-from marsupial_ros.rosbridge import ActionEnd, GoalStatus
+from marsupial_ros.rosbridge import ActionResult, GoalStatus
 from marsupial_ros.settings import DriveAction, RobotSettings, Settings
 
 Point = tuple[float, float]
@@ -70,7 +70,7 @@ def handover_goal(
     return ActionGoal(f"{rover.namespace}/{'dock' if docks else 'undock'}", DOCK_TYPE if docks else UNDOCK_TYPE, values)
 
 
-def failure_of(goal: ActionGoal, end: ActionEnd) -> str:
+def failure_of(goal: ActionGoal, end: ActionResult) -> str:
     """Say why a goal was not reached, in the words of its action as far as it has any."""
     word = GoalStatus(end.status).name.lower() if end.status in list(GoalStatus) else f"status {end.status}"
     values = end.values if isinstance(end.values, dict) else {}
@@ -81,7 +81,7 @@ def failure_of(goal: ActionGoal, end: ActionEnd) -> str:
     return f"{goal.action}: {word}" + (f" ({', '.join(details)})" if details else "")
 
 
-def succeeded(end: ActionEnd) -> bool:
+def succeeded(end: ActionResult) -> bool:
     """Say whether a goal was reached; the actions of `marsupial_interfaces` may say that it was not after all."""
     return end.status == GoalStatus.SUCCEEDED and not (
         isinstance(end.values, dict) and end.values.get("success") is False

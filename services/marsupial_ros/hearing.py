@@ -21,7 +21,7 @@ from marsupial_ros.messages import (
     seconds_of,
     update_in,
 )
-from marsupial_ros.rosbridge import ActionEnd, Subscription
+from marsupial_ros.rosbridge import ActionResult, Subscription
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 
@@ -95,7 +95,7 @@ class Hearing:
         if self.fleet is not None:
             self.fleet.hear(goal, values, self._clock.now_s)
 
-    def ended(self, end: ActionEnd) -> None:
+    def ended(self, end: ActionResult) -> None:
         """Let the fleet know."""
         if self.fleet is not None:
             self.fleet.ended(end)

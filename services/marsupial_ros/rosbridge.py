@@ -51,7 +51,7 @@ class GoalStatus(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class ActionEnd:
+class ActionResult:
     """The end of a goal: its status, and what the action says about it."""
 
     goal: str
@@ -94,7 +94,7 @@ class Listener(Protocol):
         """An action tells how a goal gets on."""
         ...
 
-    def ended(self, end: ActionEnd) -> None:
+    def ended(self, end: ActionResult) -> None:
         """A goal has ended."""
         ...
 
@@ -215,7 +215,7 @@ class Rosbridge:
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
-        self._listener.ended(ActionEnd(str(document.get("id")), status, document.get("values")))
+        self._listener.ended(ActionResult(str(document.get("id")), status, document.get("values")))
 
     def _told(self, document: Mapping[str, Any]) -> None:
         if document.get("level") in ("error", "warning"):

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.fuzz import runs
 from benchmarks.fuzz.mutations import PNG, mutations
-from benchmarks.fuzz.targets import TARGETS, Target
+from benchmarks.fuzz.targets import TARGETS, FuzzTarget
 from benchmarks.fuzz.trying import fault_of
 
 MUTATIONS = 30
@@ -37,7 +37,7 @@ def test_what_a_reader_does_not_document_is_a_finding() -> None:
     def read(data: bytes) -> None:
         raise {b"a": ValueError, b"b": KeyError}[data]("boom")
 
-    target = Target(read, tuple, refuses=(ValueError,))
+    target = FuzzTarget(read, tuple, refuses=(ValueError,))
     assert fault_of(target, b"a") is None
     assert "KeyError" in (fault_of(target, b"b") or "")
 

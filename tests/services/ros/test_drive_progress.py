@@ -13,7 +13,7 @@ pytest.importorskip("websockets")
 from ros_parts import House
 
 from marsupial_ros.progress import MOST_RECOVERIES, Progress
-from marsupial_ros.rosbridge import ActionEnd
+from marsupial_ros.rosbridge import ActionResult
 
 
 def judged(left_m: list[float], **more: Any) -> str | None:
@@ -98,7 +98,7 @@ def test_feedback_of_an_earlier_goal_or_of_none_counts_for_nothing(tmp_path: Pat
         house.fleet.hear("None", {"distance_to_goal": 6.0}, now_s)
         house.fleet.watch(float(now_s))
     assert house.fleet.driving
-    house.fleet.ended(ActionEnd("m:1:0.2", 4, {}))
+    house.fleet.ended(ActionResult("m:1:0.2", 4, {}))
     house.fleet.hear("m:1:0.2", {"distance_to_goal": 6.0}, 131.0)
     assert house.fleet.report()["finished"] == [1]
 
@@ -123,6 +123,6 @@ def test_a_drive_that_was_given_up_is_cancelled_again_until_it_is_known_to_have_
     house.fleet.connected(123.0)
     house.fleet.abandon(124.0)
     assert house.actions.cancelled == ["m:1:0.1"] * 3
-    house.fleet.ended(ActionEnd("m:1:0.1", 5, {}))
+    house.fleet.ended(ActionResult("m:1:0.1", 5, {}))
     house.fleet.abandon(125.0)
     assert house.actions.cancelled == ["m:1:0.1"] * 3

@@ -31,7 +31,7 @@ from marsupial_ros.chart import Chart
 from marsupial_ros.fleet import SETTLED_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.messages import link_in, occupancy_in, path_of, update_in
-from marsupial_ros.rosbridge import ActionEnd, Rosbridge, Subscription
+from marsupial_ros.rosbridge import ActionResult, Rosbridge, Subscription
 from marsupial_ros.settings import read_settings
 from marsupial_ros.transforms import Frames
 
@@ -154,7 +154,7 @@ def test_a_drive_ends_at_the_end_of_its_route(tmp_path: Path) -> None:
     house.at("carrier1", 5.7, 2.6)
     assert house.fleet.report()["robots"] == [{"name": "carrier1", "pose_m": [5.5, 2.5]}]
     house.at("carrier1", 8.3, 2.4)
-    house.fleet.ended(ActionEnd("m:1:0.1", 4, {}))
+    house.fleet.ended(ActionResult("m:1:0.1", 4, {}))
     news = house.fleet.report()
     assert (news["finished"], news["robots"]) == ([1], [{"name": "carrier1", "pose_m": [8.5, 2.5]}])
     assert not house.fleet.driving
@@ -167,7 +167,7 @@ def test_a_new_connection_has_the_rest_of_a_drive_sent_again(tmp_path: Path) -> 
     house.fleet.connected(1.0)
     goal, _, values = house.actions.sent[-1]
     assert (goal, values["path"]["poses"][0]["pose"]["position"]["x"]) == ("m:1:0.2", 6.5)
-    house.fleet.ended(ActionEnd("m:1:0.1", 6, {}))  # the first goal, whose place was taken
+    house.fleet.ended(ActionResult("m:1:0.1", 6, {}))  # the first goal, whose place was taken
     assert house.fleet.driving
     house.at("carrier1", 8.5, 2.5)
     house.fleet.connected(2.0)
@@ -179,7 +179,7 @@ def test_a_drive_that_was_stopped_ends_where_the_robot_is(tmp_path: Path) -> Non
     house.drive()
     house.at("carrier1", 4.4, 2.5)
     house.command(1, "stop")
-    house.fleet.ended(ActionEnd("m:1:0.1", 5, {}))
+    house.fleet.ended(ActionResult("m:1:0.1", 5, {}))
     news = house.fleet.report()
     assert (news["finished"], news["robots"]) == ([1], [{"name": "carrier1", "pose_m": [4.5, 2.5]}])
 
@@ -199,7 +199,7 @@ def test_a_stop_is_repeated_until_the_robot_stands(tmp_path: Path) -> None:
 def test_a_drive_that_fails_says_why_in_the_words_of_the_action(tmp_path: Path) -> None:
     house = House(tmp_path)
     house.drive()
-    house.fleet.ended(ActionEnd("m:1:0.1", 6, {"error_code": 104, "error_msg": "no valid path"}))
+    house.fleet.ended(ActionResult("m:1:0.1", 6, {"error_code": 104, "error_msg": "no valid path"}))
     (failed,) = house.fleet.report()["failed"]
     assert failed == {"id": 1, "reason": "/carrier1/follow_path: aborted (no valid path, error 104)"}
 
@@ -230,7 +230,7 @@ def test_an_undocking_that_reports_no_success_has_failed(tmp_path: Path) -> None
         "carrier1",
         2,
     )
-    house.fleet.ended(ActionEnd("m:2:0.1", 4, {"success": False, "message": "ramp blocked"}))
+    house.fleet.ended(ActionResult("m:2:0.1", 4, {"success": False, "message": "ramp blocked"}))
     assert house.fleet.report()["failed"] == [{"id": 2, "reason": "/rover1/undock: succeeded (ramp blocked)"}]
     assert house.fleet.robots["rover1"].aboard == "carrier1"
 
@@ -240,10 +240,10 @@ def test_a_rover_that_was_set_down_is_on_the_ground_and_aboard_again_when_it_doc
     house.command(2, "undock", robot="rover1", carrier="carrier1", cell=[3, 2], point_m=[3.5, 2.5])
     assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
     house.at("rover1", 3.6, 2.5)
-    house.fleet.ended(ActionEnd("m:2:0.1", 4, {"success": True, "message": ""}))
+    house.fleet.ended(ActionResult("m:2:0.1", 4, {"success": True, "message": ""}))
     assert house.fleet.report()["robots"][1] == {"name": "rover1", "pose_m": [3.5, 2.5]}
     house.command(3, "dock", robot="rover1", carrier="carrier1")
-    house.fleet.ended(ActionEnd("m:3:0.1", 4, {"success": True, "message": ""}))
+    house.fleet.ended(ActionResult("m:3:0.1", 4, {"success": True, "message": ""}))
     assert [note["name"] for note in house.fleet.notes()] == ["carrier1"]
 
 
@@ -278,7 +278,7 @@ class Listener:
     def __init__(self) -> None:
         self.heard: list[tuple[str, Mapping[str, Any]]] = []
         self.told: list[str] = []
-        self.ends: list[ActionEnd] = []
+        self.ends: list[ActionResult] = []
         self.fed: list[tuple[str, Mapping[str, Any]]] = []
         self.connections = 0
 
@@ -294,7 +294,7 @@ class Listener:
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
         self.fed.append((goal, values))
 
-    def ended(self, end: ActionEnd) -> None:
+    def ended(self, end: ActionResult) -> None:
         self.ends.append(end)
 
     def complaint(self, text: str) -> None:
@@ -367,7 +367,7 @@ def test_ends_of_goals_and_errors_are_heard() -> None:
     old = {"op": "action_result", "id": "m:1:0.2", "action": "/a", "values": {}, "result": True}
     error = {"op": "status", "level": "error", "msg": "no such type"}
     listener, _ = talk(json.dumps(end), json.dumps(old), json.dumps(error))
-    assert listener.ends == [ActionEnd("m:1:0.1", 5, {}), ActionEnd("m:1:0.2", 4, {})]
+    assert listener.ends == [ActionResult("m:1:0.1", 5, {}), ActionResult("m:1:0.2", 4, {})]
     assert "rosbridge: no such type" in listener.told
 
 
